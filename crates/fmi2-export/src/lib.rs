@@ -1,0 +1,1 @@
+//! Export a Rust model as an FMI 2.0 co-simulation unit

@@ -1,0 +1,1 @@
+//! Flexible guideway by modal superposition, moving loads, irregularity and chirp (eqs 6-8, 13)

@@ -1,0 +1,2 @@
+//! The `maglev` command.
+fn main() {}
