@@ -1,0 +1,97 @@
+//! `cargo xtask test` and `cargo xtask codegen`: what must hold on main.
+
+use std::{ffi::OsStr, fs, time::Instant};
+
+use anyhow::{Context, Result, bail};
+
+use crate::{codegen, package, python, workspace};
+
+/// A named step of the whole check.
+type Step = (&'static str, fn() -> Result<()>);
+
+/// Runs every check and reports all of them, not only the first failure.
+pub fn all(with_python: bool) -> Result<()> {
+    let mut steps: Vec<Step> = vec![
+        ("format", || cargo(&["fmt", "--all", "--check"])),
+        ("package the units", || package::package(true, None).map(drop)),
+        ("lints", || {
+            cargo(&["clippy", "--release", "--workspace", "--all-targets", "--", "-D", "warnings"])
+        }),
+        ("Rust tests", || {
+            cargo(&["build", "--release", "--package", "master"])?;
+            cargo(&["test", "--release", "--workspace"])
+        }),
+        ("documentation", || {
+            workspace::run_with(
+                workspace::cargo(),
+                &["doc", "--release", "--workspace", "--no-deps", "--quiet"],
+                &[("RUSTDOCFLAGS", OsStr::new("-D warnings"))],
+            )
+        }),
+        ("generated files", || codegen(true)),
+    ];
+    if with_python {
+        steps.push(("Python tests", python_tests));
+    }
+    let mut report = Vec::new();
+    let mut failed = 0;
+    for (name, step) in steps {
+        eprintln!("\n=== {name}");
+        let start = Instant::now();
+        let outcome = step();
+        let seconds = start.elapsed().as_secs_f64();
+        match outcome {
+            Ok(()) => report.push(format!("ok      {name} ({seconds:.1} s)")),
+            Err(error) => {
+                failed += 1;
+                eprintln!("error: {error:#}");
+                report.push(format!("FAILED  {name} ({seconds:.1} s): {error:#}"));
+            }
+        }
+    }
+    println!("\n{}", report.join("\n"));
+    println!("{} passed, {failed} failed", report.len() - failed);
+    if failed > 0 {
+        bail!("{failed} of {} checks failed", report.len());
+    }
+    Ok(())
+}
+
+fn cargo(args: &[&str]) -> Result<()> {
+    workspace::run(workspace::cargo(), args)
+}
+
+fn python_tests() -> Result<()> {
+    let python = python::environment()?;
+    workspace::run(python, &["-m", "pytest", "-q", "-rA", "--tb=short", "tests/python"])
+}
+
+/// Writes, or with `check` compares, every generated file that is committed.
+pub fn codegen(check: bool) -> Result<()> {
+    codegen::run(check)?;
+    package::build()?;
+    for unit in package::units()? {
+        generated(&package::description_file(&unit), &package::describe(&unit)?, check)?;
+    }
+    cargo(&["build", "--release", "--quiet", "--package", "master"])?;
+    let maglev = workspace::target_dir().join("release").join("maglev");
+    let output = std::process::Command::new(&maglev)
+        .arg("schema")
+        .output()
+        .with_context(|| format!("cannot start {}", maglev.display()))?;
+    let schema = String::from_utf8(output.stdout)?;
+    generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)
+}
+
+/// Writes `content` to `file` where it differs; with `check` that is an error.
+pub fn generated(file: &std::path::Path, content: &str, check: bool) -> Result<()> {
+    if fs::read_to_string(file).is_ok_and(|text| text == content) {
+        return Ok(());
+    }
+    if check {
+        bail!("{} is stale: run `cargo xtask codegen` and commit", file.display());
+    }
+    fs::write(file, content).with_context(|| format!("writing {}", file.display()))?;
+    eprintln!("wrote {}", file.display());
+    Ok(())
+}

@@ -1,0 +1,84 @@
+//! Where things lie, and how the tasks start other programs.
+
+use std::{
+    env,
+    ffi::OsStr,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Context, Result, bail};
+
+/// The workspace's root folder.
+pub fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).unwrap_or(here).to_path_buf()
+}
+
+/// The folder of the built units.
+///
+/// It is `target/fmu` in any case, also where cargo builds elsewhere: scripts
+/// and scenarios name it.
+pub fn unit_dir() -> PathBuf {
+    root().join("target").join("fmu")
+}
+
+/// Cargo's target folder, which `CARGO_TARGET_DIR` may move.
+pub fn target_dir() -> PathBuf {
+    match env::var_os("CARGO_TARGET_DIR") {
+        Some(dir) => root().join(dir),
+        None => root().join("target"),
+    }
+}
+
+/// Runs `program` in the workspace's root and fails where it fails.
+pub fn run<S: AsRef<OsStr>>(program: impl AsRef<OsStr>, args: &[S]) -> Result<()> {
+    run_with(program, args, &[])
+}
+
+/// As [`run`], with further environment variables.
+pub fn run_with<S: AsRef<OsStr>>(
+    program: impl AsRef<OsStr>,
+    args: &[S],
+    environment: &[(&str, &OsStr)],
+) -> Result<()> {
+    let program = program.as_ref();
+    let mut command = Command::new(program);
+    command.args(args).current_dir(root()).envs(environment.iter().copied());
+    let line = format!(
+        "{} {}",
+        program.to_string_lossy(),
+        args.iter().map(|a| a.as_ref().to_string_lossy()).collect::<Vec<_>>().join(" ")
+    );
+    eprintln!("+ {line}");
+    let status = command.status().with_context(|| format!("cannot start `{line}`"))?;
+    if !status.success() {
+        bail!("`{line}` ended with {status}");
+    }
+    Ok(())
+}
+
+/// The cargo that runs this task.
+pub fn cargo() -> PathBuf {
+    env::var_os("CARGO").map_or_else(|| PathBuf::from("cargo"), PathBuf::from)
+}
+
+/// Runs a scenario with the release build of `maglev`, which it builds first.
+///
+/// The exit status of `maglev` becomes ours, so that scripts can tell a failed
+/// run (1) from bad input (2).
+pub fn run_maglev(scenario: &Path, options: &[String]) -> Result<()> {
+    run(cargo(), &["build", "--release", "--quiet", "--package", "master"])?;
+    let maglev = target_dir().join("release").join("maglev");
+    let status = Command::new(&maglev)
+        .arg("run")
+        .arg(scenario)
+        .args(options)
+        .status()
+        .with_context(|| format!("cannot start {}", maglev.display()))?;
+    match status.code() {
+        Some(0) => Ok(()),
+        Some(code) => std::process::exit(code),
+        None => bail!("maglev was ended by a signal: {status}"),
+    }
+}
