@@ -1,1 +1,18 @@
-//! Export a Rust model as an FMI 2.0 co-simulation unit
+//! Export a Rust model as an FMI 2.0 co-simulation unit.
+#![doc = include_str!("../README.md")]
+
+mod error;
+mod interface;
+mod model;
+mod resources;
+mod values;
+
+pub use error::{Error, Kind};
+pub use fmi2_sys as sys;
+pub use interface::{Declaration, DisplayUnit, Experiment, Info, Interface, Row, Unit};
+pub use model::{Model, Seed, Sensitivity, Step};
+pub use resources::Resources;
+pub use values::{
+    Boolean, BooleanVar, BooleanVars, Integer, IntegerVar, IntegerVars, Real, RealVar, RealVars,
+    StringVar, StringVars, Text, Values, Var, Vars,
+};

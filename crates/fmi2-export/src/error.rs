@@ -1,0 +1,77 @@
+//! The one error type of a unit: what the importer's log gets to read, and which status it sees.
+
+use std::fmt::Display;
+
+/// Which FMI status an [`Error`] becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// `fmi2Error`: this call failed.
+    Invalid,
+    /// `fmi2Discard`: not possible this way; a smaller step or another value may be.
+    Discard,
+    /// `fmi2Fatal`: every instance of the unit is unusable from now on.
+    Fatal,
+}
+
+/// Why a call failed, in words for the person who runs the simulation.
+///
+/// The kit hands the text to the importer's logger and maps the [`Kind`] on the status. A good
+/// text says what, where, when and how to mend it.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{message}")]
+pub struct Error {
+    kind: Kind,
+    message: String,
+}
+
+impl Error {
+    /// An error that the importer sees as `fmi2Error`.
+    pub fn invalid(message: impl Display) -> Self {
+        Self { kind: Kind::Invalid, message: message.to_string() }
+    }
+
+    /// A refusal that the importer sees as `fmi2Discard`: it may try a smaller step.
+    ///
+    /// A [`Model::step`](crate::Model::step) that answers so must leave its state as it was at the
+    /// beginning of the step.
+    pub fn discard(message: impl Display) -> Self {
+        Self { kind: Kind::Discard, message: message.to_string() }
+    }
+
+    /// A failure that corrupted every instance in the process (`fmi2Fatal`). Hardly ever right.
+    pub fn fatal(message: impl Display) -> Self {
+        Self { kind: Kind::Fatal, message: message.to_string() }
+    }
+
+    /// An `fmi2Error` out of another error with all of its causes: `what: cause: cause of that`.
+    #[must_use]
+    pub fn caused(error: &(dyn std::error::Error + 'static)) -> Self {
+        let mut message = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            message.push_str(": ");
+            message.push_str(&cause.to_string());
+            source = cause.source();
+        }
+        Self { kind: Kind::Invalid, message }
+    }
+
+    /// The same error with a place in front: `context: message`.
+    #[must_use]
+    pub fn context(mut self, context: impl Display) -> Self {
+        self.message = format!("{context}: {}", self.message);
+        self
+    }
+
+    /// The kind.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The text.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+}

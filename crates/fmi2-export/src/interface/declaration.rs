@@ -1,0 +1,283 @@
+//! The builder that declares one variable or one row of variables.
+
+use super::{Data, Interface, Role, Unit, Variable};
+use crate::values::{Boolean, Integer, NO_SLOT, Real, Text, Var, Vars};
+
+pub(crate) mod sealed {
+    use super::{Data, Draft, Var, Vars};
+
+    /// What a declaration has to know of a type.
+    pub trait Type: Copy {
+        const SELF: Self;
+        type Value: Clone + std::fmt::Debug;
+        fn data(draft: &Draft<Self>, start: Option<Self::Value>) -> Data;
+    }
+
+    /// A handle that `done` can return.
+    pub trait Handle<T> {
+        fn new(first: u32, count: u32, slot: u32) -> Self;
+    }
+
+    impl<T: Type> Handle<T> for Var<T> {
+        fn new(first: u32, _: u32, slot: u32) -> Self {
+            Self { index: first, slot, of: T::SELF }
+        }
+    }
+
+    impl<T: Type> Handle<T> for Vars<T> {
+        fn new(first: u32, count: u32, slot: u32) -> Self {
+            Self { first, count, slot, of: T::SELF }
+        }
+    }
+}
+
+impl sealed::Type for Real {
+    const SELF: Self = Self;
+    type Value = f64;
+    fn data(draft: &Draft<Self>, start: Option<f64>) -> Data {
+        let Draft { min, max, nominal, unit, display, .. } = *draft;
+        Data::Real { start, min, max, nominal, unit, display }
+    }
+}
+
+impl sealed::Type for Integer {
+    const SELF: Self = Self;
+    type Value = i32;
+    fn data(draft: &Draft<Self>, start: Option<i32>) -> Data {
+        Data::Integer { start, min: draft.min, max: draft.max }
+    }
+}
+
+impl sealed::Type for Boolean {
+    const SELF: Self = Self;
+    type Value = bool;
+    fn data(_: &Draft<Self>, start: Option<bool>) -> Data {
+        Data::Boolean { start }
+    }
+}
+
+impl sealed::Type for Text {
+    const SELF: Self = Self;
+    type Value = String;
+    fn data(_: &Draft<Self>, start: Option<String>) -> Data {
+        Data::Text { start }
+    }
+}
+
+/// A declaration as far as it has got.
+#[doc(hidden)]
+pub struct Draft<T: sealed::Type> {
+    name: String,
+    /// `None` for a single variable.
+    count: Option<usize>,
+    role: Option<Role>,
+    discrete: bool,
+    description: String,
+    start: Option<T::Value>,
+    starts: Option<Vec<T::Value>>,
+    min: Option<T::Value>,
+    max: Option<T::Value>,
+    nominal: Option<f64>,
+    unit: Option<Unit>,
+    display: Option<&'static str>,
+}
+
+/// The declaration of one variable or of a row; counts once [`Declaration::done`] is called.
+///
+/// Says first what the variable is (`input`, `parameter`, `tunable`, `calculated_parameter`,
+/// `output`, `local` or `constant`), then anything else.
+#[must_use = "a declaration counts once `done` is called"]
+pub struct Declaration<'i, T: sealed::Type, H> {
+    interface: &'i mut Interface,
+    draft: Draft<T>,
+    handle: std::marker::PhantomData<H>,
+}
+
+impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
+    pub(super) fn new(interface: &'i mut Interface, name: String, count: Option<usize>) -> Self {
+        let draft = Draft {
+            name,
+            count,
+            role: None,
+            discrete: false,
+            description: String::new(),
+            start: None,
+            starts: None,
+            min: None,
+            max: None,
+            nominal: None,
+            unit: None,
+            display: None,
+        };
+        Self { interface, draft, handle: std::marker::PhantomData }
+    }
+
+    fn role(mut self, role: Role, start: Option<T::Value>) -> Self {
+        if self.draft.role.is_some() {
+            let text = format!("{} is declared to be two things at once", self.draft.name);
+            self.interface.fault(text);
+        }
+        self.draft.role = Some(role);
+        self.draft.start = start;
+        self
+    }
+
+    /// An input with its start value. Real inputs are continuous unless [`Declaration::discrete`].
+    pub fn input(self, start: impl Into<T::Value>) -> Self {
+        self.role(Role::Input, Some(start.into()))
+    }
+
+    /// A parameter that is fixed after initialization.
+    pub fn parameter(self, start: impl Into<T::Value>) -> Self {
+        self.role(Role::Parameter, Some(start.into()))
+    }
+
+    /// A parameter that may be changed between steps.
+    pub fn tunable(self, start: impl Into<T::Value>) -> Self {
+        self.role(Role::Tunable, Some(start.into()))
+    }
+
+    /// A number that follows from parameters in initialization mode and stays.
+    pub fn calculated_parameter(self) -> Self {
+        self.role(Role::CalculatedParameter, None)
+    }
+
+    /// An output, calculated by the model.
+    pub fn output(self) -> Self {
+        self.role(Role::Output, None)
+    }
+
+    /// A value to look at that is not meant to be connected.
+    pub fn local(self) -> Self {
+        self.role(Role::Local, None)
+    }
+
+    /// A number that never changes.
+    pub fn constant(self, value: impl Into<T::Value>) -> Self {
+        self.role(Role::Constant, Some(value.into()))
+    }
+
+    /// The variable changes at communication points only. Inputs, outputs and locals that are not
+    /// real are so in any case.
+    pub fn discrete(mut self) -> Self {
+        self.draft.discrete = true;
+        self
+    }
+
+    /// Start values element by element, in place of the one start value.
+    pub fn starts(mut self, starts: impl IntoIterator<Item = T::Value>) -> Self {
+        self.draft.starts = Some(starts.into_iter().collect());
+        self
+    }
+
+    /// One sentence on the meaning, with sign and frame. In a row, `{k}` becomes the number.
+    pub fn description(mut self, text: impl Into<String>) -> Self {
+        self.draft.description = text.into();
+        self
+    }
+
+    /// Ends the declaration and returns the handle.
+    pub fn done(self) -> H {
+        let Self { interface, draft, .. } = self;
+        let count = draft.count.unwrap_or(1);
+        let role = draft.role.unwrap_or_else(|| {
+            interface.fault(format!(
+                "{} needs one of input, output, parameter, tunable, calculated_parameter, local \
+                 and constant",
+                draft.name
+            ));
+            Role::Local
+        });
+        if let Some(starts) = &draft.starts
+            && (starts.len() != count || draft.start.is_none())
+        {
+            let text = format!("{}: {} start values for {count}", draft.name, starts.len());
+            interface.fault(text);
+        }
+        let kind = T::data(&draft, None);
+        let first = match kind {
+            Data::Real { .. } => interface.by_type[0].len(),
+            Data::Integer { .. } => interface.by_type[1].len(),
+            Data::Boolean { .. } => interface.by_type[2].len(),
+            Data::Text { .. } => interface.by_type[3].len(),
+        };
+        let is_real_input = matches!(kind, Data::Real { .. }) && role == Role::Input;
+        let slot = if is_real_input { interface.real_inputs } else { NO_SLOT };
+        for k in 0..count {
+            interface.push(element(&draft, role, k));
+        }
+        H::new(first as u32, count as u32, slot)
+    }
+}
+
+/// The `k`-th variable (from zero) of a declaration.
+fn element<T: sealed::Type>(draft: &Draft<T>, role: Role, k: usize) -> Variable {
+    let (name, description) = match draft.count {
+        None => (draft.name.clone(), draft.description.clone()),
+        Some(count) => {
+            let digits = count.to_string().len().max(2);
+            let number = k + 1;
+            (
+                format!("{}_{number:0digits$}", draft.name),
+                draft.description.replace("{k}", &number.to_string()),
+            )
+        }
+    };
+    let own = draft.starts.as_ref().and_then(|starts| starts.get(k).cloned());
+    let data = T::data(draft, own.or_else(|| draft.start.clone()));
+    let continuous = matches!(data, Data::Real { .. });
+    Variable {
+        name,
+        description,
+        role,
+        discrete: draft.discrete || !continuous,
+        reference: 0,
+        data,
+    }
+}
+
+impl<H> Declaration<'_, Real, H> {
+    /// The unit.
+    pub fn unit(mut self, unit: Unit) -> Self {
+        self.draft.unit = Some(unit);
+        self
+    }
+
+    /// The unit to show values in: one of the unit's display units.
+    pub fn display(mut self, name: &'static str) -> Self {
+        self.draft.display = Some(name);
+        self
+    }
+
+    /// The usual size, greater than 0; scales finite differences and tolerances.
+    pub fn nominal(mut self, nominal: f64) -> Self {
+        self.draft.nominal = Some(nominal);
+        self
+    }
+
+    /// Smallest value. The kit refuses to set a parameter below it.
+    pub fn min(mut self, min: f64) -> Self {
+        self.draft.min = Some(min);
+        self
+    }
+
+    /// Largest value. The kit refuses to set a parameter above it.
+    pub fn max(mut self, max: f64) -> Self {
+        self.draft.max = Some(max);
+        self
+    }
+}
+
+impl<H> Declaration<'_, Integer, H> {
+    /// Smallest value. The kit refuses to set a parameter below it.
+    pub fn min(mut self, min: i32) -> Self {
+        self.draft.min = Some(min);
+        self
+    }
+
+    /// Largest value. The kit refuses to set a parameter above it.
+    pub fn max(mut self, max: i32) -> Self {
+        self.draft.max = Some(max);
+        self
+    }
+}

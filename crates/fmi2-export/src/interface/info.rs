@@ -1,0 +1,105 @@
+//! What the description says about the unit as a whole.
+
+/// The unit's name, origin and default experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Info {
+    pub(crate) model_identifier: String,
+    pub(crate) model_name: String,
+    pub(crate) description: String,
+    pub(crate) version: String,
+    pub(crate) author: String,
+    pub(crate) copyright: String,
+    pub(crate) license: String,
+    pub(crate) experiment: Option<Experiment>,
+    pub(crate) max_output_derivative_order: u32,
+}
+
+/// Default experiment: times in s, and a relative tolerance where the model uses one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Experiment {
+    /// Start time, s.
+    pub start: f64,
+    /// Stop time, s.
+    pub stop: f64,
+    /// Communication step that the unit was made for, s.
+    pub step: f64,
+    /// Relative tolerance.
+    pub tolerance: Option<f64>,
+}
+
+impl Info {
+    /// `model_identifier` is the library's file name without its ending (a C identifier);
+    /// `model_name` is for people.
+    pub fn new(model_identifier: impl Into<String>, model_name: impl Into<String>) -> Self {
+        Self {
+            model_identifier: model_identifier.into(),
+            model_name: model_name.into(),
+            description: String::new(),
+            version: String::new(),
+            author: String::new(),
+            copyright: String::new(),
+            license: String::new(),
+            experiment: None,
+            max_output_derivative_order: 0,
+        }
+    }
+
+    /// One sentence on what the unit models.
+    #[must_use]
+    pub fn description(mut self, text: impl Into<String>) -> Self {
+        self.description = text.into();
+        self
+    }
+
+    /// Version of the model, such as `env!("CARGO_PKG_VERSION")`.
+    #[must_use]
+    pub fn version(mut self, text: impl Into<String>) -> Self {
+        self.version = text.into();
+        self
+    }
+
+    /// Author or organisation.
+    #[must_use]
+    pub fn author(mut self, text: impl Into<String>) -> Self {
+        self.author = text.into();
+        self
+    }
+
+    /// Copyright notice.
+    #[must_use]
+    pub fn copyright(mut self, text: impl Into<String>) -> Self {
+        self.copyright = text.into();
+        self
+    }
+
+    /// Licence.
+    #[must_use]
+    pub fn license(mut self, text: impl Into<String>) -> Self {
+        self.license = text.into();
+        self
+    }
+
+    /// Default experiment: start, stop and communication step in s.
+    #[must_use]
+    pub fn experiment(mut self, start: f64, stop: f64, step: f64) -> Self {
+        self.experiment = Some(Experiment { start, stop, step, tolerance: None });
+        self
+    }
+
+    /// Relative tolerance of the default experiment; needs [`Info::experiment`] before it.
+    #[must_use]
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        if let Some(experiment) = &mut self.experiment {
+            experiment.tolerance = Some(tolerance);
+        }
+        self
+    }
+
+    /// Up to which order [`Model::output_derivative`](crate::Model::output_derivative) answers for
+    /// at least one output.
+    #[must_use]
+    pub fn max_output_derivative_order(mut self, order: u32) -> Self {
+        self.max_output_derivative_order = order;
+        self
+    }
+}

@@ -1,0 +1,177 @@
+//! What the FMI 2.0 text and its readers ask of a declaration.
+
+use std::collections::HashMap;
+
+use super::{Data, Dependencies, Interface, Role, Unit, Variable};
+
+/// Longest name that every importer takes.
+const LONGEST_NAME: usize = 55;
+
+/// Checks one variable by itself.
+pub(super) fn check_variable(variable: &Variable, faults: &mut Vec<String>) {
+    let Variable { name, data, .. } = variable;
+    let mut fault = |text: String| faults.push(format!("{name}: {text}"));
+    if !is_identifier(name) {
+        fault("a name is a letter or _ followed by letters, digits and _".into());
+    }
+    if name.len() > LONGEST_NAME {
+        fault(format!("the name has {} characters, at most {LONGEST_NAME} fit", name.len()));
+    }
+    if !is_printable(&variable.description) {
+        fault("the description has a control character".into());
+    }
+    match data {
+        Data::Real { start, min, max, nominal, unit, display } => {
+            if [start, min, max, nominal].into_iter().flatten().any(|value| !value.is_finite()) {
+                fault("start, min, max and nominal must be finite".into());
+            }
+            check_range(*start, *min, *max, &mut fault);
+            if nominal.is_some_and(|nominal| nominal <= 0.0) {
+                fault("nominal must be greater than 0".into());
+            }
+            if let Some(display) = display
+                && !unit.is_some_and(|unit| unit.displays.iter().any(|one| one.name == *display))
+            {
+                fault(format!("its unit has no display unit {display:?}"));
+            }
+        }
+        Data::Integer { start, min, max } => check_range(*start, *min, *max, &mut fault),
+        Data::Boolean { .. } => {}
+        Data::Text { start } => {
+            if start.as_ref().is_some_and(|start| !is_printable(start)) {
+                fault("the start value has a control character".into());
+            }
+        }
+    }
+}
+
+fn check_range<V: PartialOrd + std::fmt::Debug + Copy>(
+    start: Option<V>,
+    min: Option<V>,
+    max: Option<V>,
+    fault: &mut impl FnMut(String),
+) {
+    if let (Some(min), Some(max)) = (min, max)
+        && min > max
+    {
+        fault(format!("min {min:?} is above max {max:?}"));
+    }
+    let Some(start) = start else { return };
+    if let Some(min) = min
+        && start < min
+    {
+        fault(format!("start {start:?} is below min {min:?}"));
+    }
+    if let Some(max) = max
+        && start > max
+    {
+        fault(format!("start {start:?} is above max {max:?}"));
+    }
+}
+
+/// Checks what only the whole table shows.
+pub(super) fn check_table(interface: &Interface, faults: &mut Vec<String>) {
+    check_info(interface, faults);
+    check_units(interface, faults);
+    check_dependencies(interface, &interface.depends, faults, |known| known.role == Role::Input);
+    check_dependencies(interface, &interface.initially, faults, |known| {
+        matches!(known.role, Role::Input | Role::Parameter | Role::Tunable)
+    });
+    for &unknown in interface.depends.keys() {
+        let variable = &interface.variables[unknown];
+        if variable.role != Role::Output {
+            faults.push(format!("{}: only outputs have dependencies", variable.name));
+        }
+    }
+    for &unknown in interface.initially.keys() {
+        let variable = &interface.variables[unknown];
+        if !matches!(variable.role, Role::Output | Role::CalculatedParameter) {
+            faults.push(format!(
+                "{}: only outputs and calculated parameters are unknown at first",
+                variable.name
+            ));
+        }
+    }
+}
+
+fn check_info(interface: &Interface, faults: &mut Vec<String>) {
+    let info = &interface.info;
+    if !is_identifier(&info.model_identifier) {
+        faults.push("`describe` must give a model identifier that is a C identifier".into());
+    }
+    if info.model_name.trim().is_empty() {
+        faults.push("`describe` must give a model name".into());
+    }
+    let texts = [
+        &info.model_name,
+        &info.description,
+        &info.version,
+        &info.author,
+        &info.copyright,
+        &info.license,
+    ];
+    if !texts.into_iter().all(|text| is_printable(text)) {
+        faults.push("a text of `describe` has a control character".into());
+    }
+    if let Some(experiment) = &info.experiment {
+        let numbers = [experiment.start, experiment.stop, experiment.step];
+        let sound = numbers.iter().all(|number| number.is_finite())
+            && experiment.stop > experiment.start
+            && experiment.step > 0.0
+            && experiment.tolerance.is_none_or(|tolerance| tolerance > 0.0 && tolerance < 1.0);
+        if !sound {
+            faults
+                .push("the default experiment needs start < stop, step > 0, tolerance > 0".into());
+        }
+    }
+}
+
+/// One name must not mean two units.
+fn check_units(interface: &Interface, faults: &mut Vec<String>) {
+    let mut known: HashMap<&str, Unit> = HashMap::new();
+    for variable in &interface.variables {
+        let Data::Real { unit: Some(unit), .. } = &variable.data else { continue };
+        let first = known.entry(unit.name).or_insert(*unit);
+        if first != unit {
+            faults.push(format!(
+                "{}: unit {:?} is defined twice, differently",
+                variable.name, unit.name
+            ));
+        }
+        let numbers = [unit.factor, unit.offset];
+        if unit.name.is_empty() || !numbers.iter().all(|n| n.is_finite()) || unit.factor == 0.0 {
+            faults.push(format!(
+                "{}: its unit needs a name and a factor other than 0",
+                variable.name
+            ));
+        }
+    }
+}
+
+fn check_dependencies(
+    interface: &Interface,
+    dependencies: &Dependencies,
+    faults: &mut Vec<String>,
+    is_known: impl Fn(&Variable) -> bool,
+) {
+    for (&unknown, knowns) in dependencies {
+        for known in knowns.iter().map(|&known| &interface.variables[known]) {
+            if !is_known(known) {
+                let name = &interface.variables[unknown].name;
+                faults.push(format!("{name}: {} is not known to depend on", known.name));
+            }
+        }
+    }
+}
+
+fn is_identifier(name: &str) -> bool {
+    let mut characters = name.chars();
+    let first = characters.next();
+    first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// XML 1.0 has no way to write most control characters, and attributes lose line ends.
+fn is_printable(text: &str) -> bool {
+    !text.chars().any(|c| c.is_control() || c == '\u{FFFE}' || c == '\u{FFFF}')
+}
