@@ -1,1 +1,63 @@
-//! Levitation electromagnet with five-state controller and dynamic filter (eqs 1-5)
+//! One levitation electromagnet with its five-state controller and dynamic filter.
+//!
+//! The model is the electromagnetic suspension of Kim, Han, Han and Yang, *Coupled vibration
+//! analysis of Maglev vehicle-guideway while standing still or moving at low speeds* (equations
+//! 1-5 and table 2; cited as "eq. n" throughout): a U-shaped magnet under a rail, fed by a voltage
+//! that a controller derives from the air gap and the magnet's acceleration.
+//!
+//! # Signs and units
+//! SI units. The gap c is positive when open; it opens when the magnet moves down, so the magnet's
+//! displacement q, velocity q̇ and acceleration q̈ are positive downward. The force F is positive
+//! when it attracts the magnet to the rail. Δ marks the deviation from the operating point:
+//! Δc = c − c₀, Δi = i − i_op, Δv = v − R·i_op.
+//!
+//! # Parts
+//! - [`Parameters`] and its parts: what describes a magnet, checked by [`Magnet::new`].
+//! - [`Electromagnet`]: force laws, inductance and coil (eqs 1 and 2).
+//! - [`Filter`]: the dynamic filter (eqs 4 and 5).
+//! - [`lateral_force`]: the restoring force of a magnet displaced sideways.
+//! - [`Magnet`]: all of it together: initialise, step, outputs, derivatives.
+//!
+//! A [`Magnet`] never changes while stepping; all that does is in the small `Copy` value
+//! [`State`]. [`Workspace`] only caches matrices and never influences a result.
+//!
+//! ```
+//! use magnet::{Course, Inputs, Magnet, Parameters, Workspace};
+//!
+//! let magnet = Magnet::new(Parameters::default())?;
+//! let load = 38_000.0 * 9.81 / 64.0;
+//! let inputs = Inputs { gap: 0.008, static_force: load, ..Inputs::default() };
+//! let mut state = magnet.initialise(&inputs, 0.0)?;
+//! let mut workspace = Workspace::default();
+//! magnet.step(&mut state, &Course::constant(&inputs), 0.0, 1e-3, &mut workspace)?;
+//! assert_eq!(magnet.outputs(&state, &inputs)?.force, load);
+//! # Ok::<(), magnet::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod electromagnet;
+mod error;
+mod exact;
+mod filter;
+mod inputs;
+mod lateral;
+mod limits;
+mod outputs;
+mod parameters;
+mod runge_kutta;
+mod sampling;
+mod system;
+
+pub use electromagnet::{Electromagnet, MU_0};
+pub use error::Error;
+pub use exact::{LinearSystem, Workspace};
+pub use filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE, VELOCITY_SCALE};
+pub use inputs::{Course, Inputs, Taylor};
+pub use lateral::lateral_force;
+pub use limits::Mode;
+pub use outputs::{InputRates, Outputs, Partials, Rates};
+pub use parameters::{
+    Control, FilterDesign, Gains, Law, Limits, Parameters, Range, Sampling, filter_design_of_eq_4,
+};
+pub use sampling::Hold;
+pub use system::{Magnet, State};

@@ -1,0 +1,121 @@
+//! Force and coil: eqs 1 and 2 and the laws that they linearise.
+
+use crate::parameters::{Law, Parameters};
+
+/// Permeability of free space μ₀ = 4π·10⁻⁷ H/m (table 2).
+pub const MU_0: f64 = 4e-7 * std::f64::consts::PI;
+
+/// The electromagnet's constants and its two laws.
+///
+/// Nonlinear, with the flux linkage λ = L(c)·i:
+/// F = K·(i/c)², L(c) = 2K/c, v = R·i + d(L·i)/dt, where K = μ₀AN²/4. So F = λ²/(4K).
+///
+/// Linear about (i₀, c₀): F = F_s + kᵢ·Δi − k_c·Δc (eq. 1, attraction positive) and
+/// dΔi/dt = (k_c/kᵢ)·dΔc/dt − (R/L₀)·Δi + Δv/L₀ (eq. 2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Electromagnet {
+    /// K = μ₀AN²/4, in N·m²/A².
+    pub constant: f64,
+    /// Resistance R, in Ω.
+    pub resistance: f64,
+    /// Nominal gap c₀, in m.
+    pub nominal_gap: f64,
+    /// Inductance L₀ = μ₀N²A/(2c₀) at the nominal gap, in H.
+    pub inductance: f64,
+    /// kᵢ = μ₀N²A·i₀/(2c₀²), force per current, in N/A.
+    pub current_stiffness: f64,
+    /// k_c = μ₀N²A·i₀²/(2c₀³), loss of force per gap, in N/m.
+    pub gap_stiffness: f64,
+    /// F₀ = μ₀AN²/4·(i₀/c₀)², in N: the nonlinear law's force at (i₀, c₀). The linear law carries
+    /// the static force F_s in its place.
+    pub nominal_force: f64,
+    law: Law,
+}
+
+impl Electromagnet {
+    /// The constants of eqs 1 and 2 from table 2's data.
+    pub fn new(parameters: &Parameters) -> Self {
+        let Parameters {
+            turns, pole_area, resistance, nominal_gap, operating_current, law, ..
+        } = *parameters;
+        let constant = MU_0 * pole_area * turns * turns / 4.0;
+        let ratio = operating_current / nominal_gap;
+        let inductance = 2.0 * constant / nominal_gap;
+        let current_stiffness = inductance * ratio;
+        Self {
+            constant,
+            resistance,
+            nominal_gap,
+            inductance,
+            current_stiffness,
+            gap_stiffness: current_stiffness * ratio,
+            nominal_force: constant * ratio * ratio,
+            law,
+        }
+    }
+
+    /// Which law holds.
+    pub fn law(&self) -> Law {
+        self.law
+    }
+
+    /// Current c·√(F/K) that holds the force `force` (N) at the gap `gap` (m) by the nonlinear
+    /// law, in A. NaN for a negative force: a magnet cannot push.
+    pub fn equilibrium_current(&self, force: f64, gap: f64) -> f64 {
+        gap * (force / self.constant).sqrt()
+    }
+
+    /// Levitation force, in N, at the gap `gap` (m), the current `operating + deviation` (A) and
+    /// the static force `static_force` (N, linear law only).
+    pub fn force(&self, gap: f64, operating: f64, deviation: f64, static_force: f64) -> f64 {
+        match self.law {
+            Law::Linear => {
+                static_force + self.current_stiffness * deviation
+                    - self.gap_stiffness * (gap - self.nominal_gap)
+            }
+            Law::Nonlinear => {
+                let density = (operating + deviation) / gap;
+                self.constant * density * density
+            }
+        }
+    }
+
+    /// Partial derivatives of the force: (∂F/∂c in N/m, ∂F/∂i in N/A).
+    pub fn force_gradient(&self, gap: f64, current: f64) -> (f64, f64) {
+        match self.law {
+            Law::Linear => (-self.gap_stiffness, self.current_stiffness),
+            Law::Nonlinear => {
+                let per_current = 2.0 * self.constant * current / (gap * gap);
+                (-per_current * current / gap, per_current)
+            }
+        }
+    }
+
+    /// Inductance L, in H, that the voltage sees: L₀ in the linear law, 2K/c in the other.
+    pub fn inductance_at(&self, gap: f64) -> f64 {
+        match self.law {
+            Law::Linear => self.inductance,
+            Law::Nonlinear => 2.0 * self.constant / gap,
+        }
+    }
+
+    /// Rate of the current caused by the gap's rate alone, in A/s: (k_c/kᵢ)·ċ, or i·ċ/c.
+    pub fn motional_rate(&self, gap: f64, gap_rate: f64, current: f64) -> f64 {
+        match self.law {
+            Law::Linear => self.gap_stiffness / self.current_stiffness * gap_rate,
+            Law::Nonlinear => current / gap * gap_rate,
+        }
+    }
+
+    /// di/dt in A/s (eq. 2, or its nonlinear form) for the total voltage `voltage` = R·i_op + Δv.
+    pub fn current_rate(&self, gap: f64, gap_rate: f64, current: f64, voltage: f64) -> f64 {
+        (voltage - self.resistance * current) / self.inductance_at(gap)
+            + self.motional_rate(gap, gap_rate, current)
+    }
+
+    /// Voltage, in V, that holds the current where it is.
+    pub fn holding_voltage(&self, gap: f64, gap_rate: f64, current: f64) -> f64 {
+        self.resistance * current
+            - self.inductance_at(gap) * self.motional_rate(gap, gap_rate, current)
+    }
+}

@@ -1,0 +1,54 @@
+//! What can go wrong, said so that it can be mended.
+
+/// Why a magnet could not be built, started or stepped.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A parameter, input or step size lies outside the range in which the model is defined.
+    #[error("{name} is {value}, but must be {must}")]
+    OutOfRange {
+        /// Name of the quantity, with its unit.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// The condition that it breaks.
+        must: &'static str,
+    },
+    /// The Runge-Kutta step is too long for the fastest rate in the model.
+    #[error(
+        "the integration step of {step} s is too long for the controller's fastest rate of \
+         {rate} 1/s: take at most {longest} s, or lower the filter's cut-off frequencies"
+    )]
+    CoarseIntegration {
+        /// The integration step, in s.
+        step: f64,
+        /// The fastest rate in the model, in 1/s.
+        rate: f64,
+        /// The longest step accepted, in s.
+        longest: f64,
+    },
+    /// The magnet touches the rail: the force laws end at a gap of zero, and contact is not part
+    /// of this model.
+    #[error(
+        "at t = {time} s the gap is {gap} m: the magnet has reached the rail, where the force law \
+         ends; check the load, the gains and the step size of the coupling"
+    )]
+    GapClosed {
+        /// Time, in s.
+        time: f64,
+        /// The gap, in m.
+        gap: f64,
+    },
+    /// The limits switched more often within one step than any smooth course explains.
+    #[error(
+        "at t = {time} s the limits on voltage and current switched more than {events} times in \
+         one step of {step} s: shorten the step, or widen the limits"
+    )]
+    Chattering {
+        /// Time, in s.
+        time: f64,
+        /// Step size, in s.
+        step: f64,
+        /// Number of switches allowed in one step.
+        events: usize,
+    },
+}

@@ -1,0 +1,154 @@
+//! The linear, continuous, unlimited magnet: a linear system, integrated exactly.
+
+use nalgebra::SMatrix;
+
+use crate::{Magnet, inputs::Course, system::State};
+
+/// z' = A·z + B·w with the state z = (x₁ … x₅, Δi) and the inputs w = (Δc, ċ, q̈), and the force
+/// deviation ΔF = force_by_state·z + force_by_input·w: eqs 1-5 with the controller closed.
+///
+/// For the nonlinear law it is the linearisation about a resting operating point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearSystem {
+    /// A, row by row.
+    pub a: [[f64; 6]; 6],
+    /// B, row by row.
+    pub b: [[f64; 3]; 6],
+    /// Force per state, in N and N/A.
+    pub force_by_state: [f64; 6],
+    /// Force per input, in N/m, N·s/m, N·s²/m.
+    pub force_by_input: [f64; 3],
+}
+
+/// Numbers of states, of inputs, and of what a step depends on: the state, and each input with
+/// three derivatives.
+const STATES: usize = 6;
+const INPUTS: usize = 3;
+const COLUMNS: usize = STATES + 4 * INPUTS;
+
+/// One step's map: z(h) = Φ(h)·z(0) + Σₖ Γₖ(h)·w⁽ᵏ⁾(0), k = 0 … 3, stored by columns.
+///
+/// It is exact for inputs that are polynomials of third order, whatever h: with the input's
+/// derivatives as further states the system is homogeneous, and
+/// exp([[A, B, 0], [0, 0, I], …]·h) holds Φ and all Γ. The derivatives are scaled by hᵏ (time
+/// counted in steps) so that the exponential's entries stay of one size.
+#[derive(Debug, Clone, PartialEq)]
+struct Propagator {
+    columns: [[f64; STATES]; COLUMNS],
+}
+
+impl Propagator {
+    fn new(system: &LinearSystem, h: f64) -> Self {
+        let mut m = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
+        for i in 0..STATES {
+            for j in 0..STATES {
+                m[(i, j)] = h * system.a[i][j];
+            }
+            for j in 0..INPUTS {
+                m[(i, STATES + j)] = h * system.b[i][j];
+            }
+        }
+        for k in STATES..COLUMNS - INPUTS {
+            m[(k, k + INPUTS)] = 1.0;
+        }
+        let exponential = m.exp();
+        let mut columns = [[0.0; STATES]; COLUMNS];
+        let mut scale = 1.0;
+        for (j, column) in columns.iter_mut().enumerate() {
+            if j > STATES && (j - STATES).is_multiple_of(INPUTS) {
+                scale *= h;
+            }
+            for (i, value) in column.iter_mut().enumerate() {
+                *value = scale * exponential[(i, j)];
+            }
+        }
+        Self { columns }
+    }
+
+    #[inline]
+    fn apply(&self, state: &mut State, course: &Course, nominal_gap: f64) {
+        let mut z = [0.0; STATES];
+        let x = &state.filter;
+        let states = [x[0], x[1], x[2], x[3], x[4], state.current_deviation];
+        add(&mut z, &self.columns[..STATES], &states);
+        let (c, rate, a) = (&course.gap, &course.gap_rate, &course.acceleration);
+        add(&mut z, &self.columns[STATES..], &[c[0] - nominal_gap, rate[0], a[0]]);
+        for k in 1..=course.order() {
+            add(&mut z, &self.columns[STATES + k * INPUTS..], &[c[k], rate[k], a[k]]);
+        }
+        state.filter.copy_from_slice(&z[..5]);
+        state.current_deviation = z[5];
+    }
+}
+
+/// z += Σⱼ columnⱼ·valueⱼ.
+#[inline]
+fn add(z: &mut [f64; STATES], columns: &[[f64; STATES]], values: &[f64]) {
+    for (column, value) in columns.iter().zip(values) {
+        for (z, entry) in z.iter_mut().zip(column) {
+            *z += entry * value;
+        }
+    }
+}
+
+/// What determines a [`LinearSystem`]: compared to tell whether cached maps still apply.
+pub(crate) type Key = [f64; 13];
+
+/// Step sizes remembered. A caller that forms its steps as differences of times uses a handful
+/// which differ in their last bits.
+const REMEMBERED: usize = 8;
+
+/// Caches the maps of recent step sizes.
+///
+/// A cached map is the value that would be computed anew, so a workspace influences speed only: it
+/// need not be saved with a state, and may be shared between magnets.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    key: Key,
+    maps: [Option<(f64, Propagator)>; REMEMBERED],
+    /// Where the last map was found, and where the next new one goes.
+    last: usize,
+    oldest: usize,
+}
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Self { key: [f64::NAN; 13], maps: [const { None }; REMEMBERED], last: 0, oldest: 0 }
+    }
+}
+
+impl Workspace {
+    /// Exact step of a magnet for which [`Magnet::is_exact`] holds.
+    #[inline]
+    pub(crate) fn step(&mut self, magnet: &Magnet, state: &mut State, course: &Course, h: f64) {
+        let nominal_gap = magnet.electromagnet().nominal_gap;
+        if self.key != *magnet.key() {
+            *self = Self { key: *magnet.key(), ..Self::default() };
+        }
+        if let Some((size, map)) = &self.maps[self.last]
+            && *size == h
+        {
+            map.apply(state, course, nominal_gap);
+        } else {
+            self.find(magnet, h).apply(state, course, nominal_gap);
+        }
+    }
+
+    #[cold]
+    fn find(&mut self, magnet: &Magnet, h: f64) -> &Propagator {
+        let known =
+            |map: &Option<(f64, Propagator)>| map.as_ref().is_some_and(|(size, _)| *size == h);
+        match self.maps.iter().position(known) {
+            Some(place) => self.last = place,
+            None => {
+                self.last = self.oldest;
+                self.oldest = (self.oldest + 1) % REMEMBERED;
+            }
+        }
+        let slot = &mut self.maps[self.last];
+        if !known(slot) {
+            *slot = None;
+        }
+        &slot.get_or_insert_with(|| (h, Propagator::new(magnet.linear_system(), h))).1
+    }
+}

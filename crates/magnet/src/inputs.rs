@@ -1,0 +1,116 @@
+//! What the magnet is told: signals at an instant, and their course over a step.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, parameters::finite};
+
+/// Value and first three time derivatives of a signal at the start of a step: the polynomial
+/// u(τ) = u + u'·τ + u''·τ²/2 + u'''·τ³/6.
+pub type Taylor = [f64; 4];
+
+/// Signals at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Inputs {
+    /// Gap c, in m.
+    pub gap: f64,
+    /// Rate of the gap ċ, in m/s.
+    pub gap_rate: f64,
+    /// Inertial acceleration q̈ of the magnet, in m/s², positive downward.
+    pub acceleration: f64,
+    /// Displacement y of the magnet to the left of the rail, in m.
+    pub lateral_offset: f64,
+    /// Static force F_s that the magnet carries at its operating point, in N.
+    pub static_force: f64,
+}
+
+impl Inputs {
+    /// Refuses signals that are not numbers, and a closed gap.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        finite("gap (m)", self.gap)?;
+        finite("gap rate (m/s)", self.gap_rate)?;
+        finite("acceleration (m/s²)", self.acceleration)?;
+        finite("lateral offset (m)", self.lateral_offset)?;
+        finite("static force (N)", self.static_force)?;
+        if self.gap > 0.0 {
+            return Ok(());
+        }
+        let must = "positive: at zero the magnet touches the rail and the force law ends";
+        Err(Error::OutOfRange { name: "gap (m)", value: self.gap, must })
+    }
+}
+
+/// Course over a step of the signals that drive the state: polynomials of up to third order in the
+/// time since the step's start.
+///
+/// Gap and gap rate are separate signals: the filter and the force use the gap, eq. 2 the rate.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Course {
+    /// Gap, in m, m/s, …
+    pub gap: Taylor,
+    /// Rate of the gap, in m/s, m/s², …
+    pub gap_rate: Taylor,
+    /// Acceleration, in m/s², …
+    pub acceleration: Taylor,
+}
+
+impl Course {
+    /// Signals that keep their value over the step.
+    pub fn constant(inputs: &Inputs) -> Self {
+        let hold = |value| [value, 0.0, 0.0, 0.0];
+        Self {
+            gap: hold(inputs.gap),
+            gap_rate: hold(inputs.gap_rate),
+            acceleration: hold(inputs.acceleration),
+        }
+    }
+
+    /// The same course seen from `time` later (s): what is left of a step after a part of it.
+    pub fn after(&self, time: f64) -> Self {
+        Self {
+            gap: shift(&self.gap, time),
+            gap_rate: shift(&self.gap_rate, time),
+            acceleration: shift(&self.acceleration, time),
+        }
+    }
+
+    /// Gap, gap rate and acceleration `time` (s) after the step's start.
+    pub(crate) fn at(&self, time: f64) -> [f64; 3] {
+        [value(&self.gap, time), value(&self.gap_rate, time), value(&self.acceleration, time)]
+    }
+
+    /// Highest derivative that is not zero.
+    pub(crate) fn order(&self) -> usize {
+        let used =
+            |k: usize| self.gap[k] != 0.0 || self.gap_rate[k] != 0.0 || self.acceleration[k] != 0.0;
+        (1..4).rev().find(|&k| used(k)).unwrap_or(0)
+    }
+
+    pub(crate) fn check(&self, time: f64) -> Result<(), Error> {
+        let all_finite = |t: &Taylor| t.iter().all(|v| v.is_finite());
+        for (name, course) in [
+            ("gap or one of its derivatives", &self.gap),
+            ("gap rate or one of its derivatives", &self.gap_rate),
+            ("acceleration or one of its derivatives", &self.acceleration),
+        ] {
+            if !all_finite(course) {
+                let value = course.iter().copied().find(|v| !v.is_finite()).unwrap_or(f64::NAN);
+                return Err(Error::OutOfRange { name, value, must: "finite" });
+            }
+        }
+        if self.gap[0] > 0.0 {
+            return Ok(());
+        }
+        Err(Error::GapClosed { time, gap: self.gap[0] })
+    }
+}
+
+/// Value of the polynomial after `t`.
+#[inline]
+fn value(u: &Taylor, t: f64) -> f64 {
+    u[0] + t * (u[1] + t * (0.5 * u[2] + t * (u[3] / 6.0)))
+}
+
+/// The polynomial's derivatives after `t`.
+fn shift(u: &Taylor, t: f64) -> Taylor {
+    [value(u, t), u[1] + t * (u[2] + t * (0.5 * u[3])), u[2] + t * u[3], u[3]]
+}

@@ -1,0 +1,227 @@
+//! What the magnet tells: forces, electrical quantities, estimates, and their derivatives.
+
+use crate::{
+    Error,
+    filter::ACCELERATION_SCALE,
+    inputs::Inputs,
+    lateral::{lateral_force, lateral_gradient},
+    limits::{Mode, Point},
+    parameters::Law,
+    system::{Magnet, State},
+};
+
+/// Quantities at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outputs {
+    /// Levitation force F, in N, attraction positive.
+    pub force: f64,
+    /// Lateral force on the magnet, in N, left positive.
+    pub lateral_force: f64,
+    /// Coil current i, in A.
+    pub current: f64,
+    /// Voltage v that the controller applies, in V, within the voltage limits. A current limiter
+    /// at work lowers it further inside the power stage.
+    pub voltage: f64,
+    /// Scaled estimates y₁ … y₅ of eq. 5: gap (250·Δc), gap velocity (2.5·ċ), acceleration
+    /// (0.25·q̈), velocity (2.5·q̇), position (250·q).
+    pub estimates: [f64; 5],
+}
+
+/// Derivatives of the inputs at an instant, as far as outputs' derivatives depend on them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct InputRates {
+    /// Rate of the gap rate c̈, in m/s².
+    pub gap_acceleration: f64,
+    /// Rate of the acceleration, in m/s³.
+    pub jerk: f64,
+    /// Rate of the static force, in N/s.
+    pub static_force_rate: f64,
+    /// Second derivative of the static force, in N/s².
+    pub static_force_acceleration: f64,
+}
+
+/// Time derivatives of the outputs at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates {
+    /// dF/dt, in N/s.
+    pub force: f64,
+    /// d²F/dt², in N/s².
+    pub force_second: f64,
+    /// di/dt, in A/s.
+    pub current: f64,
+    /// dv/dt, in V/s; zero while a sampled controller or a limit holds the voltage.
+    pub voltage: f64,
+    /// y', in 1/s.
+    pub estimates: [f64; 5],
+}
+
+/// Partial derivatives of the outputs with respect to the inputs at fixed state. Those not listed
+/// are zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Partials {
+    /// ∂F/∂c, in N/m.
+    pub force_by_gap: f64,
+    /// ∂F/∂F_s: one in the linear law, zero in the other.
+    pub force_by_static_force: f64,
+    /// ∂F_y/∂c, in N/m.
+    pub lateral_force_by_gap: f64,
+    /// ∂F_y/∂F_s.
+    pub lateral_force_by_static_force: f64,
+    /// ∂F_y/∂y, in N/m.
+    pub lateral_force_by_offset: f64,
+    /// ∂v/∂q̈, in V·s²/m.
+    pub voltage_by_acceleration: f64,
+    /// ∂y₃/∂q̈, in s²/m: the only estimate with feed-through (eq. 5).
+    pub estimate_by_acceleration: f64,
+}
+
+impl Magnet {
+    /// All outputs for a state and the inputs of the same instant.
+    ///
+    /// # Errors
+    /// Inputs that are not finite, or a closed gap.
+    #[inline]
+    pub fn outputs(&self, state: &State, inputs: &Inputs) -> Result<Outputs, Error> {
+        inputs.check()?;
+        let gap = inputs.gap;
+        let force = self.electromagnet().force(
+            gap,
+            state.operating_current,
+            state.current_deviation,
+            inputs.static_force,
+        );
+        let width = self.parameters().pole_width;
+        let deviation = gap - self.electromagnet().nominal_gap;
+        Ok(Outputs {
+            force,
+            lateral_force: width
+                .map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width)),
+            current: state.current(),
+            voltage: self.voltage(state, inputs.acceleration),
+            estimates: self.filter().estimates(&state.filter, deviation, inputs.acceleration),
+        })
+    }
+
+    /// Voltage that the controller applies, in V.
+    fn voltage(&self, state: &State, acceleration: f64) -> f64 {
+        if self.parameters().control.sampling.is_some() {
+            state.hold.applied
+        } else {
+            self.demand(state, acceleration)
+        }
+    }
+
+    /// Which limits are at work.
+    pub fn limits_at_work(&self, state: &State, inputs: &Inputs) -> Mode {
+        let Inputs { gap, gap_rate, acceleration, .. } = *inputs;
+        let command = if self.parameters().control.sampling.is_some() {
+            state.hold.applied
+        } else {
+            self.command(&state.filter, state.operating_current, acceleration)
+        };
+        self.mode(&Point { gap, gap_rate, current: state.current(), command })
+    }
+
+    /// Time derivatives of the outputs.
+    ///
+    /// The gap's own rate cancels from the force's: with the flux linkage λ = L·i, F = λ²/(4K) and
+    /// λ' = v − R·i, so F' = λ·(v − R·i)/(2K) and F'' = [(v − R·i)² + λ·(v' − R·i')]/(2K); linear,
+    /// F' = F_s' + (kᵢ/L₀)·(Δv − R·Δi) and F'' = F_s'' + (kᵢ/L₀)·(Δv' − R·Δi'). While the current
+    /// limiter holds i, only the gap moves the force.
+    ///
+    /// # Errors
+    /// Inputs that are not finite, or a closed gap.
+    pub fn rates(
+        &self,
+        state: &State,
+        inputs: &Inputs,
+        rates: &InputRates,
+    ) -> Result<Rates, Error> {
+        inputs.check()?;
+        let mode = self.limits_at_work(state, inputs);
+        let deviation = inputs.gap - self.electromagnet().nominal_gap;
+        let filter = self.filter().rates(&state.filter, deviation, inputs.acceleration);
+        // The gap has no feed-through to the estimates, so its rate is not asked for here.
+        let estimates = self.filter().estimates(&filter, 0.0, rates.jerk);
+        let held = self.parameters().control.sampling.is_some() || mode.voltage_is_limited();
+        let voltage_rate = if held { 0.0 } else { self.deviation(&filter, rates.jerk) };
+        let voltage = self.voltage(state, inputs.acceleration);
+        let coil = Coil { mode, voltage, voltage_rate };
+        let (force, force_second, current) = self.force_rates(state, inputs, rates, &coil);
+        Ok(Rates { force, force_second, current, voltage: voltage_rate, estimates })
+    }
+
+    /// F', F'' and i'.
+    fn force_rates(
+        &self,
+        state: &State,
+        inputs: &Inputs,
+        rates: &InputRates,
+        coil: &Coil,
+    ) -> (f64, f64, f64) {
+        let magnet = self.electromagnet();
+        let (gap, gap_rate, current) = (inputs.gap, inputs.gap_rate, state.current());
+        let static_rates = match magnet.law() {
+            Law::Linear => (rates.static_force_rate, rates.static_force_acceleration),
+            Law::Nonlinear => (0.0, 0.0),
+        };
+        if coil.mode.current_is_limited() {
+            let (by_gap, _) = magnet.force_gradient(gap, current);
+            let curvature = match magnet.law() {
+                Law::Linear => 0.0,
+                Law::Nonlinear => -3.0 * by_gap / gap,
+            };
+            let second = by_gap * rates.gap_acceleration + curvature * gap_rate * gap_rate;
+            return (static_rates.0 + by_gap * gap_rate, static_rates.1 + second, 0.0);
+        }
+        let current_rate = magnet.current_rate(gap, gap_rate, current, coil.voltage);
+        let flux_rate = coil.voltage - magnet.resistance * current;
+        let flux_second = coil.voltage_rate - magnet.resistance * current_rate;
+        let (per_flux, spread) = match magnet.law() {
+            Law::Linear => (magnet.current_stiffness / magnet.inductance, 0.0),
+            Law::Nonlinear => (current / gap, flux_rate * flux_rate / (2.0 * magnet.constant)),
+        };
+        let force = static_rates.0 + per_flux * flux_rate;
+        (force, static_rates.1 + per_flux * flux_second + spread, current_rate)
+    }
+
+    /// Partial derivatives of the outputs with respect to the inputs.
+    ///
+    /// # Errors
+    /// Inputs that are not finite, or a closed gap.
+    pub fn partials(&self, state: &State, inputs: &Inputs) -> Result<Partials, Error> {
+        let outputs = self.outputs(state, inputs)?;
+        let Inputs { gap, lateral_offset, .. } = *inputs;
+        let (force_by_gap, _) = self.electromagnet().force_gradient(gap, outputs.current);
+        let force_by_static_force = match self.electromagnet().law() {
+            Law::Linear => 1.0,
+            Law::Nonlinear => 0.0,
+        };
+        let [by_force, by_gap, by_offset] = self
+            .parameters()
+            .pole_width
+            .map_or([0.0; 3], |width| lateral_gradient(outputs.force, gap, lateral_offset, width));
+        let sampled = self.parameters().control.sampling.is_some();
+        let limited = self.limits_at_work(state, inputs).voltage_is_limited();
+        Ok(Partials {
+            force_by_gap,
+            force_by_static_force,
+            lateral_force_by_gap: by_gap + by_force * force_by_gap,
+            lateral_force_by_static_force: by_force * force_by_static_force,
+            lateral_force_by_offset: by_offset,
+            voltage_by_acceleration: if sampled || limited {
+                0.0
+            } else {
+                self.voltage_by_acceleration()
+            },
+            estimate_by_acceleration: ACCELERATION_SCALE,
+        })
+    }
+}
+
+/// The electrical side of one instant.
+struct Coil {
+    mode: Mode,
+    voltage: f64,
+    voltage_rate: f64,
+}

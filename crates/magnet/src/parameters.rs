@@ -1,0 +1,255 @@
+//! What describes one magnet and its controller; the defaults are the paper's table 2.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// Everything that describes a magnet. [`Default`] is the paper's magnet: table 2, the filter of
+/// eq. 4, the linear law, no limits, a continuous controller.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Number of turns N of the coil.
+    pub turns: f64,
+    /// Area A of one pole face, in m².
+    pub pole_area: f64,
+    /// Resistance R of the coil, in Ω.
+    pub resistance: f64,
+    /// Nominal gap c₀, in m.
+    pub nominal_gap: f64,
+    /// Current i₀ about which the linear law is taken, in A. The nonlinear law has no use for it.
+    pub operating_current: f64,
+    /// Which force law and coil equation hold.
+    pub law: Law,
+    /// Gains and sampling of the controller.
+    pub control: Control,
+    /// Design of the filter in front of the control law.
+    pub filter: FilterDesign,
+    /// Limits on the coil's voltage and current.
+    pub limits: Limits,
+    /// Width w of a pole for the lateral force, in m; `None` switches the lateral force off.
+    pub pole_width: Option<f64>,
+    /// Longest Runge-Kutta step, in s, where the exact integration does not apply (nonlinear law,
+    /// limits or a sampled controller).
+    pub integration_step: f64,
+}
+
+/// Force law and coil equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Law {
+    /// Eqs 1 and 2, linear about (i₀, c₀), carrying the static force.
+    Linear,
+    /// F = μ₀AN²/4·(i/c)² with the gap-dependent inductance L(c) = μ₀N²A/(2c).
+    Nonlinear,
+}
+
+/// The controller: eq. 3 and how it is carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Control {
+    /// Gains of eq. 3.
+    pub gains: Gains,
+    /// Sampled instead of continuous, if given.
+    pub sampling: Option<Sampling>,
+}
+
+/// Gains of the control law Δv = k₁·y₃ + k₂·y₄ + k₃·y₅ + k₄·y₂ + k₅·y₁ (eq. 3), in V per unit of
+/// the scaled estimate y (eq. 5).
+///
+/// The gains follow eq. 3's order, the estimates eq. 5's. Reading the gains in eq. 5's order as
+/// well gives a loop that hardly damps, hence the names.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gains {
+    /// k₁, on the estimated acceleration y₃.
+    pub acceleration: f64,
+    /// k₂, on the estimated velocity y₄.
+    pub velocity: f64,
+    /// k₃, on the estimated position y₅.
+    pub position: f64,
+    /// k₄, on the estimated gap velocity y₂.
+    pub gap_velocity: f64,
+    /// k₅, on the estimated gap y₁.
+    pub gap: f64,
+}
+
+/// A controller that acts at the instants t₀ + n·T, counted from initialisation, and holds its
+/// voltage in between. The filter before it stays continuous.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Sampling {
+    /// Sample time T, in s.
+    pub period: f64,
+    /// Whether each voltage is applied one sample after the one that it was computed from.
+    pub delayed: bool,
+}
+
+/// Cut-off design of the dynamic filter; see [`crate::Filter`] for the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FilterDesign {
+    /// Cut-off ω_c of the low-pass on the gap, in rad/s.
+    pub gap_cutoff: f64,
+    /// Damping ratio ζ_c of that low-pass.
+    pub gap_damping: f64,
+    /// Frequency ω_v where the velocity estimate passes from gap rate to acceleration, in rad/s.
+    pub velocity_cutoff: f64,
+    /// Damping ratio ζ_v of that passage.
+    pub velocity_damping: f64,
+    /// Frequency ω_p where the position estimate passes from gap to velocity, in rad/s.
+    pub position_cutoff: f64,
+}
+
+/// Limits of the power electronics. `None` means unlimited.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Limits {
+    /// Range of the coil's total voltage v, in V.
+    pub voltage: Option<Range>,
+    /// Range of the coil's total current i, in A, held by an ideal limiter: at a bound the current
+    /// stays there as long as the voltage would drive it outwards, whatever voltage that takes.
+    pub current: Option<Range>,
+}
+
+/// A closed range.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Range {
+    /// Lower bound.
+    pub min: f64,
+    /// Upper bound.
+    pub max: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            turns: 400.0,
+            pole_area: 0.036,
+            resistance: 0.6,
+            nominal_gap: 0.008,
+            operating_current: 24.0,
+            law: Law::Linear,
+            control: Control { gains: Gains::default(), sampling: None },
+            filter: filter_design_of_eq_4(),
+            limits: Limits::default(),
+            pole_width: Some(0.028),
+            integration_step: 5e-5,
+        }
+    }
+}
+
+impl Default for Gains {
+    fn default() -> Self {
+        Self { acceleration: 7.0, velocity: 40.0, position: 4.0, gap_velocity: 40.0, gap: 7.0 }
+    }
+}
+
+/// The design that gives eq. 4's matrices, entry by entry: 1000 rad/s and 10 rad/s, both with a
+/// damping ratio of one half, and 10 rad/s for the position.
+pub const fn filter_design_of_eq_4() -> FilterDesign {
+    FilterDesign {
+        gap_cutoff: 1000.0,
+        gap_damping: 0.5,
+        velocity_cutoff: 10.0,
+        velocity_damping: 0.5,
+        position_cutoff: 10.0,
+    }
+}
+
+/// The longest Runge-Kutta step times the fastest rate; see [`Parameters::check`].
+const MAX_STEP_ANGLE: f64 = 0.5;
+
+impl Parameters {
+    /// Checks that the model is defined for these values.
+    ///
+    /// The integration step is held below half a radian of the fastest rate: a fourth-order
+    /// Runge-Kutta step then errs by less than 0.5⁵/5! ≈ 3e-4 of the fastest mode's amplitude, far
+    /// from its limit of stability at 2.6-2.8.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] or [`Error::CoarseIntegration`] for the first value that is not
+    /// acceptable.
+    pub fn check(&self) -> Result<(), Error> {
+        positive("turns", self.turns)?;
+        positive("pole area (m²)", self.pole_area)?;
+        positive("resistance (Ω)", self.resistance)?;
+        positive("nominal gap (m)", self.nominal_gap)?;
+        positive("operating current (A)", self.operating_current)?;
+        positive("integration step (s)", self.integration_step)?;
+        if let Some(width) = self.pole_width {
+            positive("pole width (m)", width)?;
+        }
+        self.control.gains.check()?;
+        if let Some(sampling) = self.control.sampling {
+            positive("sample time (s)", sampling.period)?;
+        }
+        self.filter.check()?;
+        if let Some(range) = self.limits.voltage {
+            range.check("lower voltage limit (V)", "upper voltage limit (V)")?;
+        }
+        if let Some(range) = self.limits.current {
+            range.check("lower current limit (A)", "upper current limit (A)")?;
+        }
+        self.check_integration_step()
+    }
+
+    fn check_integration_step(&self) -> Result<(), Error> {
+        let rate = self.filter.fastest_rate();
+        let longest = MAX_STEP_ANGLE / rate;
+        if self.integration_step > longest {
+            let step = self.integration_step;
+            return Err(Error::CoarseIntegration { step, rate, longest });
+        }
+        Ok(())
+    }
+}
+
+impl Gains {
+    fn check(&self) -> Result<(), Error> {
+        finite("gain on the acceleration (V)", self.acceleration)?;
+        finite("gain on the velocity (V)", self.velocity)?;
+        finite("gain on the position (V)", self.position)?;
+        finite("gain on the gap velocity (V)", self.gap_velocity)?;
+        finite("gain on the gap (V)", self.gap)
+    }
+}
+
+impl FilterDesign {
+    fn check(&self) -> Result<(), Error> {
+        positive("cut-off of the gap filter (rad/s)", self.gap_cutoff)?;
+        positive("damping ratio of the gap filter", self.gap_damping)?;
+        positive("cut-off of the velocity filter (rad/s)", self.velocity_cutoff)?;
+        positive("damping ratio of the velocity filter", self.velocity_damping)?;
+        positive("cut-off of the position filter (rad/s)", self.position_cutoff)
+    }
+
+    /// Largest modulus of the filter's poles, in 1/s: ω of a pair, or the faster of two real poles
+    /// where a damping ratio exceeds one.
+    pub fn fastest_rate(&self) -> f64 {
+        let pair = |omega: f64, zeta: f64| omega * (zeta + (zeta * zeta - 1.0).max(0.0).sqrt());
+        pair(self.gap_cutoff, self.gap_damping)
+            .max(self.gap_cutoff)
+            .max(pair(self.velocity_cutoff, self.velocity_damping))
+            .max(self.velocity_cutoff)
+            .max(self.position_cutoff)
+    }
+}
+
+impl Range {
+    fn check(&self, lower: &'static str, upper: &'static str) -> Result<(), Error> {
+        finite(lower, self.min)?;
+        finite(upper, self.max)?;
+        if self.min < self.max {
+            return Ok(());
+        }
+        Err(Error::OutOfRange { name: upper, value: self.max, must: "above the lower limit" })
+    }
+}
+
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(Error::OutOfRange { name, value, must: "positive and finite" })
+}
+
+pub(crate) fn finite(name: &'static str, value: f64) -> Result<(), Error> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(Error::OutOfRange { name, value, must: "finite" })
+}

@@ -1,0 +1,193 @@
+//! Integration where no closed form applies: the classical fourth-order Runge-Kutta method, with
+//! the instants located at which a limit sets in or lets go.
+//!
+//! Between those instants the right-hand side is smooth: the method keeps its order 4 across them,
+//! which it would lose if it stepped over the kinks. Two switches of the same limit within one
+//! step of the method are not seen; they change the state by less than the method's own error as
+//! long as the excursion is shorter than the step (`integration_step`).
+
+use crate::{
+    Error,
+    inputs::Course,
+    limits::{Mode, Point, Side},
+    system::{Magnet, State},
+};
+
+/// Filter states x₁ … x₅ and current deviation Δi.
+type Vector = [f64; 6];
+
+/// Switches of the limits allowed in one call. A continuous controller with poles below 1000 1/s
+/// switches a few times in a step of any use; hundreds mean a fault.
+const MAX_EVENTS: usize = 1000;
+
+/// Halvings when a switch is located: to 2⁻⁴⁰ of the method's step, below its error.
+const HALVINGS: usize = 40;
+
+/// What drives the state during an integration.
+pub(crate) struct Drive<'a> {
+    /// Inputs, relative to the start of the communication step.
+    pub course: &'a Course,
+    /// Time at the start of the communication step, for messages.
+    pub time: f64,
+    /// Total voltage held by a sampled controller, in V; `None` for a continuous one.
+    pub held: Option<f64>,
+}
+
+/// Advances the state from `from` to `to`, both relative to the start of the communication step.
+pub(crate) fn integrate(
+    magnet: &Magnet,
+    state: &mut State,
+    drive: &Drive,
+    from: f64,
+    to: f64,
+) -> Result<(), Error> {
+    let mut run = Run { magnet, drive, operating: state.operating_current, events: 0 };
+    let mut z = pack(state);
+    // The small allowance keeps a span of exactly n steps at n in spite of rounding.
+    let count = ((to - from) / magnet.parameters().integration_step - 1e-9).ceil().max(1.0);
+    let size = (to - from) / count;
+    let mut start = from;
+    for k in 1..=count as u64 {
+        let end = if k as f64 == count { to } else { from + k as f64 * size };
+        run.advance(&mut z, start, end)?;
+        start = end;
+    }
+    unpack(state, &z);
+    Ok(())
+}
+
+fn pack(state: &State) -> Vector {
+    let [a, b, c, d, e] = state.filter;
+    [a, b, c, d, e, state.current_deviation]
+}
+
+fn unpack(state: &mut State, z: &Vector) {
+    state.filter.copy_from_slice(&z[..5]);
+    state.current_deviation = z[5];
+}
+
+struct Run<'a> {
+    magnet: &'a Magnet,
+    drive: &'a Drive<'a>,
+    operating: f64,
+    events: usize,
+}
+
+impl Run<'_> {
+    /// One step of the method, cut where a limit sets in or lets go.
+    fn advance(&mut self, z: &mut Vector, start: f64, end: f64) -> Result<(), Error> {
+        self.check_gap(0.5 * (start + end))?;
+        self.check_gap(end)?;
+        let mut at = start;
+        while at < end {
+            self.limit_current(z);
+            let mode = self.mode(z, at);
+            let whole = self.step(z, at, end - at, mode);
+            if self.holds(mode, &whole, end) {
+                *z = whole;
+                return Ok(());
+            }
+            let size = self.locate(z, at, end - at, mode);
+            *z = self.step(z, at, size, mode);
+            at = (at + size).max(at.next_up());
+            self.events += 1;
+            if self.events > MAX_EVENTS {
+                let (time, step) = (self.drive.time + at, end - start);
+                return Err(Error::Chattering { time, step, events: MAX_EVENTS });
+            }
+        }
+        Ok(())
+    }
+
+    /// Shortest step, to 2⁻⁴⁰ of `size`, after which the mode no longer holds, by bisection: the
+    /// answer lies on the far side of the switch, so that the next mode is another one.
+    fn locate(&self, z: &Vector, at: f64, size: f64, mode: Mode) -> f64 {
+        let (mut holds, mut fails) = (0.0, size);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (holds + fails);
+            if self.holds(mode, &self.step(z, at, middle, mode), at + middle) {
+                holds = middle;
+            } else {
+                fails = middle;
+            }
+        }
+        fails
+    }
+
+    fn step(&self, z: &Vector, at: f64, size: f64, mode: Mode) -> Vector {
+        let k1 = self.rates(z, at, mode);
+        let k2 = self.rates(&along(z, &k1, 0.5 * size), at + 0.5 * size, mode);
+        let k3 = self.rates(&along(z, &k2, 0.5 * size), at + 0.5 * size, mode);
+        let k4 = self.rates(&along(z, &k3, size), at + size, mode);
+        let mut result = *z;
+        for (j, value) in result.iter_mut().enumerate() {
+            *value += size / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j]);
+        }
+        result
+    }
+
+    fn rates(&self, z: &Vector, at: f64, mode: Mode) -> Vector {
+        let [gap, gap_rate, acceleration] = self.drive.course.at(at);
+        let magnet = self.magnet;
+        let x = [z[0], z[1], z[2], z[3], z[4]];
+        let deviation = gap - magnet.electromagnet().nominal_gap;
+        let [a, b, c, d, e] = magnet.filter().rates(&x, deviation, acceleration);
+        let current_rate = if mode.current == Side::Free {
+            let voltage = match (mode.voltage, magnet.parameters().limits.voltage) {
+                (Side::Upper, Some(range)) => range.max,
+                (Side::Lower, Some(range)) => range.min,
+                _ => self.command(&x, acceleration),
+            };
+            let current = self.operating + z[5];
+            magnet.electromagnet().current_rate(gap, gap_rate, current, voltage)
+        } else {
+            0.0
+        };
+        [a, b, c, d, e, current_rate]
+    }
+
+    fn command(&self, x: &[f64; 5], acceleration: f64) -> f64 {
+        self.drive.held.unwrap_or_else(|| self.magnet.command(x, self.operating, acceleration))
+    }
+
+    fn point(&self, z: &Vector, at: f64) -> Point {
+        let [gap, gap_rate, acceleration] = self.drive.course.at(at);
+        let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], acceleration);
+        Point { gap, gap_rate, current: self.operating + z[5], command }
+    }
+
+    fn mode(&self, z: &Vector, at: f64) -> Mode {
+        if self.magnet.parameters().limits.none() {
+            return Mode::FREE;
+        }
+        self.magnet.mode(&self.point(z, at))
+    }
+
+    fn holds(&self, mode: Mode, z: &Vector, at: f64) -> bool {
+        self.magnet.parameters().limits.none() || self.magnet.holds(mode, &self.point(z, at))
+    }
+
+    /// Removes the last bits by which a located switch overshoots a current bound.
+    fn limit_current(&self, z: &mut Vector) {
+        let limits = &self.magnet.parameters().limits;
+        if limits.current.is_some() {
+            z[5] = limits.clamp_current(self.operating + z[5]) - self.operating;
+        }
+    }
+
+    fn check_gap(&self, at: f64) -> Result<(), Error> {
+        let [gap, _, _] = self.drive.course.at(at);
+        if gap > 0.0 {
+            return Ok(());
+        }
+        Err(Error::GapClosed { time: self.drive.time + at, gap })
+    }
+}
+
+fn along(z: &Vector, rate: &Vector, size: f64) -> Vector {
+    let mut result = *z;
+    for (value, rate) in result.iter_mut().zip(rate) {
+        *value += size * rate;
+    }
+    result
+}

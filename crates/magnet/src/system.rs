@@ -1,0 +1,277 @@
+//! The whole magnet: force, coil, filter and control law.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Error,
+    electromagnet::Electromagnet,
+    exact::{Key, LinearSystem, Workspace},
+    filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE},
+    inputs::{Course, Inputs},
+    parameters::{Law, Parameters, positive},
+    runge_kutta::{self, Drive},
+    sampling::{self, Hold},
+};
+
+/// Everything that changes while stepping.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Filter states x₁ … x₅ (eq. 4).
+    pub filter: [f64; 5],
+    /// Δi = i − i_op, in A.
+    pub current_deviation: f64,
+    /// Operating current i_op, in A: i₀ in the linear law, the current that carries the static
+    /// force at the nominal gap in the nonlinear one. Fixed by [`Magnet::initialise`].
+    pub operating_current: f64,
+    /// Memory of a sampled controller.
+    pub hold: Hold,
+}
+
+impl State {
+    /// Total current i, in A.
+    pub fn current(&self) -> f64 {
+        self.operating_current + self.current_deviation
+    }
+}
+
+/// One magnet with its controller, ready to step. It never changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Magnet {
+    parameters: Parameters,
+    electromagnet: Electromagnet,
+    filter: Filter,
+    /// Voltage per filter state, and per m/s² of acceleration: eq. 3 after eq. 5.
+    voltage_by_state: [f64; 5],
+    voltage_by_acceleration: f64,
+    linear: LinearSystem,
+    key: Key,
+    exact: bool,
+}
+
+impl Magnet {
+    /// Builds a magnet.
+    ///
+    /// # Errors
+    /// Whatever [`Parameters::check`] finds.
+    pub fn new(parameters: Parameters) -> Result<Self, Error> {
+        parameters.check()?;
+        let electromagnet = Electromagnet::new(&parameters);
+        let filter = Filter::new(&parameters.filter);
+        let (voltage_by_state, voltage_by_acceleration) = control_law(&parameters, &filter);
+        let linear = linearise(&electromagnet, &filter, voltage_by_state, voltage_by_acceleration);
+        let exact = parameters.law == Law::Linear
+            && parameters.limits.none()
+            && parameters.control.sampling.is_none();
+        let key = key(&parameters, &electromagnet);
+        Ok(Self {
+            parameters,
+            electromagnet,
+            filter,
+            voltage_by_state,
+            voltage_by_acceleration,
+            linear,
+            key,
+            exact,
+        })
+    }
+
+    /// What the magnet was built from.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Constants and laws of force and coil.
+    pub fn electromagnet(&self) -> &Electromagnet {
+        &self.electromagnet
+    }
+
+    /// Matrices of the filter.
+    pub fn filter(&self) -> &Filter {
+        &self.filter
+    }
+
+    /// The linear system of eqs 1-5 about (i₀, c₀). For the nonlinear law it is the linearisation
+    /// about the operating point if `operating_current` is that point's current.
+    pub fn linear_system(&self) -> &LinearSystem {
+        &self.linear
+    }
+
+    /// Whether steps are exact: linear law, no limits, continuous controller.
+    pub fn is_exact(&self) -> bool {
+        self.exact
+    }
+
+    /// Fastest rate in the filter, in 1/s: what [`Parameters::integration_step`] is held against.
+    pub fn fastest_rate(&self) -> f64 {
+        self.parameters.filter.fastest_rate()
+    }
+
+    pub(crate) fn key(&self) -> &Key {
+        &self.key
+    }
+
+    pub(crate) fn voltage_by_acceleration(&self) -> f64 {
+        self.voltage_by_acceleration
+    }
+
+    /// Total voltage R·i_op + Δv that eq. 3 asks for, in V, before any limit.
+    #[inline]
+    pub(crate) fn command(&self, x: &[f64; 5], operating: f64, acceleration: f64) -> f64 {
+        self.electromagnet.resistance * operating + self.deviation(x, acceleration)
+    }
+
+    /// Δv of eq. 3 for filter states x, in V.
+    #[inline]
+    pub(crate) fn deviation(&self, x: &[f64; 5], acceleration: f64) -> f64 {
+        let mut voltage = self.voltage_by_acceleration * acceleration;
+        for (gain, x) in self.voltage_by_state.iter().zip(x) {
+            voltage += gain * x;
+        }
+        voltage
+    }
+
+    /// Total voltage within the limits that a continuous controller would apply now, in V.
+    pub(crate) fn demand(&self, state: &State, acceleration: f64) -> f64 {
+        let command = self.command(&state.filter, state.operating_current, acceleration);
+        self.parameters.limits.clamp_voltage(command)
+    }
+
+    /// The state of rest for inputs that stay as they are at `time` (s): the filter at
+    /// [`Filter::rest`], the current at Δi = Δv/R, within the limits.
+    ///
+    /// At the nominal gap this is the operating point, F = F_s. A gap off by Δc gives
+    /// ΔF = (kᵢ·(k₃ + k₅)·250/R − k_c)·Δc in the linear law: the static stiffness of the
+    /// levitation.
+    ///
+    /// # Errors
+    /// Inputs that are not finite, a closed gap, or (nonlinear law) a static force that no current
+    /// carries because it is not positive.
+    pub fn initialise(&self, inputs: &Inputs, time: f64) -> Result<State, Error> {
+        inputs.check()?;
+        let deviation = inputs.gap - self.electromagnet.nominal_gap;
+        let filter = self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration);
+        let operating_current = self.operating_current(inputs.static_force)?;
+        let hold = Hold::new(time, 0.0);
+        let mut state = State { filter, current_deviation: 0.0, operating_current, hold };
+        let limits = &self.parameters.limits;
+        if limits.none() {
+            let voltage = self.deviation(&state.filter, inputs.acceleration);
+            state.current_deviation = voltage / self.electromagnet.resistance;
+        }
+        let voltage = self.demand(&state, inputs.acceleration);
+        state.hold = Hold::new(time, voltage);
+        if !limits.none() {
+            let current = limits.clamp_current(voltage / self.electromagnet.resistance);
+            state.current_deviation = current - operating_current;
+        }
+        Ok(state)
+    }
+
+    fn operating_current(&self, static_force: f64) -> Result<f64, Error> {
+        match self.parameters.law {
+            Law::Linear => Ok(self.parameters.operating_current),
+            Law::Nonlinear => {
+                positive("static force (N) of the nonlinear law", static_force)?;
+                let gap = self.electromagnet.nominal_gap;
+                Ok(self.electromagnet.equilibrium_current(static_force, gap))
+            }
+        }
+    }
+
+    /// Advances the state over `size` (s) from `time` (s), while the inputs follow `course`.
+    ///
+    /// Where [`Magnet::is_exact`] holds the result is exact to rounding for any size; otherwise it
+    /// is of fourth order in [`Parameters::integration_step`]. After an error the state is as it
+    /// was before.
+    ///
+    /// # Errors
+    /// A size that is not positive, inputs that are not finite, a gap that closes, or limits that
+    /// chatter.
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut State,
+        course: &Course,
+        time: f64,
+        size: f64,
+        workspace: &mut Workspace,
+    ) -> Result<(), Error> {
+        positive("step size (s)", size)?;
+        course.check(time)?;
+        if self.exact {
+            workspace.step(self, state, course, size);
+            return Ok(());
+        }
+        let mut next = *state;
+        if let Some(sampling) = self.parameters.control.sampling {
+            sampling::integrate(self, sampling, &mut next, course, time, size)?;
+        } else {
+            let drive = Drive { course, time, held: None };
+            runge_kutta::integrate(self, &mut next, &drive, 0.0, size)?;
+        }
+        *state = next;
+        Ok(())
+    }
+}
+
+/// Eq. 3 on eq. 5's outputs: voltage per filter state and per m/s² of acceleration. The gap enters
+/// through the filter's states only.
+fn control_law(parameters: &Parameters, filter: &Filter) -> ([f64; 5], f64) {
+    let k = parameters.control.gains;
+    let by_estimate = [k.gap, k.gap_velocity, k.acceleration, k.velocity, k.position];
+    let mut by_state = [0.0; 5];
+    let mut by_acceleration = 0.0;
+    for (gain, (c, d)) in by_estimate.iter().zip(filter.c.iter().zip(&filter.d)) {
+        for (sum, entry) in by_state.iter_mut().zip(c) {
+            *sum += gain * entry;
+        }
+        by_acceleration += gain * d[1] * ACCELERATION_SCALE;
+    }
+    (by_state, by_acceleration)
+}
+
+fn linearise(
+    magnet: &Electromagnet,
+    filter: &Filter,
+    voltage_by_state: [f64; 5],
+    voltage_by_acceleration: f64,
+) -> LinearSystem {
+    let mut a = [[0.0; 6]; 6];
+    let mut b = [[0.0; 3]; 6];
+    for (i, (row, inputs)) in filter.a.iter().zip(&filter.b).enumerate() {
+        a[i][..5].copy_from_slice(row);
+        b[i] = [POSITION_SCALE * inputs[0], 0.0, ACCELERATION_SCALE * inputs[1]];
+    }
+    for (entry, gain) in a[5].iter_mut().zip(&voltage_by_state) {
+        *entry = gain / magnet.inductance;
+    }
+    a[5][5] = -magnet.resistance / magnet.inductance;
+    let motional = magnet.gap_stiffness / magnet.current_stiffness;
+    b[5] = [0.0, motional, voltage_by_acceleration / magnet.inductance];
+    LinearSystem {
+        a,
+        b,
+        force_by_state: [0.0, 0.0, 0.0, 0.0, 0.0, magnet.current_stiffness],
+        force_by_input: [-magnet.gap_stiffness, 0.0, 0.0],
+    }
+}
+
+fn key(parameters: &Parameters, magnet: &Electromagnet) -> Key {
+    let f = &parameters.filter;
+    let k = &parameters.control.gains;
+    [
+        f.gap_cutoff,
+        f.gap_damping,
+        f.velocity_cutoff,
+        f.velocity_damping,
+        f.position_cutoff,
+        k.acceleration,
+        k.velocity,
+        k.position,
+        k.gap_velocity,
+        k.gap,
+        magnet.inductance,
+        magnet.resistance,
+        magnet.gap_stiffness / magnet.current_stiffness,
+    ]
+}
