@@ -1,1 +1,43 @@
-//! Flexible guideway by modal superposition, moving loads, irregularity and chirp (eqs 6-8, 13)
+//! Flexible guideway under moving magnets.
+//!
+//! A row of simply supported spans between rigid ground, each described by its bending modes
+//! (eqs 6-8 of the paper), loaded by magnets whose forces are spread over their poles, with an
+//! irregular surface and, on demand, the chirp force of eq. 13:
+//!
+//! - deflection u(x, t) = Σ qₙ(t)·φₙ(x) (eq. 6), up positive;
+//! - Mₙ·q̈ₙ + Cₙ·q̇ₙ + Kₙ·qₙ = φₙᵀP(x, t) (eq. 7), P the sum over magnets and the discrete forces
+//!   of each, which act on the span that they stand on; a positive (attracting) force pushes down;
+//! - outputs at magnets and mid-spans (eq. 8): displacement, rate as the moving magnet sees it,
+//!   acceleration.
+//!
+//! The modal equations are decoupled and linear, hence solved exactly over a step of any size for
+//! forces that vary as polynomials ([`Guideway::step`]). [`Description`] is the guideway as data,
+//! [`Guideway`] the checked and immutable model, [`State`] all that changes, [`Workspace`] scratch
+//! memory.
+//!
+//! Numbers are the same bits on every machine with IEEE arithmetic: sine, cosine and power come
+//! from a software library, not from the platform.
+#![forbid(unsafe_code)]
+
+mod chirp;
+/// The guideway as data.
+pub mod description;
+mod error;
+mod girder;
+mod guideway;
+mod irregularity;
+mod motion;
+mod pole;
+mod propagator;
+mod spline;
+
+pub use chirp::ChirpForce;
+pub use description::{Description, Initial};
+pub use error::Error;
+pub use girder::{Girder, MAX_MODES, Mode};
+pub use guideway::{Guideway, Span};
+pub use irregularity::Profile;
+pub use motion::{Load, MidSpan, State, Surface, Workspace};
+pub use pole::{MAX_FORCES, Pole};
+pub use propagator::{NODES, SUBSTEP_PHASE, nodes};
+pub use spline::Spline;

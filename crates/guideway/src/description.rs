@@ -1,0 +1,255 @@
+//! The guideway as data: what a layout file holds.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// A guideway: rigid ground, a row of spans, rigid ground. Lengths in m along the track.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// Remarks: what this layout is and where its numbers come from. Not used.
+    #[serde(default)]
+    pub note: String,
+    /// Where the first span begins (m). Default 0.
+    #[serde(default)]
+    pub start: f64,
+    /// Kinds of span, by name.
+    pub girders: BTreeMap<String, Girder>,
+    /// The spans from the first to the last, without gaps between them.
+    pub spans: Vec<Run>,
+    /// Number of magnets, that is of moving loads.
+    pub magnets: usize,
+    /// How each magnet's force is spread. Default: 8 forces over 0.65 m.
+    #[serde(default)]
+    pub pole: PoleDescription,
+    /// State of the girders at the start. Default: [`Initial::QuasiStatic`].
+    #[serde(default)]
+    pub initial: Initial,
+    /// Vertical irregularity of the track surface. Default: off.
+    #[serde(default)]
+    pub irregularity: Irregularity,
+    /// Chirp of eq. 13. Default: off.
+    #[serde(default)]
+    pub chirp: Chirp,
+    /// Factor on all modal stiffnesses; frequencies change by its root. Default 1.
+    #[serde(default = "one")]
+    pub stiffness_factor: f64,
+    /// Factor on all modal masses; frequencies change by its inverse root. Default 1.
+    #[serde(default = "one")]
+    pub mass_factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Equal spans in a row.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Name of the kind of span, a key of `girders`.
+    pub girder: String,
+    /// How many of it. Default 1.
+    #[serde(default = "one_span")]
+    pub count: usize,
+}
+
+fn one_span() -> usize {
+    1
+}
+
+/// One kind of span.
+///
+/// Modes are sin(nπx/L), n = 1 … `modes`, unless `shapes` gives tables. Their frequencies and
+/// damping ratios are imposed (from an FE model or a modal test):
+/// - mode n takes `frequencies[n-1]`; beyond the list fₙ = (π/2)(n/L)²·√(EI/ρA) with
+///   `bending_stiffness`, or without it n²·f₁, which is the same law tied to the first mode;
+/// - mode n takes `damping[n-1]`; beyond the list its last entry.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Girder {
+    /// Remarks. Not used.
+    #[serde(default)]
+    pub note: String,
+    /// Span length L (m).
+    pub length: f64,
+    /// Number of modes.
+    pub modes: usize,
+    /// Mass per length ρA (kg/m); modal masses of the sine modes are ρA·L/2. Needed unless
+    /// `shapes` brings modal masses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_per_length: Option<f64>,
+    /// Bending stiffness E·I (N·m²), for frequencies beyond the imposed ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending_stiffness: Option<f64>,
+    /// Imposed natural frequencies (Hz), undamped, first mode first.
+    #[serde(default)]
+    pub frequencies: Vec<f64>,
+    /// Damping ratios (1), first mode first; at least one. 0 is undamped.
+    pub damping: Vec<f64>,
+    /// Mode shapes as tables, at least one per mode. Absent: sine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes: Option<Vec<TabulatedShape>>,
+}
+
+/// A mode shape φ(x) given at points, interpolated by a natural cubic spline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TabulatedShape {
+    /// Modal mass ∫ρA·φ² dx (kg) for φ as scaled here.
+    pub modal_mass: f64,
+    /// Points along the span (m), from 0 to L.
+    pub x: Vec<f64>,
+    /// φ there (1); 0 at both ends, where the span rests on its bearings.
+    pub phi: Vec<f64>,
+}
+
+/// Discrete forces of one magnet.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PoleDescription {
+    /// Pole length (m). Default 0.65.
+    pub length: f64,
+    /// Discrete forces over it. Default 8.
+    pub forces: usize,
+}
+
+impl Default for PoleDescription {
+    fn default() -> Self {
+        Self { length: 0.65, forces: 8 }
+    }
+}
+
+/// State of the girders at the start of a simulation, under the loads at that time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Initial {
+    /// q = 0, q̇ = 0: loads are applied suddenly.
+    Undeformed,
+    /// q = φᵀF/K, q̇ = 0: loads have long stood where they are.
+    Static,
+    /// q = φᵀF/K, q̇ = v·φ′ᵀF/K: loads have been rolling slowly. At speed 0 the static state.
+    #[default]
+    QuasiStatic,
+}
+
+/// Vertical irregularity of the track surface, added to the deflection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Irregularity {
+    /// Present at all? Default: no.
+    pub on: bool,
+    /// A file with two columns x, z (m) in place of the random profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// A in S(Ω) = A/Ω², one-sided, S in m²/(rad/m) (so A in m·rad). Default 4e-7.
+    pub amplitude: f64,
+    /// Seed of the random phases. Default 1.
+    pub seed: u64,
+    /// Shortest wave (m). Default 0.5.
+    pub shortest_wave: f64,
+    /// Longest wave (m). Default 50.
+    pub longest_wave: f64,
+    /// Number of harmonics. Default 2048: the shortest waves then lie 2π/217 m apart, close enough
+    /// to look like a continuous spectrum over a track of that length.
+    pub lines: usize,
+    /// Where the profile begins to fade in (m). Default: start of the first span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    /// Where it has faded out (m). Default: 100 m beyond the last span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
+    /// Length of fade-in and fade-out (m). Default 10.
+    pub fade_length: f64,
+    /// Average the profile over each magnet's pole, with the points and shares of its forces?
+    /// Default no: the profile at the magnet's centre, where the gap is measured.
+    pub averaged: bool,
+}
+
+impl Default for Irregularity {
+    fn default() -> Self {
+        Self {
+            on: false,
+            file: None,
+            amplitude: 4e-7,
+            seed: 1,
+            shortest_wave: 0.5,
+            longest_wave: 50.0,
+            lines: 2048,
+            start: None,
+            end: None,
+            fade_length: 10.0,
+            averaged: false,
+        }
+    }
+}
+
+/// Excitation force A·sin(π(t−t₀)²) of eq. 13: its frequency in Hz equals t−t₀ in s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Chirp {
+    /// Present at all? Default: no.
+    pub on: bool,
+    /// A (N); a positive force pushes the guideway down. Default 1000.
+    pub amplitude: f64,
+    /// Where it acts (m along the track). Default: middle of the middle span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<f64>,
+    /// t₀ (s). Default 0.
+    pub start: f64,
+    /// Frequency at which it ends (Hz), at the last zero of the sine before. Default 100.
+    pub end_frequency: f64,
+}
+
+impl Default for Chirp {
+    fn default() -> Self {
+        Self { on: false, amplitude: 1000.0, position: None, start: 0.0, end_frequency: 100.0 }
+    }
+}
+
+impl Description {
+    /// Reads a layout file's text. Values are checked later, by [`crate::Guideway::new`].
+    ///
+    /// # Errors
+    /// [`Error::Json`] with the path of the entry at fault.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        let mut reader = serde_json::Deserializer::from_str(text);
+        let description = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+            Error::Json { path: error.path().to_string(), message: error.inner().to_string() }
+        })?;
+        reader
+            .end()
+            .map_err(|error| Error::Json { path: ".".into(), message: error.to_string() })?;
+        Ok(description)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GIRDERS: &str = r#""girders": {"g": {"length": 25.0, "modes": 1,
+        "mass_per_length": 100.0, "frequencies": [5.0], "damping": [0.01]}}"#;
+
+    #[test]
+    fn invariant_a_written_description_reads_back_the_same() {
+        let text = format!(r#"{{ {GIRDERS}, "spans": [{{"girder": "g"}}], "magnets": 2 }}"#);
+        let first = Description::from_json(&text).unwrap();
+        let again = Description::from_json(&serde_json::to_string(&first).unwrap()).unwrap();
+        assert_eq!(first, again);
+        assert_eq!((first.pole.forces, first.spans[0].count, first.mass_factor), (8, 1, 1.0));
+    }
+
+    #[test]
+    fn invariant_errors_name_the_path() {
+        let text =
+            format!(r#"{{ {GIRDERS}, "spans": [{{"girder": "g", "cuont": 3}}], "magnets": 2 }}"#);
+        let message = Description::from_json(&text).unwrap_err().to_string();
+        assert!(message.contains("spans[0]") && message.contains("cuont"), "{message}");
+        let message = Description::from_json("{} x").unwrap_err().to_string();
+        assert!(message.contains("girders"), "{message}");
+    }
+}

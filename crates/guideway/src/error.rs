@@ -1,0 +1,90 @@
+//! What can go wrong: every message says what, where and how to mend it.
+
+use std::path::PathBuf;
+
+/// Errors of this crate.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The description is not JSON, or has a missing, unknown or ill-typed entry.
+    #[error("guideway description, at `{path}`: {message}")]
+    Json {
+        /// Path of the entry within the document, e.g. `girders.standard.length`.
+        path: String,
+        /// What the reader found there, with line and column.
+        message: String,
+    },
+    /// An entry can be read, but its value makes no sense.
+    #[error("guideway, `{path}`: {found}; {remedy}")]
+    Invalid {
+        /// Path of the entry within the description.
+        path: String,
+        /// What is wrong.
+        found: String,
+        /// What is needed.
+        remedy: String,
+    },
+    /// A profile file cannot be opened or read.
+    #[error("irregularity file {}: {source}; give a readable CSV file with two columns x, z in metres", path.display())]
+    ProfileFile {
+        /// The file as it was looked for.
+        path: PathBuf,
+        /// The operating system's answer.
+        source: std::io::Error,
+    },
+    /// A line of a profile file cannot be used.
+    #[error(
+        "irregularity profile, line {line}: {found}; need two finite numbers x, z (m), with x increasing from line to line"
+    )]
+    ProfileLine {
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong with it.
+        found: String,
+    },
+    /// A step of no, negative or non-finite size.
+    #[error("at t = {time} s: step size {step} s; the step must be positive and finite")]
+    StepSize {
+        /// Start of the step (s).
+        time: f64,
+        /// Size asked for (s).
+        step: f64,
+    },
+    /// The loads move so far, or the chirp turns so often, that the step cannot be resolved.
+    #[error(
+        "at t = {time} s: a step of {step} s would need {needed:.3e} internal sub-steps (limit {limit}); make the step smaller, or check speed and positions"
+    )]
+    TooManySubsteps {
+        /// Start of the step (s).
+        time: f64,
+        /// Size asked for (s).
+        step: f64,
+        /// Sub-steps that resolve the motion.
+        needed: f64,
+        /// Most that are taken.
+        limit: u32,
+    },
+    /// A force or position of a load is not a number.
+    #[error("at t = {time} s: {quantity} of magnet {magnet} is {value}; it must be finite")]
+    Load {
+        /// Time (s).
+        time: f64,
+        /// "force" or "position".
+        quantity: &'static str,
+        /// Number of the magnet, from 1.
+        magnet: usize,
+        /// The value.
+        value: f64,
+    },
+}
+
+impl Error {
+    /// An [`Error::Invalid`] in short.
+    pub(crate) fn invalid(
+        path: impl Into<String>,
+        found: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Invalid { path: path.into(), found: found.into(), remedy: remedy.into() }
+    }
+}

@@ -1,0 +1,275 @@
+//! One kind of span with its modes: shapes, modal masses, stiffnesses, damping.
+
+use std::f64::consts::PI;
+
+use crate::description::{Girder as GirderDescription, TabulatedShape};
+use crate::{Error, Pole, Spline};
+
+/// Most modes of one span.
+pub const MAX_MODES: usize = 200;
+
+/// One mode of eq. 7: M·q̈ + C·q̇ + K·q = φᵀP, with C = 2ζωM and K = ω²M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mode {
+    /// Modal mass M (kg).
+    pub mass: f64,
+    /// Undamped natural circular frequency ω (rad/s).
+    pub omega: f64,
+    /// Damping ratio ζ (1).
+    pub zeta: f64,
+}
+
+impl Mode {
+    /// Modal stiffness K = ω²M (N/m).
+    pub fn stiffness(&self) -> f64 {
+        self.omega * self.omega * self.mass
+    }
+
+    /// Modal damping C = 2ζωM (N·s/m).
+    pub fn damping(&self) -> f64 {
+        2.0 * self.zeta * self.omega * self.mass
+    }
+
+    /// Undamped natural frequency (Hz).
+    pub fn frequency(&self) -> f64 {
+        self.omega / (2.0 * PI)
+    }
+}
+
+/// φₙ and its first two derivatives at one place, one entry per mode.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Row {
+    pub value: Vec<f64>,
+    pub slope: Vec<f64>,
+    pub curvature: Vec<f64>,
+}
+
+impl Row {
+    pub fn with_modes(modes: usize) -> Self {
+        let zeros = vec![0.0; modes];
+        Self { value: zeros.clone(), slope: zeros.clone(), curvature: zeros }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Shapes {
+    /// φₙ = sin(nπx/L); `filter[n-1]` is its mean under a pole that lies wholly on the span,
+    /// over its value at the pole's centre: Σ wₗ cos(nπsₗ/L).
+    Sine { filter: Vec<f64> },
+    /// Splines through tabulated points.
+    Tables(Vec<Spline>),
+}
+
+/// A kind of span, checked and ready for use.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Girder {
+    length: f64,
+    modes: Vec<Mode>,
+    shapes: Shapes,
+    /// Largest wavenumber of a mode shape (rad/m).
+    wavenumber: f64,
+}
+
+impl Girder {
+    /// Checks a description and computes the modal quantities; `path` names it in errors.
+    /// Factors on stiffness K and mass M leave the damping ratios as they are.
+    pub(crate) fn new(
+        given: &GirderDescription,
+        factors: (f64, f64),
+        pole: &Pole,
+        path: &str,
+    ) -> Result<Self, Error> {
+        positive(given.length, path, "length", "m")?;
+        if !(1..=MAX_MODES).contains(&given.modes) {
+            return Err(Error::invalid(
+                format!("{path}.modes"),
+                format!("{} modes", given.modes),
+                format!("give a count from 1 to {MAX_MODES}"),
+            ));
+        }
+        let modes = (1..=given.modes)
+            .map(|n| {
+                let (stiffness_factor, mass_factor) = factors;
+                let root = (stiffness_factor / mass_factor).sqrt();
+                Ok(Mode {
+                    mass: mass_factor * modal_mass(given, n, path)?,
+                    omega: 2.0 * PI * root * frequency(given, n, path)?,
+                    zeta: damping_ratio(given, n, path)?,
+                })
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        let base = PI / given.length;
+        let shapes = match &given.shapes {
+            None => Shapes::Sine {
+                filter: (1..=given.modes).map(|n| pole.filter(base * n as f64)).collect(),
+            },
+            Some(tables) => Shapes::Tables(
+                (0..given.modes)
+                    .map(|n| table(&tables[n], given.length, &format!("{path}.shapes[{n}]")))
+                    .collect::<Result<_, _>>()?,
+            ),
+        };
+        Ok(Self { length: given.length, modes, shapes, wavenumber: base * given.modes as f64 })
+    }
+
+    /// Span length L (m).
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The modes, first one first.
+    pub fn modes(&self) -> &[Mode] {
+        &self.modes
+    }
+
+    /// Largest wavenumber of a mode shape (rad/m), nπ/L.
+    pub(crate) fn wavenumber(&self) -> f64 {
+        self.wavenumber
+    }
+
+    /// φₙ(x) at a single place, 0 ≤ x ≤ L.
+    pub(crate) fn shape_at(&self, x: f64, row: &mut Row) {
+        match &self.shapes {
+            Shapes::Sine { .. } => self.sines(x, None, row),
+            Shapes::Tables(splines) => {
+                for (n, spline) in splines.iter().enumerate() {
+                    [row.value[n], row.slope[n], row.curvature[n]] = spline.at(x);
+                }
+            }
+        }
+    }
+
+    /// Σ wₗ φₙ(x + sₗ) for a pole centred at x that lies wholly on the span.
+    pub(crate) fn shape_under_pole(&self, x: f64, pole: &Pole, row: &mut Row) {
+        match &self.shapes {
+            Shapes::Sine { filter } => self.sines(x, Some(filter), row),
+            Shapes::Tables(splines) => {
+                for (n, spline) in splines.iter().enumerate() {
+                    let mut sum = [0.0; 3];
+                    for &(offset, share) in pole.points() {
+                        let s = spline.at(x + offset);
+                        sum = std::array::from_fn(|i| sum[i] + share * s[i]);
+                    }
+                    [row.value[n], row.slope[n], row.curvature[n]] = sum;
+                }
+            }
+        }
+    }
+
+    /// sin(nθ) and its derivatives for θ = πx/L, by turning a unit vector n times by θ.
+    fn sines(&self, x: f64, filter: Option<&[f64]>, row: &mut Row) {
+        let base = PI / self.length;
+        let (s1, c1) = libm::sincos(base * x);
+        let (mut s, mut c) = (s1, c1);
+        for n in 0..self.modes.len() {
+            let k = base * (n + 1) as f64;
+            let w = filter.map_or(1.0, |f| f[n]);
+            row.value[n] = w * s;
+            row.slope[n] = w * k * c;
+            row.curvature[n] = -w * k * k * s;
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+        }
+    }
+}
+
+fn positive(value: f64, path: &str, name: &str, unit: &str) -> Result<f64, Error> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::invalid(
+        format!("{path}.{name}"),
+        format!("{value} {unit}"),
+        "give a positive finite value",
+    ))
+}
+
+fn modal_mass(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Error> {
+    if let Some(tables) = &given.shapes {
+        let table = tables.get(n - 1).ok_or_else(|| {
+            Error::invalid(
+                format!("{path}.shapes"),
+                format!("{} mode shapes for {} modes", tables.len(), given.modes),
+                "give one table per mode or fewer modes",
+            )
+        })?;
+        return positive(table.modal_mass, path, &format!("shapes[{}].modal_mass", n - 1), "kg");
+    }
+    let density = given.mass_per_length.ok_or_else(|| {
+        Error::invalid(
+            format!("{path}.mass_per_length"),
+            "missing",
+            "give the mass per length (kg/m), or mode shapes with modal masses",
+        )
+    })?;
+    Ok(positive(density, path, "mass_per_length", "kg/m")? * given.length / 2.0)
+}
+
+fn frequency(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Error> {
+    let order = n as f64;
+    let value = if let Some(&imposed) = given.frequencies.get(n - 1) {
+        imposed
+    } else if let (Some(stiffness), Some(density)) =
+        (given.bending_stiffness, given.mass_per_length)
+    {
+        positive(stiffness, path, "bending_stiffness", "N·m²")?;
+        0.5 * PI * (order / given.length).powi(2) * (stiffness / density).sqrt()
+    } else if let Some(&first) = given.frequencies.first() {
+        order * order * first
+    } else {
+        return Err(Error::invalid(
+            format!("{path}.frequencies"),
+            "empty",
+            "give at least the first frequency (Hz), or bending_stiffness with mass_per_length",
+        ));
+    };
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::invalid(
+        format!("{path}.frequencies[{}]", n - 1),
+        format!("{value} Hz"),
+        "give a finite frequency of at least 0",
+    ))
+}
+
+fn damping_ratio(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Error> {
+    let at = (n - 1).min(given.damping.len().saturating_sub(1));
+    let value = *given.damping.get(at).ok_or_else(|| {
+        Error::invalid(
+            format!("{path}.damping"),
+            "empty",
+            "give at least one damping ratio (0 for an undamped span)",
+        )
+    })?;
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::invalid(
+        format!("{path}.damping[{at}]"),
+        format!("{value}"),
+        "give a finite ratio of at least 0",
+    ))
+}
+
+fn table(given: &TabulatedShape, length: f64, path: &str) -> Result<Spline, Error> {
+    let spline = Spline::new(&given.x, &given.phi, path)?;
+    let slack = 1e-9 * length;
+    let (first, last) = spline.range();
+    if first.abs() > slack || (last - length).abs() > slack {
+        return Err(Error::invalid(
+            format!("{path}.x"),
+            format!("points from {first} m to {last} m"),
+            format!("let them run from 0 to the span length {length} m"),
+        ));
+    }
+    let largest = given.phi.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let ends = given.phi[0].abs().max(given.phi[given.phi.len() - 1].abs());
+    if ends > 1e-6 * largest || largest == 0.0 {
+        return Err(Error::invalid(
+            format!("{path}.phi"),
+            format!("{} and {} at the ends", given.phi[0], given.phi[given.phi.len() - 1]),
+            "a span rests on its bearings: let phi be 0 at both ends and not all 0",
+        ));
+    }
+    Ok(spline)
+}

@@ -1,0 +1,230 @@
+//! The assembled guideway: geometry, modes, profile, chirp.
+
+use crate::description::Description;
+use crate::girder::Row;
+use crate::{ChirpForce, Error, Girder, Initial, Mode, Pole, Profile};
+
+/// One span in its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// Where it begins (m).
+    pub start: f64,
+    /// Where it ends (m).
+    pub end: f64,
+    /// Index of its kind in [`Guideway::girders`].
+    pub girder: usize,
+    /// Index of its first mode in [`State`](crate::State).
+    pub first_mode: usize,
+}
+
+/// A guideway ready for simulation. It never changes while stepping.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guideway {
+    magnets: usize,
+    pole: Pole,
+    girders: Vec<Girder>,
+    spans: Vec<Span>,
+    /// All modes, span by span.
+    modes: Vec<Mode>,
+    initial: Initial,
+    profile: Option<Profile>,
+    pub(crate) chirp: Option<ChirpForce>,
+    wavenumber: f64,
+}
+
+impl Guideway {
+    /// Checks and assembles a description. `profile_file` is the text of the file that
+    /// `irregularity.file` names; it is not looked at where none is named.
+    ///
+    /// # Errors
+    /// Any entry that makes no sense, with its path.
+    pub fn new(given: &Description, profile_file: Option<&str>) -> Result<Self, Error> {
+        check_counts(given)?;
+        let pole = Pole::new(given.pole.length, given.pole.forces)?;
+        let factors = (given.stiffness_factor, given.mass_factor);
+        let names: Vec<&str> = given.girders.keys().map(String::as_str).collect();
+        let girders = given
+            .girders
+            .iter()
+            .map(|(name, girder)| Girder::new(girder, factors, &pole, &format!("girders.{name}")))
+            .collect::<Result<Vec<_>, _>>()?;
+        let (spans, modes) = place(given, &names, &girders)?;
+        let track = (given.start, spans.last().map_or(given.start, |s| s.end));
+        let middle = spans[spans.len() / 2];
+        let mut irregularity = given.irregularity.clone();
+        if profile_file.is_none() && irregularity.on && irregularity.file.is_some() {
+            return Err(Error::invalid(
+                "irregularity.file",
+                "named, but its content was not handed over",
+                "read the file and pass its text",
+            ));
+        }
+        irregularity.on &= !(irregularity.file.is_none() && irregularity.amplitude == 0.0);
+        let file = profile_file.filter(|_| irregularity.file.is_some());
+        let profile = Profile::new(&irregularity, track, &pole, file)?;
+        let chirp = ChirpForce::new(&given.chirp, 0.5 * (middle.start + middle.end))?;
+        let wavenumber = girders.iter().map(Girder::wavenumber).fold(0.0, f64::max);
+        let guideway = Self {
+            magnets: given.magnets,
+            pole,
+            girders,
+            spans,
+            modes,
+            initial: given.initial,
+            profile,
+            chirp,
+            wavenumber,
+        };
+        guideway.check_start()?;
+        Ok(guideway)
+    }
+
+    /// A mode without stiffness has no static state.
+    fn check_start(&self) -> Result<(), Error> {
+        if self.initial != Initial::Undeformed && self.modes.iter().any(|m| m.omega == 0.0) {
+            return Err(Error::invalid(
+                "initial",
+                "a mode of frequency 0 has no static deflection",
+                "let the guideway start \"undeformed\" or give positive frequencies",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Number of magnets (moving loads).
+    pub fn magnets(&self) -> usize {
+        self.magnets
+    }
+
+    /// How each magnet's force is spread.
+    pub fn pole(&self) -> &Pole {
+        &self.pole
+    }
+
+    /// Kinds of span, in the alphabetical order of their names.
+    pub fn girders(&self) -> &[Girder] {
+        &self.girders
+    }
+
+    /// The spans, along the track.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    /// All modes, span by span.
+    pub fn modes(&self) -> &[Mode] {
+        &self.modes
+    }
+
+    /// State at the start that was asked for.
+    pub fn initial(&self) -> Initial {
+        self.initial
+    }
+
+    /// The irregularity, if it is on.
+    pub fn profile(&self) -> Option<&Profile> {
+        self.profile.as_ref()
+    }
+
+    /// Where the first span begins and the last ends (m).
+    pub fn track(&self) -> (f64, f64) {
+        (self.spans[0].start, self.spans[self.spans.len() - 1].end)
+    }
+
+    /// Largest wavenumber of any mode shape (rad/m).
+    pub(crate) fn wavenumber(&self) -> f64 {
+        self.wavenumber
+    }
+
+    /// Modes of the largest kind of span.
+    pub(crate) fn most_modes(&self) -> usize {
+        self.girders.iter().map(|g| g.modes().len()).max().unwrap_or(0)
+    }
+
+    /// The span at x, or none on rigid ground. A joint belongs to the span that begins there;
+    /// all shapes are zero at joints, so it does not matter.
+    fn span_at(&self, x: f64) -> Option<&Span> {
+        let next = self.spans.partition_point(|s| s.start <= x);
+        let span = &self.spans[next.checked_sub(1)?];
+        (x < span.end).then_some(span)
+    }
+
+    /// Calls `visit(span, row, share)` for every span that the pole centred at x touches: Σ share
+    /// times row is the mean of the mode shapes over the pole.
+    pub(crate) fn under_pole(
+        &self,
+        x: f64,
+        row: &mut Row,
+        mut visit: impl FnMut(&Span, &Row, f64),
+    ) {
+        let reach = self.pole.reach();
+        if let Some(span) = self.span_at(x - reach)
+            && x + reach <= span.end
+        {
+            self.girders[span.girder].shape_under_pole(x - span.start, &self.pole, row);
+            visit(span, row, 1.0);
+            return;
+        }
+        let (first, last) = self.track();
+        if x + reach <= first || x - reach >= last {
+            return;
+        }
+        // Across a joint or an end of the guideway: force by force.
+        for &(offset, share) in self.pole.points() {
+            self.under_point(x + offset, row, |span, row| visit(span, row, share));
+        }
+    }
+
+    /// Calls `visit(span, row)` with the mode shapes at x, if x is on a span.
+    pub(crate) fn under_point(&self, x: f64, row: &mut Row, visit: impl FnOnce(&Span, &Row)) {
+        if let Some(span) = self.span_at(x) {
+            self.girders[span.girder].shape_at(x - span.start, row);
+            visit(span, row);
+        }
+    }
+}
+
+fn check_counts(given: &Description) -> Result<(), Error> {
+    if given.magnets == 0 {
+        return Err(Error::invalid("magnets", "0", "give at least one magnet"));
+    }
+    if given.spans.iter().all(|run| run.count == 0) {
+        return Err(Error::invalid("spans", "none", "give at least one span"));
+    }
+    if !given.start.is_finite() {
+        return Err(Error::invalid("start", format!("{} m", given.start), "give a finite place"));
+    }
+    for (name, value) in
+        [("stiffness_factor", given.stiffness_factor), ("mass_factor", given.mass_factor)]
+    {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::invalid(name, format!("{value}"), "give a positive finite factor"));
+        }
+    }
+    Ok(())
+}
+
+fn place(
+    given: &Description,
+    names: &[&str],
+    girders: &[Girder],
+) -> Result<(Vec<Span>, Vec<Mode>), Error> {
+    let (mut spans, mut modes) = (Vec::new(), Vec::new());
+    let mut start = given.start;
+    for (run, kind) in given.spans.iter().map(|run| run.girder.as_str()).enumerate() {
+        let girder = names.iter().position(|name| *name == kind).ok_or_else(|| {
+            Error::invalid(
+                format!("spans[{run}].girder"),
+                format!("no girder is called `{kind}`"),
+                format!("use one of: {}", names.join(", ")),
+            )
+        })?;
+        for _ in 0..given.spans[run].count {
+            let end = start + girders[girder].length();
+            spans.push(Span { start, end, girder, first_mode: modes.len() });
+            modes.extend_from_slice(girders[girder].modes());
+            start = end;
+        }
+    }
+    Ok((spans, modes))
+}

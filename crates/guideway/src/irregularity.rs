@@ -1,0 +1,323 @@
+//! Vertical irregularity of the track surface: random with a given spectrum, or from a file.
+
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::description::Irregularity;
+use crate::{Error, Pole, Spline};
+
+/// Most knots of a tabulated profile (24 bytes each).
+const MAX_KNOTS: f64 = 8e6;
+
+/// Knots per shortest wave. A quintic through value, slope and curvature at spacing d errs by
+/// (Ωd)⁶/46080 of a wave's amplitude: 1.2e-9 with 32 knots per wave.
+const KNOTS_PER_WAVE: f64 = 32.0;
+
+/// A profile r(x), twice continuously differentiable, zero outside its range.
+///
+/// Tabulated with value, slope and curvature at equidistant knots and interpolated by quintic
+/// Hermite polynomials, so that a lookup costs the same whatever the number of harmonics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    start: f64,
+    spacing: f64,
+    /// `[r, r′, r″]` at start + i·spacing.
+    knots: Vec<[f64; 3]>,
+}
+
+impl Profile {
+    /// The profile that `given` describes for a guideway from `track.0` to `track.1` (m), or
+    /// none where it is off. `file` is the text of the profile file, if `given` names one.
+    pub(crate) fn new(
+        given: &Irregularity,
+        track: (f64, f64),
+        pole: &Pole,
+        file: Option<&str>,
+    ) -> Result<Option<Self>, Error> {
+        if !given.on {
+            return Ok(None);
+        }
+        check(given)?;
+        let window = Window {
+            start: given.start.unwrap_or(track.0),
+            end: given.end.unwrap_or(track.1 + 100.0),
+            fade: given.fade_length,
+        };
+        let profile = match file {
+            None => random(given, window)?,
+            Some(text) => from_spline(&parse(text)?, window)?,
+        };
+        Ok(Some(if given.averaged { profile.averaged(pole)? } else { profile }))
+    }
+
+    /// `[r, r′, r″]` at x (m, 1, 1/m).
+    pub fn at(&self, x: f64) -> [f64; 3] {
+        let d = self.spacing;
+        let s = (x - self.start) / d;
+        // Also false for NaN.
+        if !(s >= 0.0 && s < (self.knots.len() - 1) as f64) {
+            return [0.0; 3];
+        }
+        let i = s as usize;
+        quintic(self.knots[i], self.knots[i + 1], s - i as f64, d)
+    }
+
+    /// Where the profile begins and ends (m); zero outside.
+    pub fn range(&self) -> (f64, f64) {
+        (self.start, self.start + self.spacing * (self.knots.len() - 1) as f64)
+    }
+
+    /// Tabulates `f` over the window, faded in and out.
+    fn tabulate(
+        window: Window,
+        spacing: f64,
+        mut f: impl FnMut(usize, f64) -> [f64; 3],
+    ) -> Result<Self, Error> {
+        let cells = window.cells(spacing)?;
+        let spacing = (window.end - window.start) / cells as f64;
+        let knots = (0..=cells)
+            .map(|i| {
+                let x = window.start + spacing * i as f64;
+                let (r, w) = (f(i, x), window.at(x));
+                [
+                    r[0] * w[0],
+                    r[1] * w[0] + r[0] * w[1],
+                    r[2] * w[0] + 2.0 * r[1] * w[1] + r[0] * w[2],
+                ]
+            })
+            .collect();
+        Ok(Self { start: window.start, spacing, knots })
+    }
+
+    /// The profile as averaged under a pole: Σ wₗ r(x + sₗ), as a function of the pole's centre.
+    fn averaged(&self, pole: &Pole) -> Result<Self, Error> {
+        let (start, end) = self.range();
+        let reach = pole.reach();
+        let cells = ((end - start + 2.0 * reach) / self.spacing).ceil();
+        if cells > MAX_KNOTS {
+            return Err(too_long(cells));
+        }
+        let start = start - reach;
+        let knots = (0..=cells as usize)
+            .map(|i| {
+                let x = start + self.spacing * i as f64;
+                pole.points().iter().fold([0.0; 3], |sum, &(offset, share)| {
+                    let r = self.at(x + offset);
+                    std::array::from_fn(|k| sum[k] + share * r[k])
+                })
+            })
+            .collect();
+        Ok(Self { start, spacing: self.spacing, knots })
+    }
+}
+
+/// Quintic Hermite polynomial through `[r, r′, r″]` at both ends of a cell of width d, and its
+/// derivatives, at x = s·d, 0 ≤ s ≤ 1.
+fn quintic(a: [f64; 3], b: [f64; 3], s: f64, d: f64) -> [f64; 3] {
+    // In s: p = a0 + v0·s + c0/2·s² + s³(α + β·s + γ·s²), with the cubic's gaps at s = 1.
+    let (v0, c0, v1, c1) = (a[1] * d, a[2] * d * d, b[1] * d, b[2] * d * d);
+    let gap = b[0] - a[0] - v0 - 0.5 * c0;
+    let slope_gap = v1 - v0 - c0;
+    let curvature_gap = c1 - c0;
+    let alpha = 10.0 * gap - 4.0 * slope_gap + 0.5 * curvature_gap;
+    let beta = -15.0 * gap + 7.0 * slope_gap - curvature_gap;
+    let gamma = 6.0 * gap - 3.0 * slope_gap + 0.5 * curvature_gap;
+    let value = a[0] + s * (v0 + s * (0.5 * c0 + s * (alpha + s * (beta + s * gamma))));
+    let slope = v0 + s * (c0 + s * (3.0 * alpha + s * (4.0 * beta + s * 5.0 * gamma)));
+    let curvature = c0 + s * (6.0 * alpha + s * (12.0 * beta + s * 20.0 * gamma));
+    [value, slope / d, curvature / (d * d)]
+}
+
+/// Where the profile lives, with its fades.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    start: f64,
+    end: f64,
+    fade: f64,
+}
+
+impl Window {
+    /// Weight and its derivatives: 0 at the ends, 1 inside, in between 6t⁵ − 15t⁴ + 10t³, whose
+    /// first and second derivatives vanish at both ends: no jump in gap, gap rate or acceleration.
+    fn at(&self, x: f64) -> [f64; 3] {
+        let (from, to) = (x - self.start, self.end - x);
+        let (t, sign) = if from <= to { (from, 1.0) } else { (to, -1.0) };
+        let t = (t / self.fade).clamp(0.0, 1.0);
+        let rest = t * (1.0 - t);
+        [
+            t * t * t * (10.0 + t * (6.0 * t - 15.0)),
+            sign * 30.0 * rest * rest / self.fade,
+            60.0 * rest * (1.0 - 2.0 * t) / (self.fade * self.fade),
+        ]
+    }
+
+    fn cells(&self, spacing: f64) -> Result<usize, Error> {
+        let length = self.end - self.start;
+        // False for NaN as well.
+        let long_enough = length >= 2.0 * self.fade && length.is_finite();
+        if !long_enough {
+            return Err(Error::invalid(
+                "irregularity.end",
+                format!(
+                    "profile from {} m to {} m, fades of {} m",
+                    self.start, self.end, self.fade
+                ),
+                "let it be at least two fade lengths long",
+            ));
+        }
+        let cells = (length / spacing).ceil();
+        if cells > MAX_KNOTS {
+            return Err(too_long(cells));
+        }
+        Ok(cells as usize)
+    }
+}
+
+fn too_long(cells: f64) -> Error {
+    Error::invalid(
+        "irregularity",
+        format!("{cells:.3e} table points"),
+        format!("shorten the profile or lengthen its shortest wave (limit {MAX_KNOTS:.0e} points)"),
+    )
+}
+
+fn check(given: &Irregularity) -> Result<(), Error> {
+    let fail = |name: &str, found: String, remedy: &str| {
+        Err(Error::invalid(format!("irregularity.{name}"), found, remedy))
+    };
+    if !(given.fade_length > 0.0 && given.fade_length.is_finite()) {
+        return fail("fade_length", format!("{} m", given.fade_length), "give a positive length");
+    }
+    if given.file.is_some() {
+        return Ok(());
+    }
+    if !(given.amplitude >= 0.0 && given.amplitude.is_finite()) {
+        return fail("amplitude", format!("{}", given.amplitude), "give a finite A of at least 0");
+    }
+    let waves = (given.shortest_wave, given.longest_wave);
+    if !(waves.0 > 0.0 && waves.0 < waves.1 && waves.1.is_finite()) {
+        return fail(
+            "shortest_wave",
+            format!("waves from {} m to {} m", waves.0, waves.1),
+            "give 0 < shortest < longest",
+        );
+    }
+    if !(1..=100_000).contains(&given.lines) {
+        return fail("lines", format!("{} harmonics", given.lines), "give 1 to 100000");
+    }
+    Ok(())
+}
+
+/// One harmonic a·cos(Ωx + ϕ).
+#[derive(Debug, Clone, Copy)]
+struct Harmonic {
+    amplitude: f64,
+    wavenumber: f64,
+    phase: f64,
+}
+
+/// Sum of harmonics with S(Ω) = A/Ω² and random phases.
+///
+/// The band is cut into bands of equal ratio; each gives one harmonic at its geometric mean Ωₖ
+/// with amplitude √(2·S(Ωₖ)·ΔΩₖ). With 1/Ω² that is exactly the band's variance. Equal ratios
+/// resolve the long waves, and make the wavenumbers incommensurable, so that the profile does not
+/// repeat. Source: Shinozuka & Deodatis, *Appl. Mech. Rev.* 44 (1991) 191.
+fn harmonics(given: &Irregularity) -> Vec<Harmonic> {
+    let (low, high) = (TAU / given.longest_wave, TAU / given.shortest_wave);
+    let ratio = libm::pow(high / low, 1.0 / given.lines as f64);
+    // The generator's stream is fixed by its specification; the conversion to [0, 1) is ours.
+    let mut random = ChaCha8Rng::seed_from_u64(given.seed);
+    let mut edge = low;
+    (1..=given.lines)
+        .map(|k| {
+            let next = low * libm::pow(ratio, k as f64);
+            let wavenumber = (edge * next).sqrt();
+            let density = given.amplitude / (wavenumber * wavenumber);
+            let amplitude = (2.0 * density * (next - edge)).sqrt();
+            let uniform = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            edge = next;
+            Harmonic { amplitude, wavenumber, phase: TAU * uniform }
+        })
+        .collect()
+}
+
+fn random(given: &Irregularity, window: Window) -> Result<Profile, Error> {
+    let cells = window.cells(given.shortest_wave / KNOTS_PER_WAVE)?;
+    let spacing = (window.end - window.start) / cells as f64;
+    let mut sums = vec![[0.0; 3]; cells + 1];
+    for group in harmonics(given).chunks(LANES) {
+        add_harmonics(group, window.start, spacing, &mut sums);
+    }
+    Profile::tabulate(window, spacing, |i, _| sums[i])
+}
+
+/// Harmonics that are summed side by side, for the processor's vector unit.
+const LANES: usize = 8;
+
+/// Adds up to [`LANES`] harmonics at all knots, by turning unit vectors from knot to knot and
+/// setting them anew every 256 knots (rounding stays below 256·ε).
+fn add_harmonics(group: &[Harmonic], start: f64, spacing: f64, sums: &mut [[f64; 3]]) {
+    let still = Harmonic { amplitude: 0.0, wavenumber: 0.0, phase: 0.0 };
+    let lanes: [Harmonic; LANES] = std::array::from_fn(|l| *group.get(l).unwrap_or(&still));
+    let k = lanes.map(|h| h.wavenumber);
+    let turn = k.map(|k| libm::sincos(k * spacing));
+    for (block, knots) in sums.chunks_mut(256).enumerate() {
+        let x = start + spacing * (256 * block) as f64;
+        let at = lanes.map(|h| libm::sincos(h.wavenumber * x + h.phase));
+        let mut s: [f64; LANES] = std::array::from_fn(|l| lanes[l].amplitude * at[l].0);
+        let mut c: [f64; LANES] = std::array::from_fn(|l| lanes[l].amplitude * at[l].1);
+        for knot in knots {
+            let mut sum = [0.0; 3];
+            for l in 0..LANES {
+                sum[0] += c[l];
+                sum[1] -= k[l] * s[l];
+                sum[2] -= k[l] * k[l] * c[l];
+                let (ts, tc) = turn[l];
+                (s[l], c[l]) = (s[l] * tc + c[l] * ts, c[l] * tc - s[l] * ts);
+            }
+            *knot = std::array::from_fn(|i| knot[i] + sum[i]);
+        }
+    }
+}
+
+/// A file's profile within the window and its own range, whichever is narrower.
+fn from_spline(spline: &Spline, window: Window) -> Result<Profile, Error> {
+    let (first, last) = spline.range();
+    let window =
+        Window { start: window.start.max(first), end: window.end.min(last), fade: window.fade };
+    Profile::tabulate(window, spline.finest_spacing() / 4.0, |_, x| spline.at(x))
+}
+
+/// Reads two columns x, z (m), separated by comma, semicolon, tab or blanks. Empty lines, lines
+/// that begin with `#` and one heading line before the numbers are skipped.
+fn parse(text: &str) -> Result<Spline, Error> {
+    let (mut xs, mut zs) = (Vec::new(), Vec::new());
+    let mut heading_allowed = true;
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim().trim_start_matches('\u{feff}');
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let numbers: Option<Vec<f64>> = line
+            .split([',', ';', '\t', ' '])
+            .filter(|field| !field.is_empty())
+            .map(|field| field.parse::<f64>().ok().filter(|v| v.is_finite()))
+            .collect();
+        match numbers.as_deref() {
+            Some(&[x, z]) if xs.last().is_none_or(|&last| x > last) => {
+                xs.push(x);
+                zs.push(z);
+            }
+            None if heading_allowed => {}
+            _ => return Err(Error::ProfileLine { line: index + 1, found: format!("`{line}`") }),
+        }
+        heading_allowed = false;
+    }
+    Spline::new(&xs, &zs, "irregularity.file")
+}
+
+#[cfg(test)]
+#[path = "irregularity_tests.rs"]
+mod tests;

@@ -1,0 +1,375 @@
+//! State of the girders, exact stepping, and what magnets and mid-spans see.
+
+use serde::{Deserialize, Serialize};
+
+use crate::girder::Row;
+use crate::propagator::{Cache, NODES, SUBSTEP_PHASE, nodes};
+use crate::{Error, Guideway, Initial};
+
+/// Everything that changes: modal coordinates and their rates, span by span, mode by mode.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct State {
+    /// qₙ (m), up positive.
+    pub q: Vec<f64>,
+    /// q̇ₙ (m/s).
+    pub v: Vec<f64>,
+}
+
+/// One magnet's force and place over a step: `[u, u′, u″, u‴]` at its start, time derivatives of
+/// the Taylor polynomial that the input follows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Load {
+    /// Levitation force (N); positive attracts the magnet up and pushes the girder down.
+    pub force: [f64; 4],
+    /// Centre of the magnet (m along the track).
+    pub position: [f64; 4],
+}
+
+impl Load {
+    /// A constant force at a fixed place.
+    pub fn standing(force: f64, position: f64) -> Self {
+        Self { force: [force, 0.0, 0.0, 0.0], position: [position, 0.0, 0.0, 0.0] }
+    }
+}
+
+/// Value of a Taylor polynomial τ after its start.
+fn taylor(u: &[f64; 4], tau: f64) -> f64 {
+    u[0] + tau * (u[1] + tau * (u[2] / 2.0 + tau * (u[3] / 6.0)))
+}
+
+/// Most sub-steps of one step.
+const MAX_SUBSTEPS: u32 = 1_000_000;
+
+/// Scratch memory and cached propagators. Results do not depend on what it held before.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    row: Row,
+    /// Modal forces at the nodes of a sub-step; the first row serves single times too.
+    forces: [Vec<f64>; NODES],
+    cache: Cache,
+    substep_phase: f64,
+}
+
+impl Workspace {
+    /// Memory for one guideway.
+    pub fn new(guideway: &Guideway) -> Self {
+        let modes = guideway.modes().len();
+        Self {
+            row: Row::with_modes(guideway.most_modes()),
+            forces: std::array::from_fn(|_| vec![0.0; modes]),
+            cache: Cache::new(modes),
+            substep_phase: SUBSTEP_PHASE,
+        }
+    }
+
+    /// Allows another phase per sub-step (rad) than [`SUBSTEP_PHASE`](crate::SUBSTEP_PHASE);
+    /// infinity takes every step in one piece. For studies of convergence.
+    #[must_use]
+    pub fn with_substep_phase(mut self, phase: f64) -> Self {
+        self.substep_phase = phase;
+        self
+    }
+}
+
+/// The track surface at one magnet: partial derivatives of deflection u(x, t) and irregularity
+/// r(x). Subscripts name them: `u_tx` is ∂²u/∂t∂x. u is the mean over the magnet's discrete
+/// forces; r at its centre, or the mean as well where so described.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(missing_docs, reason = "the subscripts say it")]
+pub struct Surface {
+    pub u: f64,
+    pub u_x: f64,
+    pub u_xx: f64,
+    pub u_t: f64,
+    pub u_tx: f64,
+    pub u_tt: f64,
+    pub r: f64,
+    pub r_x: f64,
+    pub r_xx: f64,
+}
+
+impl Surface {
+    /// Displacement u + r (m), up positive.
+    pub fn displacement(&self) -> f64 {
+        self.u + self.r
+    }
+
+    /// Slope ∂(u + r)/∂x (1): how the displacement changes with the magnet's place.
+    pub fn slope(&self) -> f64 {
+        self.u_x + self.r_x
+    }
+
+    /// Rate as a magnet with speed v sees it (m/s): ∂u/∂t + v·∂(u + r)/∂x.
+    pub fn rate(&self, v: f64) -> f64 {
+        self.u_t + v * self.slope()
+    }
+
+    /// Change of [`rate`](Self::rate) with the magnet's place (1/s).
+    pub fn rate_slope(&self, v: f64) -> f64 {
+        self.u_tx + v * (self.u_xx + self.r_xx)
+    }
+
+    /// Second time derivative of the displacement as a magnet with speed v and acceleration a
+    /// sees it (m/s²): u_tt + 2v·u_tx + v²(u + r)_xx + a(u + r)_x.
+    pub fn acceleration(&self, v: f64, a: f64) -> f64 {
+        self.u_tt + v * (self.u_tx + self.rate_slope(v)) + a * self.slope()
+    }
+}
+
+/// Middle of a span: y = [u, u̇, ü] of eq. 8.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MidSpan {
+    /// Displacement (m), up positive.
+    pub displacement: f64,
+    /// Velocity (m/s).
+    pub velocity: f64,
+    /// Acceleration (m/s²), with the feed-through of the forces (matrix D).
+    pub acceleration: f64,
+}
+
+impl Guideway {
+    /// State at `time` under the given forces and places, as [`Initial`] asks. `speed` (m/s) is
+    /// that of the loads, for the quasi-static start.
+    ///
+    /// # Errors
+    /// A force or position that is not finite.
+    pub fn initial_state(
+        &self,
+        work: &mut Workspace,
+        loads: &[Load],
+        speed: f64,
+        time: f64,
+    ) -> Result<State, Error> {
+        check_loads(loads, time)?;
+        let zeros = vec![0.0; self.modes().len()];
+        let mut state = State { q: zeros.clone(), v: zeros };
+        if self.initial() == Initial::Undeformed {
+            return Ok(state);
+        }
+        let moving = if self.initial() == Initial::QuasiStatic { speed } else { 0.0 };
+        for load in loads {
+            let force = load.force[0];
+            self.under_pole(load.position[0], &mut work.row, |span, row, share| {
+                for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                    let flexibility = share * force / mode.stiffness();
+                    state.q[span.first_mode + n] -= flexibility * row.value[n];
+                    state.v[span.first_mode + n] -= flexibility * moving * row.slope[n];
+                }
+            });
+        }
+        if let Some(chirp) = self.chirp() {
+            let force = chirp.at(time);
+            self.under_point(chirp.position(), &mut work.row, |span, row| {
+                for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                    state.q[span.first_mode + n] -= force / mode.stiffness() * row.value[n];
+                }
+            });
+        }
+        Ok(state)
+    }
+
+    /// Advances the state from `time` by `step` (s) under moving loads (eq. 7).
+    ///
+    /// Exact for modal forces that are polynomials of order up to 3 (standing loads); for moving
+    /// loads see [`nodes`]. Where loads travel far or the chirp turns fast, the step is cut into
+    /// equal sub-steps of at most [`SUBSTEP_PHASE`](crate::SUBSTEP_PHASE). While a force passes a
+    /// joint the modal force has a kink, and that step is of second order only.
+    ///
+    /// # Errors
+    /// A step that is not positive and finite, loads that are not finite, motion too fast.
+    pub fn step(
+        &self,
+        work: &mut Workspace,
+        state: &mut State,
+        loads: &[Load],
+        time: f64,
+        step: f64,
+    ) -> Result<(), Error> {
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(Error::StepSize { time, step });
+        }
+        check_loads(loads, time)?;
+        let standing = loads.iter().all(|l| l.position[1..] == [0.0; 3]);
+        let count = self.substeps(work.substep_phase, loads, time, step)?;
+        let h = step / f64::from(count);
+        let propagator = work.cache.get(h, self.modes());
+        for k in 0..count {
+            let begin = h * f64::from(k);
+            for forces in &mut work.forces {
+                forces.fill(0.0);
+            }
+            if standing {
+                self.add_standing_loads(work, loads, begin, h);
+            } else {
+                self.add_moving_loads(work, loads, begin, h);
+            }
+            self.add_chirp(work, time + begin, h);
+            for (i, mode) in work.cache.entry(propagator).modes.iter().enumerate() {
+                let forces = std::array::from_fn(|j| work.forces[j][i]);
+                (state.q[i], state.v[i]) = mode.advance(state.q[i], state.v[i], forces);
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of sub-steps that keeps the phase of motion and chirp in bounds.
+    fn substeps(&self, limit: f64, loads: &[Load], time: f64, step: f64) -> Result<u32, Error> {
+        let travel = loads
+            .iter()
+            .map(|l| {
+                let [_, v, a, j] = l.position.map(f64::abs);
+                step * (v + step * (a / 2.0 + step * j / 6.0))
+            })
+            .fold(0.0, f64::max);
+        let chirp = self.chirp().map_or(0.0, |c| c.phase(time, step));
+        let needed = ((travel * self.wavenumber()).max(chirp) / limit).ceil().max(1.0);
+        // Also false for NaN.
+        if needed <= f64::from(MAX_SUBSTEPS) {
+            return Ok(needed as u32);
+        }
+        Err(Error::TooManySubsteps { time, step, needed, limit: MAX_SUBSTEPS })
+    }
+
+    /// `add(i, φᵢ)` for all modes that a pole at x loads.
+    fn add_load(&self, x: f64, row: &mut Row, mut add: impl FnMut(usize, f64)) {
+        self.under_pole(x, row, |span, row, share| {
+            let modes = self.girders()[span.girder].modes().len();
+            for n in 0..modes {
+                add(span.first_mode + n, share * row.value[n]);
+            }
+        });
+    }
+
+    /// Moving loads: shapes at every node.
+    fn add_moving_loads(&self, work: &mut Workspace, loads: &[Load], begin: f64, h: f64) {
+        for (node, forces) in nodes().into_iter().zip(&mut work.forces) {
+            let tau = begin + node * h;
+            for load in loads {
+                let (f, x) = (taylor(&load.force, tau), taylor(&load.position, tau));
+                self.add_load(x, &mut work.row, |i, phi| forces[i] -= f * phi);
+            }
+        }
+    }
+
+    /// Standing loads: one evaluation of the shapes serves all nodes.
+    fn add_standing_loads(&self, work: &mut Workspace, loads: &[Load], begin: f64, h: f64) {
+        for load in loads {
+            let force = nodes().map(|node| taylor(&load.force, begin + node * h));
+            let forces = &mut work.forces;
+            self.add_load(load.position[0], &mut work.row, |i, phi| {
+                for j in 0..NODES {
+                    forces[j][i] -= force[j] * phi;
+                }
+            });
+        }
+    }
+
+    fn add_chirp(&self, work: &mut Workspace, time: f64, h: f64) {
+        let Some(chirp) = self.chirp() else { return };
+        let force = nodes().map(|node| chirp.at(time + node * h));
+        let forces = &mut work.forces;
+        self.under_point(chirp.position(), &mut work.row, |span, row| {
+            for n in 0..self.girders()[span.girder].modes().len() {
+                for j in 0..NODES {
+                    forces[j][span.first_mode + n] -= force[j] * row.value[n];
+                }
+            }
+        });
+    }
+
+    /// Modal accelerations q̈ = M⁻¹(φᵀP − C·q̇ − K·q) at `time`, into `accelerations`.
+    pub fn accelerations(
+        &self,
+        work: &mut Workspace,
+        state: &State,
+        loads: &[Load],
+        time: f64,
+        accelerations: &mut [f64],
+    ) {
+        accelerations.fill(0.0);
+        for load in loads {
+            self.add_load(load.position[0], &mut work.row, |i, phi| {
+                accelerations[i] -= load.force[0] * phi;
+            });
+        }
+        if let Some(chirp) = self.chirp() {
+            let force = chirp.at(time);
+            self.under_point(chirp.position(), &mut work.row, |span, row| {
+                for n in 0..self.girders()[span.girder].modes().len() {
+                    accelerations[span.first_mode + n] -= force * row.value[n];
+                }
+            });
+        }
+        for (i, mode) in self.modes().iter().enumerate() {
+            let damped = 2.0 * mode.zeta * mode.omega * state.v[i];
+            accelerations[i] =
+                accelerations[i] / mode.mass - damped - mode.omega * mode.omega * state.q[i];
+        }
+    }
+
+    /// The surface at a magnet centred at x; `accelerations` as from
+    /// [`accelerations`](Self::accelerations).
+    pub fn surface(
+        &self,
+        work: &mut Workspace,
+        state: &State,
+        accelerations: &[f64],
+        x: f64,
+    ) -> Surface {
+        let mut s = Surface::default();
+        self.under_pole(x, &mut work.row, |span, row, share| {
+            for n in 0..self.girders()[span.girder].modes().len() {
+                let i = span.first_mode + n;
+                let (q, v) = (share * state.q[i], share * state.v[i]);
+                s.u += q * row.value[n];
+                s.u_x += q * row.slope[n];
+                s.u_xx += q * row.curvature[n];
+                s.u_t += v * row.value[n];
+                s.u_tx += v * row.slope[n];
+                s.u_tt += share * accelerations[i] * row.value[n];
+            }
+        });
+        if let Some(profile) = self.profile() {
+            [s.r, s.r_x, s.r_xx] = profile.at(x);
+        }
+        s
+    }
+
+    /// Displacement, velocity and acceleration in the middle of span `k` (from 0).
+    pub fn mid_span(
+        &self,
+        work: &mut Workspace,
+        state: &State,
+        accelerations: &[f64],
+        k: usize,
+    ) -> MidSpan {
+        let span = self.spans()[k];
+        let girder = &self.girders()[span.girder];
+        girder.shape_at(0.5 * girder.length(), &mut work.row);
+        let mut y = MidSpan::default();
+        for n in 0..girder.modes().len() {
+            let (i, phi) = (span.first_mode + n, work.row.value[n]);
+            y.displacement += phi * state.q[i];
+            y.velocity += phi * state.v[i];
+            y.acceleration += phi * accelerations[i];
+        }
+        y
+    }
+
+    /// Kinetic plus strain energy Σ ½M·q̇² + ½K·q² (J).
+    pub fn energy(&self, state: &State) -> f64 {
+        let modes = self.modes().iter().zip(state.q.iter().zip(&state.v));
+        modes.map(|(m, (q, v))| 0.5 * m.mass * (v * v + m.omega * m.omega * q * q)).sum()
+    }
+}
+
+fn check_loads(loads: &[Load], time: f64) -> Result<(), Error> {
+    for (k, load) in loads.iter().enumerate() {
+        for (quantity, values) in [("force", load.force), ("position", load.position)] {
+            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                return Err(Error::Load { time, quantity, magnet: k + 1, value });
+            }
+        }
+    }
+    Ok(())
+}
