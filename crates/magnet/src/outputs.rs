@@ -1,5 +1,7 @@
 //! What the magnet tells: forces, electrical quantities, estimates, and their derivatives.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{
     Error,
     filter::ACCELERATION_SCALE,
@@ -28,7 +30,7 @@ pub struct Outputs {
 }
 
 /// Derivatives of the inputs at an instant, as far as outputs' derivatives depend on them.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct InputRates {
     /// Rate of the gap rate c̈, in m/s².
     pub gap_acceleration: f64,

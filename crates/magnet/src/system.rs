@@ -199,6 +199,10 @@ impl Magnet {
         positive("step size (s)", size)?;
         course.check(time)?;
         if self.exact {
+            let [gap, _, _] = course.at(size);
+            if gap <= 0.0 {
+                return Err(Error::GapClosed { time: time + size, gap });
+            }
             workspace.step(self, state, course, size);
             return Ok(());
         }

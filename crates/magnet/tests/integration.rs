@@ -249,3 +249,14 @@ fn analytic_a_closing_gap_is_reported_with_its_time() {
         other => panic!("{other:?}"),
     }
 }
+
+/// The exact step has no look at the gap on its way, but refuses to end on a closed one.
+#[test]
+fn analytic_a_closing_gap_ends_the_exact_step_too() {
+    let magnet = paper();
+    let mut state = start(&magnet);
+    let course = Course { gap: [0.008, -1.0, 0.0, 0.0], ..Course::default() };
+    let error = magnet.step(&mut state, &course, 3.0, 0.01, &mut Workspace::default());
+    assert!(matches!(error, Err(magnet::Error::GapClosed { time, .. }) if time == 3.01));
+    assert_eq!(state, start(&magnet));
+}
