@@ -1,12 +1,23 @@
 //! Export a Rust model as an FMI 2.0 co-simulation unit.
 #![doc = include_str!("../README.md")]
 
+mod description;
 mod error;
+mod export;
+pub mod ffi;
+mod instance;
 mod interface;
+mod location;
+mod logger;
 mod model;
 mod resources;
+mod snapshot;
+mod state;
+mod table;
+mod unit;
 mod values;
 
+pub use description::describe;
 pub use error::{Error, Kind};
 pub use fmi2_sys as sys;
 pub use interface::{Declaration, DisplayUnit, Experiment, Info, Interface, Row, Unit};

@@ -133,6 +133,10 @@ impl CText {
         (!text.contains('\0')).then(|| Self(format!("{text}\0")))
     }
 
+    pub(crate) fn empty() -> Self {
+        Self("\0".to_owned())
+    }
+
     pub(crate) fn as_str(&self) -> &str {
         &self.0[..self.0.len() - 1]
     }

@@ -32,7 +32,7 @@ pub(crate) enum Role {
 
 /// What depends on a variable's type.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Data {
+pub enum Data {
     Real {
         start: Option<f64>,
         min: Option<f64>,
@@ -345,11 +345,6 @@ impl Interface {
         }
         self.variables.push(variable);
         reference
-    }
-
-    /// Index of declaration of a name.
-    pub(crate) fn find(&self, name: &str) -> Option<usize> {
-        self.names.get(name).copied()
     }
 
     /// Checks the whole table once everything is declared.

@@ -1,0 +1,301 @@
+//! `modelDescription.xml` and the GUID, printed from the interface table.
+
+use std::collections::BTreeMap;
+use std::fmt::{Debug, Display};
+use std::io;
+
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesStart, Event};
+use uuid::Uuid;
+
+use crate::interface::{BASE, Data, Dependencies, Interface, Role, Unit, Variable};
+use crate::logger::Category;
+use crate::resources::Resources;
+use crate::table::Table;
+use crate::{Error, Model};
+
+/// The description of `M` with these resources, as UTF-8 XML.
+///
+/// # Errors
+/// The model refuses the resources, or its declarations are faulty.
+pub fn describe<M: Model>(resources: &Resources) -> Result<String, Error> {
+    let (_, table) = Table::declare::<M>(resources)?;
+    print(&table.interface, Some(&table.guid))
+}
+
+/// The unit's GUID follows from everything that the description says and from the resource files
+/// read: other content, other GUID; same content, same GUID on every machine.
+pub(crate) fn guid(interface: &Interface, resources: &Resources) -> Uuid {
+    // A failing print yields the same failure in `describe`; the hash then does not matter.
+    let mut content = print(interface, None).unwrap_or_default().into_bytes();
+    content.extend(resources.fingerprint());
+    let kit = Uuid::new_v5(&Uuid::NAMESPACE_URL, b"urn:fmi2-export:guid");
+    Uuid::new_v5(&kit, &content)
+}
+
+/// How the GUID is written, in the description and when instantiating.
+pub(crate) fn braced(guid: &Uuid) -> String {
+    guid.braced().to_string()
+}
+
+fn print(interface: &Interface, guid: Option<&Uuid>) -> Result<String, Error> {
+    let failed = |error: &dyn Display| Error::invalid(format!("model description: {error}"));
+    let mut printer = Printer { writer: Writer::new_with_indent(Vec::new(), b' ', 2) };
+    printer.document(interface, guid).map_err(|error| failed(&error))?;
+    let mut text = printer.writer.into_inner();
+    text.push(b'\n');
+    String::from_utf8(text).map_err(|error| failed(&error))
+}
+
+/// Attributes in order; `None` is left out.
+type Attributes<'a> = &'a [(&'a str, Option<String>)];
+
+struct Printer {
+    writer: Writer<Vec<u8>>,
+}
+
+impl Printer {
+    fn open(&mut self, name: &str, attributes: Attributes<'_>) -> io::Result<()> {
+        self.writer.write_event(Event::Start(element(name, attributes)))
+    }
+
+    fn empty(&mut self, name: &str, attributes: Attributes<'_>) -> io::Result<()> {
+        self.writer.write_event(Event::Empty(element(name, attributes)))
+    }
+
+    fn close(&mut self, name: &str) -> io::Result<()> {
+        self.writer.write_event(Event::End(BytesStart::new(name).to_end()))
+    }
+
+    fn document(&mut self, interface: &Interface, guid: Option<&Uuid>) -> io::Result<()> {
+        let info = &interface.info;
+        self.writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+        let root = "fmiModelDescription";
+        self.open(
+            root,
+            &[
+                ("fmiVersion", text("2.0")),
+                ("modelName", text(&info.model_name)),
+                ("guid", text(guid.map(braced).unwrap_or_default())),
+                ("description", filled(&info.description)),
+                ("author", filled(&info.author)),
+                ("version", filled(&info.version)),
+                ("copyright", filled(&info.copyright)),
+                ("license", filled(&info.license)),
+                ("generationTool", text(concat!("fmi2-export ", env!("CARGO_PKG_VERSION")))),
+                ("variableNamingConvention", text("flat")),
+                ("numberOfEventIndicators", text("0")),
+            ],
+        )?;
+        self.co_simulation(interface)?;
+        self.units(interface)?;
+        self.categories()?;
+        self.experiment(interface)?;
+        self.open("ModelVariables", &[])?;
+        for variable in &interface.variables {
+            self.variable(variable)?;
+        }
+        self.close("ModelVariables")?;
+        self.structure(interface)?;
+        self.close(root)
+    }
+
+    fn co_simulation(&mut self, interface: &Interface) -> io::Result<()> {
+        let order = interface.info.max_output_derivative_order;
+        self.empty(
+            "CoSimulation",
+            &[
+                ("modelIdentifier", text(&interface.info.model_identifier)),
+                ("needsExecutionTool", text("false")),
+                ("canHandleVariableCommunicationStepSize", text("true")),
+                ("canInterpolateInputs", text("true")),
+                ("maxOutputDerivativeOrder", text(order)),
+                // The standard spells it so.
+                ("canRunAsynchronuously", text("false")),
+                ("canBeInstantiatedOnlyOncePerProcess", text("false")),
+                ("canNotUseMemoryManagementFunctions", text("true")),
+                ("canGetAndSetFMUstate", text("true")),
+                ("canSerializeFMUstate", text("true")),
+                ("providesDirectionalDerivative", text("true")),
+            ],
+        )
+    }
+
+    fn units(&mut self, interface: &Interface) -> io::Result<()> {
+        let mut used: BTreeMap<&str, &Unit> = BTreeMap::new();
+        for variable in &interface.variables {
+            if let Data::Real { unit: Some(unit), .. } = &variable.data {
+                used.insert(unit.name, unit);
+            }
+        }
+        if used.is_empty() {
+            return Ok(());
+        }
+        self.open("UnitDefinitions", &[])?;
+        for unit in used.into_values() {
+            self.unit(unit)?;
+        }
+        self.close("UnitDefinitions")
+    }
+
+    fn unit(&mut self, unit: &Unit) -> io::Result<()> {
+        self.open("Unit", &[("name", text(unit.name))])?;
+        let mut base: Vec<_> = BASE
+            .into_iter()
+            .zip(unit.exponents)
+            .map(|(name, exponent)| (name, (exponent != 0).then(|| exponent.to_string())))
+            .collect();
+        base.push(("factor", (unit.factor != 1.0).then(|| number(unit.factor))));
+        base.push(("offset", (unit.offset != 0.0).then(|| number(unit.offset))));
+        self.empty("BaseUnit", &base)?;
+        for display in unit.displays {
+            self.empty(
+                "DisplayUnit",
+                &[
+                    ("name", text(display.name)),
+                    ("factor", (display.factor != 1.0).then(|| number(display.factor))),
+                    ("offset", (display.offset != 0.0).then(|| number(display.offset))),
+                ],
+            )?;
+        }
+        self.close("Unit")
+    }
+
+    fn categories(&mut self) -> io::Result<()> {
+        self.open("LogCategories", &[])?;
+        for category in Category::ALL {
+            let name = category.name().to_string_lossy().into_owned();
+            let description = text(category.description());
+            self.empty("Category", &[("name", Some(name)), ("description", description)])?;
+        }
+        self.close("LogCategories")
+    }
+
+    fn experiment(&mut self, interface: &Interface) -> io::Result<()> {
+        let Some(experiment) = &interface.info.experiment else { return Ok(()) };
+        self.empty(
+            "DefaultExperiment",
+            &[
+                ("startTime", Some(number(experiment.start))),
+                ("stopTime", Some(number(experiment.stop))),
+                ("tolerance", experiment.tolerance.map(number)),
+                ("stepSize", Some(number(experiment.step))),
+            ],
+        )
+    }
+
+    fn variable(&mut self, variable: &Variable) -> io::Result<()> {
+        let (causality, variability, initial) = class(variable);
+        self.open(
+            "ScalarVariable",
+            &[
+                ("name", text(&variable.name)),
+                ("valueReference", text(variable.reference)),
+                ("description", filled(&variable.description)),
+                ("causality", text(causality)),
+                ("variability", text(variability)),
+                ("initial", initial.map(str::to_owned)),
+            ],
+        )?;
+        match &variable.data {
+            Data::Real { start, min, max, nominal, unit, display } => self.empty(
+                "Real",
+                &[
+                    ("unit", unit.map(|unit| unit.name.to_owned())),
+                    ("displayUnit", display.map(str::to_owned)),
+                    ("min", min.map(number)),
+                    ("max", max.map(number)),
+                    ("nominal", nominal.map(number)),
+                    ("start", start.map(number)),
+                ],
+            )?,
+            Data::Integer { start, min, max } => self.empty(
+                "Integer",
+                &[
+                    ("min", min.map(|min| min.to_string())),
+                    ("max", max.map(|max| max.to_string())),
+                    ("start", start.map(|start| start.to_string())),
+                ],
+            )?,
+            Data::Boolean { start } => {
+                self.empty("Boolean", &[("start", start.map(|start| start.to_string()))])?;
+            }
+            Data::Text { start } => self.empty("String", &[("start", start.clone())])?,
+        }
+        self.close("ScalarVariable")
+    }
+
+    fn structure(&mut self, interface: &Interface) -> io::Result<()> {
+        let outputs = indices(interface, |role| role == Role::Output);
+        let unknowns =
+            indices(interface, |role| matches!(role, Role::Output | Role::CalculatedParameter));
+        self.open("ModelStructure", &[])?;
+        self.unknowns("Outputs", &outputs, &interface.depends)?;
+        self.unknowns("InitialUnknowns", &unknowns, &interface.initially)?;
+        self.close("ModelStructure")
+    }
+
+    fn unknowns(
+        &mut self,
+        name: &str,
+        unknowns: &[usize],
+        dependencies: &Dependencies,
+    ) -> io::Result<()> {
+        if unknowns.is_empty() {
+            return Ok(());
+        }
+        self.open(name, &[])?;
+        for unknown in unknowns {
+            // FMI counts from 1. A BTreeSet is ascending, as the standard asks.
+            let list = dependencies.get(unknown).map(|knowns| {
+                let knowns: Vec<_> = knowns.iter().map(|known| (known + 1).to_string()).collect();
+                knowns.join(" ")
+            });
+            self.empty("Unknown", &[("index", text(unknown + 1)), ("dependencies", list)])?;
+        }
+        self.close(name)
+    }
+}
+
+/// Causality, variability and `initial` of a variable. `initial` is left out where the standard
+/// forbids it or has the same default.
+fn class(variable: &Variable) -> (&'static str, &'static str, Option<&'static str>) {
+    let varying = if variable.discrete { "discrete" } else { "continuous" };
+    match variable.role {
+        Role::Input => ("input", varying, None),
+        Role::Parameter => ("parameter", "fixed", Some("exact")),
+        Role::Tunable => ("parameter", "tunable", Some("exact")),
+        Role::CalculatedParameter => ("calculatedParameter", "fixed", Some("calculated")),
+        Role::Output => ("output", varying, Some("calculated")),
+        Role::Local => ("local", varying, Some("calculated")),
+        Role::Constant => ("local", "constant", Some("exact")),
+    }
+}
+
+fn indices(interface: &Interface, wanted: impl Fn(Role) -> bool) -> Vec<usize> {
+    let variables = interface.variables.iter().enumerate();
+    variables.filter(|(_, variable)| wanted(variable.role)).map(|(index, _)| index).collect()
+}
+
+fn element<'a>(name: &'a str, attributes: Attributes<'a>) -> BytesStart<'a> {
+    let mut element = BytesStart::new(name);
+    for (key, value) in attributes {
+        if let Some(value) = value {
+            element.push_attribute((*key, value.as_str()));
+        }
+    }
+    element
+}
+
+fn text(value: impl Display) -> Option<String> {
+    Some(value.to_string())
+}
+
+fn filled(value: &str) -> Option<String> {
+    (!value.is_empty()).then(|| value.to_owned())
+}
+
+/// The shortest decimal that reads back as the same number, with an exponent where it is shorter.
+fn number(value: impl Debug) -> String {
+    format!("{value:?}")
+}

@@ -1,0 +1,828 @@
+//! The 34 C functions of an FMI 2.0 co-simulation unit, as [`export!`](crate::export) wires them.
+//!
+//! Every function of an instance goes through [`enter`]: null check, allowed-state check, panics
+//! caught, reason logged, status mapped. Nothing else crosses the C border.
+//!
+//! # Safety
+//! All functions ask what the FMI standard asks of an importer: a component comes from
+//! [`instantiate`] and was not freed, no two calls on one instance run at a time, arrays have the
+//! length stated, strings end with NUL, and a saved state comes from the same library.
+
+#![allow(clippy::missing_safety_doc, reason = "stated once for the module")]
+
+use core::ffi::{CStr, c_char};
+use std::ffi::CString;
+use std::mem::MaybeUninit;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use fmi2_sys::*;
+
+use crate::instance::{Instance, unknown};
+use crate::interface::Type;
+use crate::logger::{Category, Logger};
+use crate::snapshot::Snapshot;
+use crate::state::{self, Call, Mode};
+use crate::table::Table;
+use crate::unit::Holder;
+use crate::values::CText;
+use crate::{Error, Kind, Model, Resources, description, location};
+
+const OK: fmi2Status = fmi2Status::fmi2OK;
+const ERROR: fmi2Status = fmi2Status::fmi2Error;
+
+type Outcome = std::thread::Result<Result<(), Error>>;
+
+/// Runs the body of a call on an instance, guarded.
+#[inline]
+unsafe fn enter(
+    component: fmi2Component,
+    call: &'static Call,
+    body: impl FnOnce(&mut Instance) -> Result<(), Error>,
+) -> fmi2Status {
+    let pointer = component.cast::<Instance>();
+    // SAFETY: the importer hands over a live instance and lets no two calls run at a time.
+    let Some(instance) = (unsafe { pointer.as_mut() }) else { return ERROR };
+    let mode = instance.progress.mode;
+    let outcome = if call.allows(mode) {
+        catch_unwind(AssertUnwindSafe(|| body(&mut *instance)))
+    } else {
+        Ok(Err(Error::invalid(call.refusal(mode))))
+    };
+    if matches!(outcome, Ok(Ok(()))) && instance.events.is_empty() {
+        return OK;
+    }
+    conclude(instance, call, outcome).send()
+}
+
+/// What a call has to say once the instance is no longer borrowed: a logger may call back.
+struct Report {
+    logger: Logger,
+    events: Vec<String>,
+    failure: Option<(fmi2Status, Category, String)>,
+}
+
+impl Report {
+    fn send(self) -> fmi2Status {
+        for event in &self.events {
+            self.logger.send(OK, Category::Events, event);
+        }
+        let Some((status, category, message)) = self.failure else { return OK };
+        self.logger.send(status, category, &message);
+        status
+    }
+}
+
+#[cold]
+fn conclude(instance: &mut Instance, call: &Call, outcome: Outcome) -> Report {
+    let failure = match outcome {
+        Ok(Ok(())) => None,
+        Ok(Err(error)) => {
+            if error.kind() == Kind::Fatal {
+                instance.progress.mode = Mode::Poisoned;
+            }
+            let (status, category) = classify(error.kind());
+            Some((status, category, format!("{}: {error}", call.name)))
+        }
+        Err(panic) => {
+            instance.progress.mode = Mode::Poisoned;
+            let text = format!(
+                "{}: the model panicked at t = {} s: {}. Only fmi2Reset and fmi2FreeInstance are \
+                 possible now. This is a fault of the unit",
+                call.name,
+                instance.progress.time,
+                panic_text(panic)
+            );
+            Some((ERROR, Category::Error, text))
+        }
+    };
+    let events = std::mem::take(&mut instance.events);
+    Report { logger: instance.logger.clone(), events, failure }
+}
+
+fn classify(kind: Kind) -> (fmi2Status, Category) {
+    match kind {
+        Kind::Invalid => (ERROR, Category::Error),
+        Kind::Discard => (fmi2Status::fmi2Discard, Category::Discard),
+        Kind::Fatal => (fmi2Status::fmi2Fatal, Category::Fatal),
+    }
+}
+
+fn panic_text(panic: Box<dyn std::any::Any + Send>) -> String {
+    match panic.downcast::<String>() {
+        Ok(text) => *text,
+        Err(other) => match other.downcast::<&'static str>() {
+            Ok(text) => (*text).to_owned(),
+            Err(other) => {
+                // The destructor of an unknown payload may panic itself.
+                std::mem::forget(other);
+                "(no message)".to_owned()
+            }
+        },
+    }
+}
+
+/// A C array to read; null is as good as empty when `length` is 0.
+#[inline]
+unsafe fn slice<'a, T>(pointer: *const T, length: usize, what: &str) -> Result<&'a [T], Error> {
+    if length == 0 {
+        return Ok(&[]);
+    }
+    check_array(pointer, length, what)?;
+    // SAFETY: not null, aligned and not too long; the importer vouches for the length.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
+}
+
+/// A C array to write, perhaps not initialised yet.
+#[inline]
+unsafe fn slice_out<'a, T>(
+    pointer: *mut T,
+    length: usize,
+    what: &str,
+) -> Result<&'a mut [MaybeUninit<T>], Error> {
+    if length == 0 {
+        return Ok(&mut []);
+    }
+    check_array(pointer, length, what)?;
+    // SAFETY: as above; MaybeUninit asks nothing of the content.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer.cast(), length) })
+}
+
+#[inline]
+fn check_array<T>(pointer: *const T, length: usize, what: &str) -> Result<(), Error> {
+    let fits = length <= isize::MAX as usize / size_of::<T>().max(1);
+    if pointer.is_null() || !pointer.is_aligned() || !fits {
+        return Err(Error::invalid(format!("the array {what} of {length} elements is no array")));
+    }
+    Ok(())
+}
+
+fn null(what: &str) -> Error {
+    Error::invalid(format!("{what} is a null pointer"))
+}
+
+unsafe fn string<'a>(pointer: fmi2String, what: &str) -> Result<&'a CStr, Error> {
+    if pointer.is_null() {
+        return Err(null(what));
+    }
+    // SAFETY: not null; the importer vouches for the NUL at the end.
+    Ok(unsafe { CStr::from_ptr(pointer) })
+}
+
+unsafe fn text<'a>(pointer: fmi2String, what: &str) -> Result<&'a str, Error> {
+    // SAFETY: passed on to the caller.
+    let string = unsafe { string(pointer, what) }?;
+    string.to_str().map_err(|_| Error::invalid(format!("{what} is not UTF-8")))
+}
+
+/// `fmi2GetTypesPlatform`: `default`.
+pub extern "C" fn get_types_platform() -> *const c_char {
+    fmi2TypesPlatform.as_ptr()
+}
+
+/// `fmi2GetVersion`: `2.0`.
+pub extern "C" fn get_version() -> *const c_char {
+    fmi2Version.as_ptr()
+}
+
+/// `fmi2Instantiate` for the model `M`. Null on failure, with the reason in the log.
+pub unsafe extern "C" fn instantiate<M: Model>(
+    name: fmi2String,
+    kind: fmi2Type,
+    guid: fmi2String,
+    location: fmi2String,
+    functions: *const fmi2CallbackFunctions,
+    _visible: fmi2Boolean,
+    logging_on: fmi2Boolean,
+) -> fmi2Component {
+    // SAFETY: null or a struct that is valid during this call.
+    let Some(functions) = (unsafe { functions.as_ref() }) else {
+        return std::ptr::null_mut();
+    };
+    let called = if name.is_null() {
+        CString::default()
+    } else {
+        // SAFETY: not null; the importer vouches for the NUL at the end.
+        unsafe { CStr::from_ptr(name) }.to_owned()
+    };
+    let logger = Logger::new(functions, called, logging_on != 0);
+    // SAFETY: passed on to the caller.
+    let make = || unsafe { make::<M>(name, kind, guid, location, logger.clone()) };
+    let message = match catch_unwind(AssertUnwindSafe(make)) {
+        Ok(Ok(instance)) => return Box::into_raw(Box::new(instance)).cast(),
+        Ok(Err(error)) => error.to_string(),
+        Err(panic) => format!("the model panicked: {}", panic_text(panic)),
+    };
+    logger.send(ERROR, Category::Error, &format!("fmi2Instantiate: {message}"));
+    std::ptr::null_mut()
+}
+
+unsafe fn make<M: Model>(
+    name: fmi2String,
+    kind: fmi2Type,
+    guid: fmi2String,
+    location: fmi2String,
+    logger: Logger,
+) -> Result<Instance, Error> {
+    // SAFETY: passed on to the caller, also below.
+    if unsafe { text(name, "the instance name") }?.trim().is_empty() {
+        return Err(Error::invalid("the instance name is empty"));
+    }
+    if kind != fmi2Type::fmi2CoSimulation {
+        return Err(Error::invalid("the unit is for co-simulation only"));
+    }
+    // SAFETY: see above.
+    let guid = unsafe { text(guid, "the GUID") }?;
+    let location = if location.is_null() {
+        None
+    } else {
+        // SAFETY: not null, see above.
+        unsafe { CStr::from_ptr(location) }.to_str().ok()
+    };
+    let resources = Resources::new(location::resources(location));
+    let (model, table) = Table::declare::<M>(&resources)?;
+    let own = description::braced(&table.guid);
+    if guid != own {
+        return Err(Error::invalid(format!(
+            "the GUID {guid} of the description is not the unit's {own}: modelDescription.xml, \
+             the library or a file in resources was changed; package the unit again"
+        )));
+    }
+    let unit = Box::new(Holder::<M> { model, state: None });
+    Ok(Instance::new(unit, table, resources, logger))
+}
+
+/// `fmi2FreeInstance`; null is let pass.
+pub unsafe extern "C" fn free_instance(component: fmi2Component) {
+    if component.is_null() {
+        return;
+    }
+    // SAFETY: comes from `instantiate` and is freed once.
+    let instance = unsafe { Box::from_raw(component.cast::<Instance>()) };
+    if instance.progress.mode == Mode::Poisoned {
+        // A half-written model may panic or worse when dropped: rather leak it.
+        std::mem::forget(instance);
+        return;
+    }
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(instance))) {
+        drop(panic_text(panic));
+    }
+}
+
+/// `fmi2SetDebugLogging`; no categories means all.
+pub unsafe extern "C" fn set_debug_logging(
+    component: fmi2Component,
+    on: fmi2Boolean,
+    count: usize,
+    categories: *const fmi2String,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: arrays and strings are the importer's word, also below.
+        let categories = unsafe { slice(categories, count, "categories") }?;
+        let mut logger = instance.logger.clone();
+        logger.disable_all();
+        for &category in categories {
+            // SAFETY: see above.
+            let name = unsafe { string(category, "a log category") }?;
+            if !logger.enable(name) {
+                let text = format!("there is no log category {name:?}; see modelDescription.xml");
+                return Err(Error::invalid(text));
+            }
+        }
+        match (on != 0, categories.is_empty()) {
+            (false, _) => logger.disable_all(),
+            (true, true) => logger.enable_all(),
+            (true, false) => {}
+        }
+        instance.logger = logger;
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_DEBUG_LOGGING, body) }
+}
+
+/// `fmi2SetupExperiment`.
+pub unsafe extern "C" fn setup_experiment(
+    component: fmi2Component,
+    tolerance_defined: fmi2Boolean,
+    tolerance: fmi2Real,
+    start: fmi2Real,
+    stop_defined: fmi2Boolean,
+    stop: fmi2Real,
+) -> fmi2Status {
+    let tolerance = (tolerance_defined != 0).then_some(tolerance);
+    let stop = (stop_defined != 0).then_some(stop);
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SETUP_EXPERIMENT, |it| it.setup(tolerance, start, stop)) }
+}
+
+/// `fmi2EnterInitializationMode`.
+pub unsafe extern "C" fn enter_initialization_mode(component: fmi2Component) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        instance.enter_initialization();
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::ENTER_INITIALIZATION, body) }
+}
+
+/// `fmi2ExitInitializationMode`.
+pub unsafe extern "C" fn exit_initialization_mode(component: fmi2Component) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::EXIT_INITIALIZATION, Instance::exit_initialization) }
+}
+
+/// `fmi2Terminate`.
+pub unsafe extern "C" fn terminate(component: fmi2Component) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        instance.terminate();
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::TERMINATE, body) }
+}
+
+/// `fmi2Reset`.
+pub unsafe extern "C" fn reset(component: fmi2Component) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::RESET, Instance::reset) }
+}
+
+/// `fmi2GetReal`.
+pub unsafe extern "C" fn get_real(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    out: *mut fmi2Real,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, out) =
+            unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
+        instance.get_reals(references, out)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_REAL, body) }
+}
+
+/// `fmi2GetInteger`.
+pub unsafe extern "C" fn get_integer(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    out: *mut fmi2Integer,
+) -> fmi2Status {
+    // SAFETY: everything is the importer's word.
+    unsafe {
+        get(component, &state::GET_INTEGER, Type::Integer, references, count, out, |instance, k| {
+            instance.values.integers.get(k).copied()
+        })
+    }
+}
+
+/// `fmi2GetBoolean`.
+pub unsafe extern "C" fn get_boolean(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    out: *mut fmi2Boolean,
+) -> fmi2Status {
+    // SAFETY: everything is the importer's word.
+    unsafe {
+        get(component, &state::GET_BOOLEAN, Type::Boolean, references, count, out, |instance, k| {
+            instance.values.booleans.get(k).map(|&value| fmi2Boolean::from(value))
+        })
+    }
+}
+
+/// `fmi2GetString`; the strings live until the next call on the instance.
+pub unsafe extern "C" fn get_string(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    out: *mut fmi2String,
+) -> fmi2Status {
+    // SAFETY: everything is the importer's word.
+    unsafe {
+        get(component, &state::GET_STRING, Type::Text, references, count, out, |instance, k| {
+            instance.values.strings.get(k).map(CText::as_ptr)
+        })
+    }
+}
+
+unsafe fn get<T>(
+    component: fmi2Component,
+    call: &'static Call,
+    kind: Type,
+    references: *const fmi2ValueReference,
+    count: usize,
+    out: *mut T,
+    read: impl Fn(&Instance, usize) -> Option<T>,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, out) =
+            unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
+        instance.refresh()?;
+        for (&reference, out) in references.iter().zip(out) {
+            let value = read(instance, reference as usize);
+            out.write(value.ok_or_else(|| unknown(kind, reference))?);
+        }
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, call, body) }
+}
+
+/// `fmi2SetReal`.
+pub unsafe extern "C" fn set_real(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    new: *const fmi2Real,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, new) =
+            unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
+        instance.set_reals(references, new)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_REAL, body) }
+}
+
+/// `fmi2SetInteger`.
+pub unsafe extern "C" fn set_integer(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    new: *const fmi2Integer,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, new) =
+            unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
+        instance.set_integers(references, new)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_INTEGER, body) }
+}
+
+/// `fmi2SetBoolean`.
+pub unsafe extern "C" fn set_boolean(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    new: *const fmi2Boolean,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, new) =
+            unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
+        instance.set_booleans(references, new)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_BOOLEAN, body) }
+}
+
+/// `fmi2SetString`.
+pub unsafe extern "C" fn set_string(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    new: *const fmi2String,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, new) =
+            unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
+        let copy = |&pointer: &fmi2String| {
+            // SAFETY: the strings are the importer's word.
+            let text = unsafe { text(pointer, "a string value") }?;
+            CText::new(text).ok_or_else(|| null("a string value"))
+        };
+        let copies = new.iter().map(copy).collect::<Result<Vec<_>, Error>>()?;
+        instance.set_strings(references, copies)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_STRING, body) }
+}
+
+/// `fmi2GetFMUstate`: makes a saved state, or takes it anew in the memory of an older one.
+pub unsafe extern "C" fn get_fmu_state(
+    component: fmi2Component,
+    saved: *mut fmi2FMUstate,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: null or a place for a pointer.
+        let place = unsafe { saved.as_mut() }.ok_or_else(|| null("FMUstate"))?;
+        // SAFETY: null or a saved state of this library that was not freed.
+        match unsafe { place.cast::<Snapshot>().as_mut() } {
+            Some(snapshot) => snapshot.retake(instance),
+            None => *place = Box::into_raw(Box::new(Snapshot::take(instance))).cast(),
+        }
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_STATE, body) }
+}
+
+/// `fmi2SetFMUstate`.
+pub unsafe extern "C" fn set_fmu_state(
+    component: fmi2Component,
+    saved: fmi2FMUstate,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: null or a saved state of this library that was not freed.
+        let snapshot = unsafe { saved.cast::<Snapshot>().as_ref() };
+        snapshot.ok_or_else(|| null("FMUstate"))?.restore(instance)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_STATE, body) }
+}
+
+/// `fmi2FreeFMUstate`; null is let pass, and the pointer becomes null.
+pub unsafe extern "C" fn free_fmu_state(
+    component: fmi2Component,
+    saved: *mut fmi2FMUstate,
+) -> fmi2Status {
+    let body = |_: &mut Instance| {
+        // SAFETY: null or a place for a pointer.
+        let Some(place) = (unsafe { saved.as_mut() }) else { return Ok(()) };
+        let pointer = std::mem::replace(place, std::ptr::null_mut()).cast::<Snapshot>();
+        if !pointer.is_null() {
+            // SAFETY: made by `get_fmu_state` or `deserialize_fmu_state` and freed once.
+            drop(unsafe { Box::from_raw(pointer) });
+        }
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::FREE_STATE, body) }
+}
+
+/// `fmi2SerializedFMUstateSize`.
+pub unsafe extern "C" fn serialized_fmu_state_size(
+    component: fmi2Component,
+    saved: fmi2FMUstate,
+    size: *mut usize,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: null or a saved state of this library that was not freed.
+        let snapshot = unsafe { saved.cast::<Snapshot>().as_mut() };
+        let bytes = snapshot.ok_or_else(|| null("FMUstate"))?.serialize(instance)?;
+        // SAFETY: null or a place for a number.
+        *unsafe { size.as_mut() }.ok_or_else(|| null("size"))? = bytes.len();
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::STATE_SIZE, body) }
+}
+
+/// `fmi2SerializeFMUstate`; the array must have at least the size asked for before.
+pub unsafe extern "C" fn serialize_fmu_state(
+    component: fmi2Component,
+    saved: fmi2FMUstate,
+    out: *mut fmi2Byte,
+    size: usize,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: null or a saved state of this library that was not freed.
+        let snapshot = unsafe { saved.cast::<Snapshot>().as_mut() };
+        let bytes = snapshot.ok_or_else(|| null("FMUstate"))?.serialize(instance)?;
+        if size < bytes.len() {
+            let text = format!("the state has {} bytes, the array only {size}", bytes.len());
+            return Err(Error::invalid(text));
+        }
+        // SAFETY: the array is the importer's word.
+        let out = unsafe { slice_out(out.cast::<u8>(), size, "serializedState") }?;
+        for (out, &byte) in out.iter_mut().zip(bytes) {
+            out.write(byte);
+        }
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SERIALIZE, body) }
+}
+
+/// `fmi2DeSerializeFMUstate`.
+pub unsafe extern "C" fn deserialize_fmu_state(
+    component: fmi2Component,
+    bytes: *const fmi2Byte,
+    size: usize,
+    saved: *mut fmi2FMUstate,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the array is the importer's word.
+        let bytes = unsafe { slice(bytes.cast::<u8>(), size, "serializedState") }?;
+        // SAFETY: null or a place for a pointer.
+        let place = unsafe { saved.as_mut() }.ok_or_else(|| null("FMUstate"))?;
+        let snapshot = Snapshot::deserialize(bytes, instance)?;
+        // SAFETY: null or a saved state of this library that was not freed.
+        match unsafe { place.cast::<Snapshot>().as_mut() } {
+            Some(older) => *older = snapshot,
+            None => *place = Box::into_raw(Box::new(snapshot)).cast(),
+        }
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::DESERIALIZE, body) }
+}
+
+/// `fmi2GetDirectionalDerivative`.
+pub unsafe extern "C" fn get_directional_derivative(
+    component: fmi2Component,
+    unknowns: *const fmi2ValueReference,
+    unknown_count: usize,
+    knowns: *const fmi2ValueReference,
+    known_count: usize,
+    direction: *const fmi2Real,
+    out: *mut fmi2Real,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (unknowns, knowns, direction, out) = unsafe {
+            (
+                slice(unknowns, unknown_count, "vUnknown_ref")?,
+                slice(knowns, known_count, "vKnown_ref")?,
+                slice(direction, known_count, "dvKnown")?,
+                slice_out(out, unknown_count, "dvUnknown")?,
+            )
+        };
+        instance.directional_derivative(unknowns, knowns, direction, out)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::DIRECTIONAL, body) }
+}
+
+/// `fmi2SetRealInputDerivatives`.
+pub unsafe extern "C" fn set_real_input_derivatives(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    orders: *const fmi2Integer,
+    new: *const fmi2Real,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, orders, new) = unsafe {
+            (
+                slice(references, count, "vr")?,
+                slice(orders, count, "order")?,
+                slice(new, count, "value")?,
+            )
+        };
+        instance.set_input_derivatives(references, orders, new)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::SET_INPUT_DERIVATIVES, body) }
+}
+
+/// `fmi2GetRealOutputDerivatives`.
+pub unsafe extern "C" fn get_real_output_derivatives(
+    component: fmi2Component,
+    references: *const fmi2ValueReference,
+    count: usize,
+    orders: *const fmi2Integer,
+    out: *mut fmi2Real,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: the arrays are the importer's word.
+        let (references, orders, out) = unsafe {
+            (
+                slice(references, count, "vr")?,
+                slice(orders, count, "order")?,
+                slice_out(out, count, "value")?,
+            )
+        };
+        instance.output_derivatives(references, orders, out)
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_OUTPUT_DERIVATIVES, body) }
+}
+
+/// `fmi2DoStep`.
+pub unsafe extern "C" fn do_step(
+    component: fmi2Component,
+    time: fmi2Real,
+    size: fmi2Real,
+    _no_set_state_prior: fmi2Boolean,
+) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::DO_STEP, |instance| instance.do_step(time, size)) }
+}
+
+/// `fmi2CancelStep`: steps are never pending, so there is nothing to cancel.
+pub unsafe extern "C" fn cancel_step(component: fmi2Component) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::CANCEL_STEP, |_| Ok(())) }
+}
+
+/// A status kind that is only asked for after `fmi2Pending`, which this kit never returns.
+fn no_status() -> Error {
+    Error::discard("no such status: steps are never pending here")
+}
+
+/// `fmi2GetStatus`: nothing is ever pending.
+pub unsafe extern "C" fn get_status(
+    component: fmi2Component,
+    _kind: fmi2StatusKind,
+    _out: *mut fmi2Status,
+) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_STATUS, |_| Err(no_status())) }
+}
+
+/// `fmi2GetRealStatus`: the last successful time.
+pub unsafe extern "C" fn get_real_status(
+    component: fmi2Component,
+    kind: fmi2StatusKind,
+    out: *mut fmi2Real,
+) -> fmi2Status {
+    let body = |instance: &mut Instance| {
+        if kind != fmi2StatusKind::fmi2LastSuccessfulTime {
+            return Err(no_status());
+        }
+        // SAFETY: null or a place for a number.
+        *unsafe { out.as_mut() }.ok_or_else(|| null("value"))? = instance.progress.time;
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_REAL_STATUS, body) }
+}
+
+/// `fmi2GetIntegerStatus`: there is none.
+pub unsafe extern "C" fn get_integer_status(
+    component: fmi2Component,
+    _kind: fmi2StatusKind,
+    _out: *mut fmi2Integer,
+) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_INTEGER_STATUS, |_| Err(no_status())) }
+}
+
+/// `fmi2GetBooleanStatus`: whether the unit wants the simulation to end, which it never does.
+pub unsafe extern "C" fn get_boolean_status(
+    component: fmi2Component,
+    kind: fmi2StatusKind,
+    out: *mut fmi2Boolean,
+) -> fmi2Status {
+    let body = |_: &mut Instance| {
+        if kind != fmi2StatusKind::fmi2Terminated {
+            return Err(no_status());
+        }
+        // SAFETY: null or a place for a number.
+        *unsafe { out.as_mut() }.ok_or_else(|| null("value"))? = 0;
+        Ok(())
+    };
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_BOOLEAN_STATUS, body) }
+}
+
+/// `fmi2GetStringStatus`: there is none.
+pub unsafe extern "C" fn get_string_status(
+    component: fmi2Component,
+    _kind: fmi2StatusKind,
+    _out: *mut fmi2String,
+) -> fmi2Status {
+    // SAFETY: the component is the importer's word.
+    unsafe { enter(component, &state::GET_STRING_STATUS, |_| Err(no_status())) }
+}
+
+/// Not of the standard: writes `modelDescription.xml` of `M` with the resources in
+/// `resource_dir` (a path in UTF-8, null for none) into `buffer` and returns its length in bytes.
+/// At most `capacity` bytes are written, so a first call may ask for the length. On failure
+/// returns 0 and writes the reason, ended by NUL.
+pub unsafe extern "C" fn describe<M: Model>(
+    resource_dir: *const c_char,
+    buffer: *mut c_char,
+    capacity: usize,
+) -> usize {
+    let make = || {
+        let folder = if resource_dir.is_null() {
+            "resources"
+        } else {
+            // SAFETY: not null; the caller vouches for the NUL at the end.
+            unsafe { text(resource_dir, "the resource folder") }?
+        };
+        description::describe::<M>(&Resources::new(folder))
+    };
+    let (length, bytes) = match catch_unwind(AssertUnwindSafe(make)) {
+        Ok(Ok(xml)) => (xml.len(), xml.into_bytes()),
+        Ok(Err(error)) => (0, ended(error.to_string(), capacity)),
+        Err(panic) => (0, ended(format!("the model panicked: {}", panic_text(panic)), capacity)),
+    };
+    // SAFETY: the buffer is the caller's word.
+    if let Ok(out) = unsafe { slice_out(buffer.cast::<u8>(), capacity, "buffer") } {
+        for (out, byte) in out.iter_mut().zip(bytes) {
+            out.write(byte);
+        }
+    }
+    length
+}
+
+/// A message cut to the buffer, with its NUL.
+fn ended(message: String, capacity: usize) -> Vec<u8> {
+    let mut bytes = message.into_bytes();
+    bytes.truncate(capacity.saturating_sub(1));
+    bytes.push(0);
+    bytes
+}

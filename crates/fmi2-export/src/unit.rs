@@ -1,0 +1,145 @@
+//! A model behind an interface without type parameters, so that the C functions are compiled once.
+
+use std::any::Any;
+
+use crate::model::{Model, Seed, Sensitivity, Step};
+use crate::table::Table;
+use crate::values::{RealVar, Values};
+use crate::{Error, Resources};
+
+/// A model's state apart from the model, as saved by `fmi2GetFMUstate`; `None` before
+/// initialization.
+pub(crate) type Saved = Option<Box<dyn Any + Send>>;
+
+/// A [`Model`] with its state.
+pub(crate) trait Unit: Send {
+    fn initialise(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
+    fn outputs(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
+    fn step(&mut self, values: &mut Values, step: Step) -> Result<(), Error>;
+    fn parameters_changed(&mut self, values: &mut Values) -> Result<(), Error>;
+    fn output_derivative(
+        &mut self,
+        values: &Values,
+        output: RealVar,
+        order: u32,
+    ) -> Result<Option<f64>, Error>;
+    fn directional_derivative(
+        &mut self,
+        values: &Values,
+        seed: &Seed,
+        result: &mut Sensitivity,
+    ) -> Result<bool, Error>;
+    /// Forgets the state, as before initialization.
+    fn forget(&mut self);
+    fn save(&self, saved: &mut Saved);
+    fn restore(&mut self, saved: &Saved) -> Result<(), Error>;
+    fn serialize(&self, saved: &Saved) -> Result<Vec<u8>, Error>;
+    fn deserialize(&self, bytes: &[u8]) -> Result<Saved, Error>;
+    /// Builds the model anew out of the resources, in place of one that panicked.
+    fn rebuild(&mut self, resources: &Resources) -> Result<Table, Error>;
+}
+
+pub(crate) struct Holder<M: Model> {
+    pub(crate) model: M,
+    pub(crate) state: Option<M::State>,
+}
+
+fn no_state() -> Error {
+    Error::invalid("the model has no state yet: initialise it first")
+}
+
+fn foreign_state() -> Error {
+    Error::invalid("the saved state belongs to another unit")
+}
+
+impl<M: Model> Unit for Holder<M> {
+    fn initialise(&mut self, values: &mut Values, time: f64) -> Result<(), Error> {
+        self.state = Some(self.model.initialise(values, time)?);
+        Ok(())
+    }
+
+    fn outputs(&mut self, values: &mut Values, time: f64) -> Result<(), Error> {
+        let state = self.state.as_ref().ok_or_else(no_state)?;
+        self.model.outputs(state, values, time)
+    }
+
+    fn step(&mut self, values: &mut Values, step: Step) -> Result<(), Error> {
+        let state = self.state.as_mut().ok_or_else(no_state)?;
+        self.model.step(state, values, step)
+    }
+
+    fn parameters_changed(&mut self, values: &mut Values) -> Result<(), Error> {
+        let state = self.state.as_mut().ok_or_else(no_state)?;
+        self.model.parameters_changed(state, values)
+    }
+
+    fn output_derivative(
+        &mut self,
+        values: &Values,
+        output: RealVar,
+        order: u32,
+    ) -> Result<Option<f64>, Error> {
+        let state = self.state.as_ref().ok_or_else(no_state)?;
+        self.model.output_derivative(state, values, output, order)
+    }
+
+    fn directional_derivative(
+        &mut self,
+        values: &Values,
+        seed: &Seed,
+        result: &mut Sensitivity,
+    ) -> Result<bool, Error> {
+        let state = self.state.as_ref().ok_or_else(no_state)?;
+        self.model.directional_derivative(state, values, seed, result)
+    }
+
+    fn forget(&mut self) {
+        self.state = None;
+    }
+
+    fn save(&self, saved: &mut Saved) {
+        let Some(state) = &self.state else {
+            *saved = None;
+            return;
+        };
+        match saved.as_mut().and_then(|saved| saved.downcast_mut::<M::State>()) {
+            Some(memory) => memory.clone_from(state),
+            None => *saved = Some(Box::new(state.clone())),
+        }
+    }
+
+    fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
+        let Some(saved) = saved else {
+            self.state = None;
+            return Ok(());
+        };
+        let saved = saved.downcast_ref::<M::State>().ok_or_else(foreign_state)?;
+        match &mut self.state {
+            Some(memory) => memory.clone_from(saved),
+            none => *none = Some(saved.clone()),
+        }
+        Ok(())
+    }
+
+    fn serialize(&self, saved: &Saved) -> Result<Vec<u8>, Error> {
+        let state = match saved {
+            None => None,
+            Some(saved) => Some(saved.downcast_ref::<M::State>().ok_or_else(foreign_state)?),
+        };
+        postcard::to_stdvec(&state).map_err(|error| Error::caused(&error).context("serialising"))
+    }
+
+    fn deserialize(&self, bytes: &[u8]) -> Result<Saved, Error> {
+        let state: Option<M::State> = postcard::from_bytes(bytes)
+            .map_err(|error| Error::caused(&error).context("the serialised state is damaged"))?;
+        Ok(state.map(|state| Box::new(state) as Box<dyn Any + Send>))
+    }
+
+    fn rebuild(&mut self, resources: &Resources) -> Result<Table, Error> {
+        let (model, table) = Table::declare::<M>(resources)?;
+        let old = std::mem::replace(self, Self { model, state: None });
+        // A panicked model's destructor might panic again or follow a half-written pointer.
+        std::mem::forget(old);
+        Ok(table)
+    }
+}
