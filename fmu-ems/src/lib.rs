@@ -1,1 +1,11 @@
-//! FMI 2.0 co-simulation unit: one levitation electromagnet with its controller (eqs 1-5)
+//! FMI 2.0 co-simulation unit `ems`: one levitation electromagnet with its controller (eqs 1-5).
+//!
+//! The physics is in the crate `magnet`; here is its interface: [`table`] declares the variables,
+//! [`Ems`] maps them on the physics.
+
+mod model;
+mod table;
+
+pub use model::Ems;
+
+fmi2_export::export!(Ems);

@@ -1,0 +1,196 @@
+//! Maps the unit's variables on the physics.
+
+use fmi2_export::{Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, Step, Values};
+use magnet::{Course, InputRates, Magnet, Parameters, Workspace};
+use serde::{Deserialize, Serialize};
+
+use crate::table::{self, Derived, Handles, Inputs, Outputs};
+
+/// The unit: handles of its variables, and the magnet for the parameters last used.
+#[derive(Debug)]
+pub struct Ems {
+    inputs: Inputs,
+    outputs: Outputs,
+    derived: Derived,
+    parameters: Handles,
+    /// Always rebuilt where a state was made with other parameters, so it is a cache only.
+    magnet: Magnet,
+    workspace: Workspace,
+}
+
+/// Everything that changes while stepping.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct State {
+    magnet: magnet::State,
+    /// The parameters that this state was reached with; tunable ones may change between steps.
+    parameters: Parameters,
+    /// Derivatives of the inputs at the end of the last step: for the outputs' derivatives.
+    rates: InputRates,
+}
+
+impl Ems {
+    /// The inputs' values now.
+    fn read(&self, values: &Values) -> magnet::Inputs {
+        magnet::Inputs {
+            gap: values.real(self.inputs.gap),
+            gap_rate: values.real(self.inputs.gap_rate),
+            acceleration: values.real(self.inputs.acceleration),
+            lateral_offset: values.real(self.inputs.lateral_offset),
+            static_force: values.real(self.inputs.static_force),
+        }
+    }
+
+    /// The magnet with the given parameters.
+    fn magnet(&mut self, parameters: &Parameters) -> Result<&Magnet, Error> {
+        if self.magnet.parameters() != parameters {
+            self.magnet = Magnet::new(*parameters).map_err(|error| Error::caused(&error))?;
+        }
+        Ok(&self.magnet)
+    }
+}
+
+impl Model for Ems {
+    type State = State;
+
+    fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
+        interface.describe(table::info());
+        let inputs = Inputs::declare(interface);
+        let outputs = Outputs::declare(interface);
+        let derived = Derived::declare(interface);
+        let parameters = Handles::declare(interface);
+        table::depend(interface, &inputs, &outputs, &derived, &parameters);
+        let magnet = Magnet::new(Parameters::default()).map_err(|error| Error::caused(&error))?;
+        let workspace = Workspace::default();
+        Ok(Self { inputs, outputs, derived, parameters, magnet, workspace })
+    }
+
+    fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
+        let parameters = self.parameters.read(values);
+        let inputs = self.read(values);
+        let derived = self.derived;
+        let magnet = self.magnet(&parameters)?;
+        let state = magnet.initialise(&inputs, time).map_err(|error| at(time, &error))?;
+        let constants = magnet.electromagnet();
+        values.set_real(derived.inductance, constants.inductance);
+        values.set_real(derived.current_stiffness, constants.current_stiffness);
+        values.set_real(derived.gap_stiffness, constants.gap_stiffness);
+        values.set_real(derived.nominal_force, constants.nominal_force);
+        Ok(State { magnet: state, parameters, rates: InputRates::default() })
+    }
+
+    fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
+        let inputs = self.read(values);
+        let outputs = self
+            .magnet(&state.parameters)?
+            .outputs(&state.magnet, &inputs)
+            .map_err(|error| at(time, &error))?;
+        values.set_real(self.outputs.force, outputs.force);
+        values.set_real(self.outputs.lateral_force, outputs.lateral_force);
+        values.set_real(self.outputs.current, outputs.current);
+        values.set_real(self.outputs.voltage, outputs.voltage);
+        for (variable, estimate) in self.outputs.estimates.iter().zip(outputs.estimates) {
+            values.set_real(*variable, estimate);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, state: &mut State, values: &mut Values, step: Step) -> Result<(), Error> {
+        let course = Course {
+            gap: *values.taylor(self.inputs.gap),
+            gap_rate: *values.taylor(self.inputs.gap_rate),
+            acceleration: *values.taylor(self.inputs.acceleration),
+        };
+        self.magnet(&state.parameters)?;
+        self.magnet
+            .step(&mut state.magnet, &course, step.time, step.size, &mut self.workspace)
+            .map_err(|error| refused(step, &error))?;
+        state.rates = rates_after(&course, values.taylor(self.inputs.static_force), step.size);
+        Ok(())
+    }
+
+    fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
+        let parameters = self.parameters.read(values);
+        self.magnet(&parameters)?;
+        state.parameters = parameters;
+        Ok(())
+    }
+
+    fn output_derivative(
+        &mut self,
+        state: &State,
+        values: &Values,
+        output: RealVar,
+        order: u32,
+    ) -> Result<Option<f64>, Error> {
+        let inputs = self.read(values);
+        let outputs = self.outputs;
+        let rates = self
+            .magnet(&state.parameters)?
+            .rates(&state.magnet, &inputs, &state.rates)
+            .map_err(|error| Error::caused(&error))?;
+        let estimate = || outputs.estimates.iter().position(|&estimate| estimate == output);
+        Ok(match order {
+            1 if output == outputs.force => Some(rates.force),
+            1 if output == outputs.current => Some(rates.current),
+            1 if output == outputs.voltage => Some(rates.voltage),
+            1 => estimate().and_then(|k| rates.estimates.get(k).copied()),
+            2 if output == outputs.force => Some(rates.force_second),
+            _ => None,
+        })
+    }
+
+    fn directional_derivative(
+        &mut self,
+        state: &State,
+        values: &Values,
+        seed: &Seed,
+        result: &mut Sensitivity,
+    ) -> Result<bool, Error> {
+        let inputs = self.read(values);
+        let (handles, outputs) = (self.inputs, self.outputs);
+        let partials = self
+            .magnet(&state.parameters)?
+            .partials(&state.magnet, &inputs)
+            .map_err(|error| Error::caused(&error))?;
+        let (gap, static_force) = (seed.real(handles.gap), seed.real(handles.static_force));
+        let acceleration = seed.real(handles.acceleration);
+        let [_, _, acceleration_estimate, ..] = outputs.estimates;
+        result.set_real(
+            outputs.force,
+            partials.force_by_gap * gap + partials.force_by_static_force * static_force,
+        );
+        result.set_real(
+            outputs.lateral_force,
+            partials.lateral_force_by_gap * gap
+                + partials.lateral_force_by_static_force * static_force
+                + partials.lateral_force_by_offset * seed.real(handles.lateral_offset),
+        );
+        result.set_real(outputs.voltage, partials.voltage_by_acceleration * acceleration);
+        result.set_real(acceleration_estimate, partials.estimate_by_acceleration * acceleration);
+        Ok(true)
+    }
+}
+
+/// The inputs' derivatives at the end of a step, where the kit forgets the polynomials.
+fn rates_after(course: &Course, static_force: &[f64; 4], size: f64) -> InputRates {
+    let slope = |u: &[f64; 4]| u[1] + size * (u[2] + 0.5 * size * u[3]);
+    InputRates {
+        gap_acceleration: slope(&course.gap_rate),
+        jerk: slope(&course.acceleration),
+        static_force_rate: slope(static_force),
+        static_force_acceleration: static_force[2] + size * static_force[3],
+    }
+}
+
+fn at(time: f64, error: &magnet::Error) -> Error {
+    Error::caused(error).context(format_args!("at t = {time} s"))
+}
+
+/// A step that fails at its start cannot be mended by a smaller one; what happens on the way can.
+fn refused(step: Step, error: &magnet::Error) -> Error {
+    match error {
+        magnet::Error::GapClosed { time, .. } if *time > step.time => Error::discard(error),
+        magnet::Error::Chattering { .. } => Error::discard(error),
+        _ => Error::caused(error),
+    }
+}
