@@ -1,0 +1,317 @@
+//! The vehicle file: bodies, joints, force elements, magnets as data (JSON).
+//!
+//! All places are given in the world frame in the initial pose: x forward, y left, z up, in m. A
+//! body's position is its centre of mass. The name `ground` stands for the frame that travels with
+//! the vehicle's nominal speed; it is inertial, so nothing but the position along the track depends
+//! on that speed.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// Name of the body that does not move.
+pub const GROUND: &str = "ground";
+
+/// A whole vehicle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// Short name, for example `two-car`.
+    pub name: String,
+    /// What this vehicle is, for people.
+    #[serde(default)]
+    pub description: String,
+    /// Gravity in m/s², for example `[0, 0, -9.81]`.
+    pub gravity: [f64; 3],
+    /// Nominal air gap c0 in m: the gap of a magnet in its initial place under a track at z = 0.
+    pub nominal_gap: f64,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Joints.
+    #[serde(default)]
+    pub joints: Vec<Joint>,
+    /// Bushings (air springs, traction rods, elastic joints).
+    #[serde(default)]
+    pub bushings: Vec<Bushing>,
+    /// Springs between two points.
+    #[serde(default)]
+    pub springs: Vec<Spring>,
+    /// Spring-dampers in the free coordinate of translational and revolute joints.
+    #[serde(default)]
+    pub joint_forces: Vec<JointForce>,
+    /// What holds the speed.
+    #[serde(default)]
+    pub drive: Option<Drive>,
+    /// Electromagnets, in the order of the signals.
+    #[serde(default)]
+    pub magnets: Vec<Magnet>,
+    /// Bodies whose motion is an output.
+    #[serde(default)]
+    pub observed: Vec<Observed>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Unique name.
+    pub name: String,
+    /// Mass in kg.
+    pub mass: f64,
+    /// Inertia about the centre of mass in the body's own axes, kg·m².
+    pub inertia: Inertia,
+    /// Centre of mass, m.
+    pub position: [f64; 3],
+    /// Attitude as a unit quaternion (w, x, y, z); absent: the body's axes are the world's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+    /// True for a body that only stands for the surroundings: not part of the vehicle's mass.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reference: bool,
+}
+
+/// Inertia: three principal moments, or the full symmetric matrix by rows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Inertia {
+    /// Moments about the body's x, y and z axes.
+    Principal([f64; 3]),
+    /// The full matrix.
+    Full([[f64; 3]; 3]),
+}
+
+/// Kinds of joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum JointKind {
+    /// Fixes b to a: 6 equations, eliminated before the simulation.
+    Bracket,
+    /// b slides along the axis: 5 equations.
+    Translational,
+    /// Common point: 3 equations.
+    Spherical,
+    /// b turns about the axis: 5 equations.
+    Revolute,
+}
+
+impl JointKind {
+    /// Number of constraint equations.
+    #[must_use]
+    pub fn equations(self) -> usize {
+        match self {
+            Self::Bracket => 6,
+            Self::Translational | Self::Revolute => 5,
+            Self::Spherical => 3,
+        }
+    }
+
+    /// True where an axis must be given.
+    #[must_use]
+    pub fn has_axis(self) -> bool {
+        matches!(self, Self::Translational | Self::Revolute)
+    }
+}
+
+impl std::fmt::Display for JointKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Bracket => "bracket",
+            Self::Translational => "translational",
+            Self::Spherical => "spherical",
+            Self::Revolute => "revolute",
+        })
+    }
+}
+
+/// A joint between two bodies (or a body and `ground`).
+///
+/// Its place is one world point (`position`, with `axis`), or one point on either body in that
+/// body's own coordinates (`local_a` and `local_b`, with `local_axis_a` and `local_axis_b`), which
+/// must then meet in the initial pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    /// Unique name.
+    pub name: String,
+    /// Kind.
+    pub kind: JointKind,
+    /// First body.
+    pub body_a: String,
+    /// Second body.
+    pub body_b: String,
+    /// The joint's point in the world, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// The joint's axis in the world (any length).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<[f64; 3]>,
+    /// The joint's point on a, from a's centre of mass in a's axes, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_a: Option<[f64; 3]>,
+    /// The joint's point on b, from b's centre of mass in b's axes, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_b: Option<[f64; 3]>,
+    /// The joint's axis in a's axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_axis_a: Option<[f64; 3]>,
+    /// The joint's axis in b's axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_axis_b: Option<[f64; 3]>,
+}
+
+/// Three translational and three rotational spring-dampers between two bodies, along axes that are
+/// fixed to a. Unloaded (up to the preload) in the initial pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bushing {
+    /// Unique name.
+    pub name: String,
+    /// Body that carries the frame.
+    pub body_a: String,
+    /// Body that carries the point at which the force pair acts.
+    pub body_b: String,
+    /// Place of both ends, m.
+    pub position: [f64; 3],
+    /// Attitude of the bushing's axes (w, x, y, z); absent: the world's axes in the initial pose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+    /// N/m along the three axes.
+    #[serde(default)]
+    pub translational_stiffness: [f64; 3],
+    /// N·s/m along the three axes.
+    #[serde(default)]
+    pub translational_damping: [f64; 3],
+    /// N·m/rad about the three axes.
+    #[serde(default)]
+    pub rotational_stiffness: [f64; 3],
+    /// N·m·s/rad about the three axes.
+    #[serde(default)]
+    pub rotational_damping: [f64; 3],
+    /// Force on a in the initial pose, along the bushing's axes, N.
+    #[serde(default)]
+    pub preload: [f64; 3],
+}
+
+/// A spring-damper on the line between two points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spring {
+    /// Unique name.
+    pub name: String,
+    /// First body.
+    pub body_a: String,
+    /// Its end, m.
+    pub position_a: [f64; 3],
+    /// Second body.
+    pub body_b: String,
+    /// Its end, m.
+    pub position_b: [f64; 3],
+    /// N/m.
+    pub stiffness: f64,
+    /// N·s/m.
+    #[serde(default)]
+    pub damping: f64,
+    /// Length without force, m; absent: the initial length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub free_length: Option<f64>,
+}
+
+/// Spring-damper in the free coordinate of a joint: the way along the axis (translational, m) or
+/// the angle about it (revolute, rad), both zero in the initial pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointForce {
+    /// Name of a translational or revolute joint.
+    pub joint: String,
+    /// N/m or N·m/rad.
+    pub stiffness: f64,
+    /// N·s/m or N·m·s/rad.
+    #[serde(default)]
+    pub damping: f64,
+}
+
+/// Holds bodies at their place along the track, which travels with the nominal speed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drive {
+    /// The bodies that are driven, each by a longitudinal force at its centre of mass.
+    pub bodies: Vec<String>,
+    /// N/m about the travelled position.
+    pub stiffness: f64,
+    /// N·s/m about the nominal speed.
+    pub damping: f64,
+}
+
+/// An electromagnet: a point that takes a vertical and a lateral force.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Magnet {
+    /// The body that carries it.
+    pub body: String,
+    /// Its place, m.
+    pub position: [f64; 3],
+}
+
+/// A body whose motion is observed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observed {
+    /// Prefix of the outputs, for example `car_1`: lower-case letters, digits, underscores.
+    pub name: String,
+    /// The body.
+    pub body: String,
+    /// Further points at which accelerations are wanted (ride comfort), m.
+    #[serde(default)]
+    pub points: Vec<[f64; 3]>,
+}
+
+impl Description {
+    /// Reads a description and checks it.
+    ///
+    /// # Errors
+    /// [`Error::Read`] or [`Error::Invalid`], with the JSON path of the place.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        let mut reader = serde_json::Deserializer::from_str(text);
+        let description: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+            Error::Read { path: e.path().to_string(), message: e.inner().to_string() }
+        })?;
+        reader.end().map_err(|e| Error::Read { path: "$".to_owned(), message: e.to_string() })?;
+        description.check()?;
+        Ok(description)
+    }
+
+    /// The description as JSON, one line per body, joint or element, with a final newline.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number has no JSON form (NaN, infinity).
+    pub fn to_json(&self) -> Result<String, Error> {
+        let fields = [
+            format!("\"name\": {}", json(&self.name)?),
+            format!("\"description\": {}", json(&self.description)?),
+            format!("\"gravity\": {}", json(&self.gravity)?),
+            format!("\"nominal_gap\": {}", json(&self.nominal_gap)?),
+            list("bodies", &self.bodies)?,
+            list("joints", &self.joints)?,
+            list("bushings", &self.bushings)?,
+            list("springs", &self.springs)?,
+            list("joint_forces", &self.joint_forces)?,
+            format!("\"drive\": {}", json(&self.drive)?),
+            list("magnets", &self.magnets)?,
+            list("observed", &self.observed)?,
+        ];
+        Ok(format!("{{\n  {}\n}}\n", fields.join(",\n  ")))
+    }
+}
+
+fn json<T: Serialize>(value: &T) -> Result<String, Error> {
+    serde_json::to_string(value)
+        .map_err(|e| Error::Invalid { path: "$".to_owned(), message: e.to_string() })
+}
+
+fn list<T: Serialize>(key: &str, items: &[T]) -> Result<String, Error> {
+    if items.is_empty() {
+        return Ok(format!("\"{key}\": []"));
+    }
+    let lines = items.iter().map(json).collect::<Result<Vec<_>, _>>()?;
+    Ok(format!("\"{key}\": [\n    {}\n  ]", lines.join(",\n    ")))
+}

@@ -1,0 +1,388 @@
+//! Equation 9 evaluated: M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::assembly::mass_block;
+use crate::error::Error;
+use crate::joint::Row;
+use crate::math::{Quat, Vec3};
+use crate::model::Model;
+use crate::state::{BodyState, Kinematics, State, Wrench};
+
+/// Forces on the magnets, one entry per magnet, N.
+#[derive(Debug, Clone, Copy)]
+pub struct Loads<'a> {
+    /// Upward.
+    pub vertical: &'a [f64],
+    /// To the left.
+    pub lateral: &'a [f64],
+}
+
+/// Scratch memory of one thread of evaluations. It never influences results: what it remembers is
+/// used only for the very same pose.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    /// Kinematics of the bodies, the ground last.
+    pub(crate) kin: Vec<Kinematics>,
+    pub(crate) rows_a: Vec<Row>,
+    pub(crate) rows_b: Vec<Row>,
+    pub(crate) factors: Vec<f64>,
+    /// Pose whose factors `factors` holds.
+    factored: Option<()>,
+    factored_pose: Vec<(Vec3, Quat)>,
+    pub(crate) wrenches: Vec<Wrench>,
+    /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
+    pub(crate) solution: Vec<f64>,
+    pub(crate) residual: Vec<f64>,
+    pub(crate) stage: Vec<BodyState>,
+    pub(crate) start: Vec<BodyState>,
+    pub(crate) sum: Vec<crate::integrate::Rate>,
+    pub(crate) vertical: Vec<f64>,
+    pub(crate) lateral: Vec<f64>,
+}
+
+impl Workspace {
+    /// Accelerations v̇ (world) and ω̇ (body axes) of a composite body after an evaluation.
+    #[must_use]
+    pub fn acceleration(&self, body: usize) -> (Vec3, Vec3) {
+        let x = &self.solution[6 * body..6 * body + 6];
+        (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]))
+    }
+
+    /// λ after an evaluation, joint by joint.
+    #[must_use]
+    pub fn multipliers(&self) -> &[f64] {
+        &self.solution[6 * (self.kin.len() - 1)..]
+    }
+
+    /// Forgets the remembered factors.
+    pub(crate) fn forget(&mut self) {
+        self.factored = None;
+    }
+}
+
+impl Model {
+    /// Scratch memory for this model.
+    #[must_use]
+    pub fn workspace(&self) -> Workspace {
+        let bodies = self.composites.len();
+        let start = self.initial_state().bodies;
+        Workspace {
+            kin: vec![Kinematics::at_rest(); bodies + 1],
+            rows_a: vec![Row::default(); self.rows],
+            rows_b: vec![Row::default(); self.rows],
+            factors: vec![0.0; self.solver.storage],
+            factored: None,
+            factored_pose: vec![(Vec3::zeros(), crate::math::IDENTITY); bodies],
+            wrenches: vec![Wrench::zero(); bodies + 1],
+            solution: vec![0.0; self.unknowns()],
+            residual: vec![0.0; self.rows],
+            stage: start.clone(),
+            sum: vec![crate::integrate::Rate::zero(); bodies],
+            start,
+            vertical: vec![0.0; self.magnets.len()],
+            lateral: vec![0.0; self.magnets.len()],
+        }
+    }
+
+    /// Accelerations and multipliers of a state under given loads; read them from the workspace.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], [`Error::NotFinite`], or [`Error::Argument`] for a wrong length.
+    pub fn accelerations(
+        &self,
+        state: &State,
+        loads: &Loads,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        ws.vertical.copy_from_slice(loads.vertical);
+        ws.lateral.copy_from_slice(loads.lateral);
+        self.evaluate(&state.bodies, state.time, ws)
+    }
+
+    pub(crate) fn check_lengths(
+        &self,
+        state: &State,
+        vertical: usize,
+        lateral: usize,
+    ) -> Result<(), Error> {
+        let wrong = |what, expected: usize, found: usize| Error::Argument {
+            what,
+            expected: expected.to_string(),
+            found: found.to_string(),
+        };
+        if state.bodies.len() != self.composites.len() {
+            return Err(wrong("bodies of the state", self.composites.len(), state.bodies.len()));
+        }
+        for (what, found) in [("vertical loads", vertical), ("lateral loads", lateral)] {
+            if found != self.magnets.len() {
+                return Err(wrong(what, self.magnets.len(), found));
+            }
+        }
+        Ok(())
+    }
+
+    /// Evaluates with the loads in `ws.vertical` and `ws.lateral`.
+    pub(crate) fn evaluate(
+        &self,
+        bodies: &[BodyState],
+        time: f64,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        self.prepare(bodies, time, ws)?;
+        for (kin, body) in ws.kin.iter_mut().zip(bodies) {
+            kin.set_motion(body);
+        }
+        self.apply_forces(ws);
+        self.right_hand_side(ws);
+        self.solver.solve(&ws.factors, &mut ws.solution);
+        self.check_finite(time, ws)
+    }
+
+    fn check_finite(&self, time: f64, ws: &Workspace) -> Result<(), Error> {
+        // one sum over everything is cheaper than a test of each, and as telling
+        if ws.solution.iter().sum::<f64>().is_finite() {
+            return Ok(());
+        }
+        if let Some(k) = ws.vertical.iter().zip(&ws.lateral).position(|(v, l)| !(v + l).is_finite())
+        {
+            return Err(Error::NotFinite { what: format!("the force on magnet {}", k + 1), time });
+        }
+        let body = ws.solution.chunks(6).position(|x| !x.iter().sum::<f64>().is_finite());
+        let what = body
+            .and_then(|k| self.composites.get(k))
+            .map_or_else(|| "a multiplier".to_owned(), |c| format!("the motion of `{}`", c.name));
+        Err(Error::NotFinite { what, time })
+    }
+
+    /// Poses, Jacobians and factors, unless they are those of the very same pose.
+    pub(crate) fn prepare(
+        &self,
+        bodies: &[BodyState],
+        time: f64,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        let same = ws.factored.is_some()
+            && bodies
+                .iter()
+                .zip(&ws.factored_pose)
+                .all(|(b, (r, p))| b.position == *r && b.attitude == *p);
+        if same {
+            return Ok(());
+        }
+        ws.forget();
+        self.set_pose(bodies, ws);
+        self.jacobians(ws);
+        self.factor(time, ws)?;
+        for (pose, body) in ws.factored_pose.iter_mut().zip(bodies) {
+            *pose = (body.position, body.attitude);
+        }
+        ws.factored = Some(());
+        Ok(())
+    }
+
+    pub(crate) fn set_pose(&self, bodies: &[BodyState], ws: &mut Workspace) {
+        for (kin, body) in ws.kin.iter_mut().zip(bodies) {
+            kin.set_pose(body);
+        }
+    }
+
+    pub(crate) fn jacobians(&self, ws: &mut Workspace) {
+        for joint in &self.joints {
+            let range = joint.row..joint.row + joint.equations();
+            joint.jacobian(&ws.kin, &mut ws.rows_a[range.clone()], &mut ws.rows_b[range]);
+        }
+    }
+
+    /// Assembles the matrix of eq. 9 from the Jacobians and factors it.
+    pub(crate) fn factor(&self, time: f64, ws: &mut Workspace) -> Result<(), Error> {
+        ws.factors.fill(0.0);
+        for (composite, &offset) in self.composites.iter().zip(&self.places.bodies) {
+            let block = &mut ws.factors[offset..offset + 36];
+            for k in 0..3 {
+                block[7 * k] = composite.mass;
+                for i in 0..3 {
+                    block[6 * (3 + k) + 3 + i] = composite.inertia[(i, k)];
+                }
+            }
+        }
+        self.store_jacobians(&self.places, &ws.rows_a, &ws.rows_b, &mut ws.factors);
+        self.solver.factor(&mut ws.factors).map_err(|vanished| self.singular(vanished, time))
+    }
+
+    pub(crate) fn singular(&self, vanished: crate::block::Vanished, time: f64) -> Error {
+        let bodies = self.composites.len();
+        let name = vanished
+            .node
+            .checked_sub(bodies)
+            .map_or_else(|| &self.composites[vanished.node].name, |j| &self.joints[j].name);
+        Error::Singular { time, joint: name.clone(), row: vanished.row }
+    }
+
+    pub(crate) fn store_jacobians(
+        &self,
+        places: &crate::model::Places,
+        rows_a: &[Row],
+        rows_b: &[Row],
+        factors: &mut [f64],
+    ) {
+        for (joint, pair) in self.joints.iter().zip(&places.joints) {
+            let n = joint.equations();
+            let range = joint.row..joint.row + n;
+            for (place, rows) in pair.iter().zip([&rows_a[range.clone()], &rows_b[range]]) {
+                let Some(place) = place else { continue };
+                let block = &mut factors[place.offset..place.offset + 6 * n];
+                if place.as_asked {
+                    for (r, row) in rows.iter().enumerate() {
+                        for (c, value) in row.iter().enumerate() {
+                            block[c * n + r] = *value;
+                        }
+                    }
+                } else {
+                    block.copy_from_slice(rows.as_flattened());
+                }
+            }
+        }
+    }
+
+    /// Forces of all elements, gravity, drive and magnets.
+    pub(crate) fn apply_forces(&self, ws: &mut Workspace) {
+        let Workspace { kin, wrenches, vertical, lateral, .. } = ws;
+        wrenches.fill(Wrench::zero());
+        for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
+            wrench.force = self.gravity * composite.mass;
+        }
+        for bushing in &self.bushings {
+            bushing.apply(kin, wrenches);
+        }
+        for spring in &self.springs {
+            spring.apply(kin, wrenches);
+        }
+        for force in &self.joint_forces {
+            force.apply(&self.joints, kin, wrenches);
+        }
+        if let Some(drive) = &self.drive {
+            for anchor in &drive.anchors {
+                let body = &kin[anchor.body];
+                let arm = body.turn(&anchor.local);
+                let way = body.r.x + arm.x - anchor.start.x;
+                let rate = body.velocity_at(&arm).x;
+                let force = -(drive.stiffness * way + drive.damping * rate);
+                wrenches[anchor.body].add(&Vec3::new(force, 0.0, 0.0), &arm);
+            }
+        }
+        for ((magnet, &up), &left) in self.magnets.iter().zip(&*vertical).zip(&*lateral) {
+            let arm = kin[magnet.body].turn(&magnet.local);
+            wrenches[magnet.body].add(&Vec3::new(0.0, left, up), &arm);
+        }
+    }
+
+    /// Q and γ; moments go to body axes and lose ω × J ω.
+    fn right_hand_side(&self, ws: &mut Workspace) {
+        let Workspace { kin, wrenches, solution, .. } = ws;
+        let bodies = self.composites.len();
+        for (k, composite) in self.composites.iter().enumerate() {
+            let (body, wrench) = (&kin[k], &wrenches[k]);
+            let moment =
+                body.a.tr_mul(&wrench.moment) - body.w.cross(&(composite.inertia * body.w));
+            solution[6 * k..6 * k + 3].copy_from_slice(wrench.force.as_slice());
+            solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
+        }
+        for joint in &self.joints {
+            let first = 6 * bodies + joint.row;
+            joint.gamma(kin, &mut solution[first..first + joint.equations()]);
+        }
+    }
+
+    /// Φ into `ws.residual` for the poses in `ws.kin`; the largest violation and its joint.
+    pub(crate) fn residuals(&self, ws: &mut Workspace) -> (f64, usize) {
+        for joint in &self.joints {
+            let range = joint.row..joint.row + joint.equations();
+            joint.residual(&ws.kin, &mut ws.residual[range]);
+        }
+        self.largest(&ws.residual)
+    }
+
+    /// Φ_q v into `ws.residual` for the Jacobians in the workspace.
+    pub(crate) fn rates(&self, bodies: &[BodyState], ws: &mut Workspace) -> (f64, usize) {
+        let part = |body: usize, row: &Row| {
+            bodies.get(body).map_or(0.0, |b| {
+                row[0] * b.velocity.x
+                    + row[1] * b.velocity.y
+                    + row[2] * b.velocity.z
+                    + row[3] * b.angular_velocity.x
+                    + row[4] * b.angular_velocity.y
+                    + row[5] * b.angular_velocity.z
+            })
+        };
+        for joint in &self.joints {
+            for r in joint.row..joint.row + joint.equations() {
+                ws.residual[r] = part(joint.a, &ws.rows_a[r]) + part(joint.b, &ws.rows_b[r]);
+            }
+        }
+        self.largest(&ws.residual)
+    }
+
+    /// Largest component and the joint it belongs to; NaN counts as largest.
+    fn largest(&self, residual: &[f64]) -> (f64, usize) {
+        let mut found = (0.0, 0);
+        for (k, joint) in self.joints.iter().enumerate() {
+            for value in &residual[joint.row..joint.row + joint.equations()] {
+                let size = if value.is_nan() { f64::INFINITY } else { value.abs() };
+                if size > found.0 {
+                    found = (size, k);
+                }
+            }
+        }
+        found
+    }
+
+    /// Largest violation of the constraints of a state: position level (m, rad) and velocity level
+    /// (m/s, rad/s).
+    #[must_use]
+    pub fn constraint_violation(&self, state: &State, ws: &mut Workspace) -> (f64, f64) {
+        ws.forget();
+        self.set_pose(&state.bodies, ws);
+        self.jacobians(ws);
+        (self.residuals(ws).0, self.rates(&state.bodies, ws).0)
+    }
+
+    /// M and Φ_q of eq. 9 as dense matrices, with the right-hand side (Q, γ): for checks.
+    #[must_use]
+    pub fn dense_system(
+        &self,
+        state: &State,
+        loads: &Loads,
+        ws: &mut Workspace,
+    ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
+        ws.forget();
+        ws.vertical.copy_from_slice(loads.vertical);
+        ws.lateral.copy_from_slice(loads.lateral);
+        self.set_pose(&state.bodies, ws);
+        for (kin, body) in ws.kin.iter_mut().zip(&state.bodies) {
+            kin.set_motion(body);
+        }
+        self.jacobians(ws);
+        self.apply_forces(ws);
+        self.right_hand_side(ws);
+        let n = 6 * self.composites.len();
+        let mut mass = DMatrix::zeros(n, n);
+        for (k, composite) in self.composites.iter().enumerate() {
+            mass.view_mut((6 * k, 6 * k), (6, 6)).copy_from(&mass_block(composite));
+        }
+        let mut jacobian = DMatrix::zeros(self.rows, n);
+        for joint in &self.joints {
+            for r in joint.row..joint.row + joint.equations() {
+                for (body, row) in [(joint.a, &ws.rows_a[r]), (joint.b, &ws.rows_b[r])] {
+                    if 6 * body < n {
+                        for (c, value) in row.iter().enumerate() {
+                            jacobian[(r, 6 * body + c)] = *value;
+                        }
+                    }
+                }
+            }
+        }
+        (mass, jacobian, DVector::from_column_slice(&ws.solution))
+    }
+}

@@ -1,0 +1,114 @@
+//! What can go wrong, said so that it can be mended.
+
+use thiserror::Error;
+
+/// Anything that this crate can refuse or fail at.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The description is not readable as JSON of the expected shape.
+    #[error("vehicle description, at `{path}`: {message}")]
+    Read {
+        /// JSON path of the place, for example `bodies[3].mass`.
+        path: String,
+        /// The reader's message with line and column.
+        message: String,
+    },
+    /// The description is readable but says something impossible.
+    #[error("vehicle description, at `{path}`: {message}")]
+    Invalid {
+        /// JSON path of the place.
+        path: String,
+        /// What is wrong and how to mend it.
+        message: String,
+    },
+    /// Some constraint equations follow from the others.
+    #[error(
+        "{} constraint equation(s) are redundant; replace a joint by a softer one or by a bushing: {}",
+        .0.len(),
+        .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    )]
+    Redundant(Vec<Redundancy>),
+    /// The mechanism passed through a position in which its constraints become dependent.
+    #[error(
+        "the constraints become dependent at t = {time} s: joint `{joint}` has no pivot left in \
+         equation {row} (singular position of the mechanism, or joints that were driven apart)"
+    )]
+    Singular {
+        /// Simulated time in s.
+        time: f64,
+        /// The joint (or body) whose pivot vanished.
+        joint: String,
+        /// The joint's equation, counted from 0.
+        row: usize,
+    },
+    /// A number that is not finite turned up.
+    #[error("{what} is not finite at t = {time} s")]
+    NotFinite {
+        /// The quantity.
+        what: String,
+        /// Simulated time in s.
+        time: f64,
+    },
+    /// The projection on the constraints did not converge.
+    #[error(
+        "the joints cannot be closed at t = {time} s: joint `{joint}` stays open by {residual:e} \
+         (m, rad or their rates) after {iterations} corrections; take a smaller internal step"
+    )]
+    Projection {
+        /// Simulated time in s.
+        time: f64,
+        /// The joint with the largest violation.
+        joint: String,
+        /// Largest violation of a constraint equation (m, rad or per second).
+        residual: f64,
+        /// Corrections tried.
+        iterations: usize,
+    },
+    /// No static equilibrium was found.
+    #[error(
+        "no static equilibrium after {iterations} iterations: the largest acceleration left is \
+         {acceleration:e} m/s² (or rad/s²) and the magnets are off their gap by {deviation:e} m; \
+         every body must be held by magnets, springs or joints, and magnet-carrying bodies that \
+         are tied rigidly to each other must be able to follow the track"
+    )]
+    Equilibrium {
+        /// Iterations done.
+        iterations: usize,
+        /// Largest acceleration component left.
+        acceleration: f64,
+        /// Largest fitted deviation of a magnet from its place, in m.
+        deviation: f64,
+    },
+    /// An argument has the wrong length or value.
+    #[error("{what}: expected {expected}, got {found}")]
+    Argument {
+        /// The argument.
+        what: &'static str,
+        /// What is needed.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+}
+
+/// One dependence among the constraint equations: a state of self-stress.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Redundancy {
+    /// The joint that can be blamed: the last one that could not be satisfied independently.
+    pub joint: String,
+    /// What this joint constrains a second time, for example `translation along (0.00, 1.00, 0.00)`.
+    pub direction: String,
+    /// All joints that carry force in the self-stress.
+    pub together_with: Vec<String>,
+}
+
+impl std::fmt::Display for Redundancy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "joint `{}`: {}", self.joint, self.direction)?;
+        if !self.together_with.is_empty() {
+            write!(f, " is already fixed by {}", self.together_with.join(", "))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,272 @@
+//! Time integration: the classical fourth-order Runge-Kutta scheme on (r, p, v, ω) with the
+//! accelerations of eq. 9, followed by a projection on the constraints (eqs 10, 11).
+//!
+//! Equation 9 enforces the constraints only on the level of accelerations, so positions and
+//! velocities would drift. After every internal step the pose is corrected by simplified Newton
+//! steps M δ + Φ_qᵀ μ = 0, Φ_q δ = −Φ and then the velocities by the same with −Φ_q v, both with the
+//! factors of the last stage, whose pose differs from the corrected one by O(h²) of a step: each
+//! correction gains several digits. Where it does not, the matrix is factored anew. So the violation
+//! stays below the tolerances after every step, however long the run: there is nothing left that
+//! could add up.
+
+use crate::dynamics::Workspace;
+use crate::error::Error;
+use crate::math::{Quat, Vec3, from_rotation_vector, multiply, normalised, rate};
+use crate::model::Model;
+use crate::state::{BodyState, State};
+
+/// Corrections tried before giving up.
+const MOST_CORRECTIONS: usize = 12;
+/// A correction that leaves more than this share asks for new factors.
+const SLOW: f64 = 0.1;
+
+/// Forces on the magnets as polynomials in the time τ since the start of the step:
+/// u + u' τ + u'' τ²/2 + u''' τ³/6.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadCourse<'a> {
+    /// Upward, N.
+    pub vertical: &'a [[f64; 4]],
+    /// To the left, N.
+    pub lateral: &'a [[f64; 4]],
+}
+
+fn polynomial(u: &[f64; 4], t: f64) -> f64 {
+    u[0] + t * (u[1] + t * (0.5 * u[2] + t * (u[3] / 6.0)))
+}
+
+/// Derivative of a body's state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rate {
+    r: Vec3,
+    p: Quat,
+    v: Vec3,
+    w: Vec3,
+}
+
+impl Rate {
+    pub fn zero() -> Self {
+        Self { r: Vec3::zeros(), p: [0.0; 4], v: Vec3::zeros(), w: Vec3::zeros() }
+    }
+
+    fn of(body: &BodyState, v: Vec3, w: Vec3) -> Self {
+        Self { r: body.velocity, p: rate(body.attitude, &body.angular_velocity), v, w }
+    }
+
+    fn add(&mut self, other: &Self, factor: f64) {
+        self.r += other.r * factor;
+        for (a, b) in self.p.iter_mut().zip(other.p) {
+            *a += b * factor;
+        }
+        self.v += other.v * factor;
+        self.w += other.w * factor;
+    }
+}
+
+impl BodyState {
+    fn moved(&self, rate: &Rate, h: f64) -> Self {
+        let mut attitude = self.attitude;
+        for (a, b) in attitude.iter_mut().zip(rate.p) {
+            *a += b * h;
+        }
+        Self {
+            position: self.position + rate.r * h,
+            attitude,
+            velocity: self.velocity + rate.v * h,
+            angular_velocity: self.angular_velocity + rate.w * h,
+        }
+    }
+
+    /// Applies a small displacement and a small rotation in body axes.
+    pub(crate) fn displace(&mut self, delta: &[f64]) {
+        self.position += Vec3::new(delta[0], delta[1], delta[2]);
+        let turn = from_rotation_vector(&Vec3::new(delta[3], delta[4], delta[5]));
+        self.attitude = normalised(multiply(self.attitude, turn));
+    }
+}
+
+impl Model {
+    /// Advances a state by `size` seconds in equal internal steps of at most `max_step`.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], [`Error::NotFinite`], [`Error::Projection`] or [`Error::Argument`]; the
+    /// state is then not usable.
+    pub fn step(
+        &self,
+        state: &mut State,
+        size: f64,
+        max_step: f64,
+        loads: &LoadCourse,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        let count = internal_steps(size, max_step)?;
+        let h = size / f64::from(count);
+        let begin = state.time;
+        for n in 0..count {
+            // counted, not accumulated
+            let offset = f64::from(n) * h;
+            self.runge_kutta(&mut state.bodies, begin, offset, h, loads, ws)?;
+            let end = if n + 1 == count { begin + size } else { begin + f64::from(n + 1) * h };
+            self.project(&mut state.bodies, end, ws)?;
+            state.time = end;
+        }
+        Ok(())
+    }
+
+    fn runge_kutta(
+        &self,
+        bodies: &mut [BodyState],
+        begin: f64,
+        offset: f64,
+        h: f64,
+        loads: &LoadCourse,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        const NODES: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
+        const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
+        ws.start.copy_from_slice(bodies);
+        // taken out so that the evaluation may borrow the workspace; returned below
+        let mut stage = std::mem::take(&mut ws.stage);
+        stage.copy_from_slice(bodies);
+        let mut outcome = Ok(());
+        for s in 0..4 {
+            let t = offset + NODES[s] * h;
+            for k in 0..self.magnets.len() {
+                ws.vertical[k] = polynomial(&loads.vertical[k], t);
+                ws.lateral[k] = polynomial(&loads.lateral[k], t);
+            }
+            outcome = self.evaluate(&stage, begin + t, ws);
+            if outcome.is_err() {
+                break;
+            }
+            let ahead = if s < 3 { NODES[s + 1] * h } else { 0.0 };
+            for (k, body) in stage.iter_mut().enumerate() {
+                let (v, w) = ws.acceleration(k);
+                let rate = Rate::of(body, v, w);
+                if s == 0 {
+                    ws.sum[k] = Rate::zero();
+                }
+                ws.sum[k].add(&rate, WEIGHTS[s]);
+                *body = ws.start[k].moved(&rate, ahead);
+            }
+        }
+        ws.stage = stage;
+        outcome?;
+        for ((body, start), sum) in bodies.iter_mut().zip(&ws.start).zip(&ws.sum) {
+            *body = start.moved(sum, h);
+            body.attitude = normalised(body.attitude);
+        }
+        Ok(())
+    }
+
+    /// Closes the joints in position and velocity, with the factors that the workspace holds.
+    pub(crate) fn project(
+        &self,
+        bodies: &mut [BodyState],
+        time: f64,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        self.set_pose(bodies, ws);
+        let mut fresh = false;
+        let mut before = f64::INFINITY;
+        for iteration in 0.. {
+            let (violation, joint) = self.residuals(ws);
+            if violation <= self.tolerances.position {
+                break;
+            }
+            self.give_up(iteration, violation, joint, time)?;
+            if violation > SLOW * before && !fresh {
+                self.jacobians(ws);
+                self.factor(time, ws)?;
+                fresh = true;
+            }
+            before = violation;
+            self.correction(ws);
+            for (body, delta) in bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
+                body.displace(delta);
+            }
+            self.set_pose(bodies, ws);
+        }
+        self.jacobians(ws);
+        before = f64::INFINITY;
+        fresh = false;
+        for iteration in 0.. {
+            let (violation, joint) = self.rates(bodies, ws);
+            if violation <= self.tolerances.velocity {
+                break;
+            }
+            self.give_up(iteration, violation, joint, time)?;
+            if violation > SLOW * before && !fresh {
+                self.factor(time, ws)?;
+                fresh = true;
+            }
+            before = violation;
+            self.correction(ws);
+            for (body, delta) in bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
+                body.velocity += Vec3::new(delta[0], delta[1], delta[2]);
+                body.angular_velocity += Vec3::new(delta[3], delta[4], delta[5]);
+            }
+        }
+        // kinematics and Jacobians in the workspace no longer belong to its factors
+        ws.forget();
+        Ok(())
+    }
+
+    /// Closes the joints of a state that is nearly consistent, for example one made by hand.
+    ///
+    /// # Errors
+    /// [`Error::Singular`] or [`Error::Projection`].
+    pub fn close_joints(&self, state: &mut State, ws: &mut Workspace) -> Result<(), Error> {
+        self.prepare(&state.bodies, state.time, ws)?;
+        let time = state.time;
+        self.project(&mut state.bodies, time, ws)
+    }
+
+    fn give_up(
+        &self,
+        iterations: usize,
+        residual: f64,
+        joint: usize,
+        time: f64,
+    ) -> Result<(), Error> {
+        if iterations < MOST_CORRECTIONS && residual.is_finite() {
+            return Ok(());
+        }
+        let joint = self.joints[joint].name.clone();
+        Err(Error::Projection { time, joint, residual, iterations })
+    }
+
+    /// Solves for the smallest change (in the metric of M) that cancels `ws.residual`.
+    fn correction(&self, ws: &mut Workspace) {
+        let Workspace { solution, residual, factors, .. } = ws;
+        let (bodies, joints) = solution.split_at_mut(6 * self.composites.len());
+        bodies.fill(0.0);
+        for (target, value) in joints.iter_mut().zip(&*residual) {
+            *target = -value;
+        }
+        self.solver.solve(factors, solution);
+    }
+}
+
+/// Number of equal internal steps.
+fn internal_steps(size: f64, max_step: f64) -> Result<u32, Error> {
+    let argument = |what, expected: &str, found: f64| Error::Argument {
+        what,
+        expected: expected.to_owned(),
+        found: found.to_string(),
+    };
+    if !(size.is_finite() && size > 0.0) {
+        return Err(argument("step size", "a positive number of seconds", size));
+    }
+    if !(max_step.is_finite() && max_step > 0.0) {
+        return Err(argument("largest internal step", "a positive number of seconds", max_step));
+    }
+    // a ratio that is whole but for rounding must not cost another step
+    let count = (size / max_step * (1.0 - 1e-9)).ceil().max(1.0);
+    if count > 1e9 {
+        return Err(argument("internal steps per step", "at most 1e9", count));
+    }
+    // in range by the check above
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    Ok(count as u32)
+}

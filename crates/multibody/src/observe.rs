@@ -1,0 +1,179 @@
+//! What can be read off a state: motion of magnets and observed bodies, energies, momentum.
+
+use crate::dynamics::Workspace;
+use crate::math::{Vec3, multiply, roll_pitch_yaw, rotation_matrix};
+use crate::model::{Anchor, Model};
+use crate::state::{BodyState, State};
+
+/// Motion of a point relative to its place in the description, in the travelling frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Displacement from the initial pose, m.
+    pub displacement: Vec3,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Place in the travelling frame, m.
+    pub position: Vec3,
+}
+
+/// Energies in J; gravity counts from z = 0, springs from their unloaded state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energy {
+    /// ½ m v² + ½ ω·J ω.
+    pub kinetic: f64,
+    /// −m g·r.
+    pub gravitational: f64,
+    /// Springs, bushings and the drive's spring.
+    pub elastic: f64,
+}
+
+impl Energy {
+    /// The sum.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.gravitational + self.elastic
+    }
+}
+
+impl Model {
+    /// Motion of magnet k (counted from 0) in the order of the description.
+    #[must_use]
+    pub fn magnet(&self, state: &State, k: usize) -> Motion {
+        self.anchor_motion(state, &self.magnets[k])
+    }
+
+    /// Inertial acceleration of magnet k after an evaluation of this state, m/s².
+    #[must_use]
+    pub fn magnet_acceleration(&self, ws: &Workspace, k: usize) -> Vec3 {
+        self.anchor_acceleration(ws, &self.magnets[k])
+    }
+
+    /// Prefixes and numbers of further points of the observed bodies.
+    pub fn observed(&self) -> impl Iterator<Item = (&str, usize)> {
+        self.watched.iter().map(|w| (w.name.as_str(), w.points.len()))
+    }
+
+    /// Motion of the centre of mass of observed body k.
+    #[must_use]
+    pub fn observed_motion(&self, state: &State, k: usize) -> Motion {
+        self.anchor_motion(state, &self.observed_centre(k))
+    }
+
+    /// Roll, pitch and yaw of observed body k, rad.
+    #[must_use]
+    pub fn observed_attitude(&self, state: &State, k: usize) -> [f64; 3] {
+        let member = &self.members[self.watched[k].member];
+        let attitude = state
+            .bodies
+            .get(member.composite)
+            .map_or(member.twist, |body| multiply(body.attitude, member.twist));
+        roll_pitch_yaw(attitude)
+    }
+
+    /// Acceleration of the centre of mass of observed body k after an evaluation, m/s².
+    #[must_use]
+    pub fn observed_acceleration(&self, ws: &Workspace, k: usize) -> Vec3 {
+        self.anchor_acceleration(ws, &self.observed_centre(k))
+    }
+
+    /// Acceleration of point i of observed body k after an evaluation, m/s².
+    #[must_use]
+    pub fn point_acceleration(&self, ws: &Workspace, k: usize, i: usize) -> Vec3 {
+        self.anchor_acceleration(ws, &self.watched[k].points[i])
+    }
+
+    /// Mean velocity along the track relative to the nominal speed: of the driven bodies, or of all
+    /// by mass where nothing is driven, m/s.
+    #[must_use]
+    pub fn relative_speed(&self, state: &State) -> f64 {
+        if let Some(drive) = self.drive.as_ref().filter(|d| !d.anchors.is_empty()) {
+            let sum: f64 =
+                drive.anchors.iter().map(|a| self.anchor_motion(state, a).velocity.x).sum();
+            return sum / drive.anchors.len() as f64;
+        }
+        let mass: f64 = self.composites.iter().map(|c| c.mass).sum();
+        let momentum: f64 =
+            self.composites.iter().zip(&state.bodies).map(|(c, b)| c.mass * b.velocity.x).sum();
+        momentum / mass
+    }
+
+    /// Kinetic, gravitational and elastic energy.
+    #[must_use]
+    pub fn energy(&self, state: &State, ws: &mut Workspace) -> Energy {
+        ws.forget();
+        self.set_pose(&state.bodies, ws);
+        let mut energy =
+            Energy { kinetic: self.kinetic_energy(state), gravitational: 0.0, elastic: 0.0 };
+        for (composite, body) in self.composites.iter().zip(&state.bodies) {
+            energy.gravitational -= composite.mass * self.gravity.dot(&body.position);
+        }
+        energy.elastic += self.bushings.iter().map(|b| b.energy(&ws.kin)).sum::<f64>();
+        energy.elastic += self.springs.iter().map(|s| s.energy(&ws.kin)).sum::<f64>();
+        energy.elastic +=
+            self.joint_forces.iter().map(|f| f.energy(&self.joints, &ws.kin)).sum::<f64>();
+        if let Some(drive) = &self.drive {
+            for anchor in &drive.anchors {
+                let way = self.anchor_motion(state, anchor).displacement.x;
+                energy.elastic += 0.5 * drive.stiffness * way * way;
+            }
+        }
+        energy
+    }
+
+    /// ½ m v² + ½ ω·J ω over all bodies, in the travelling frame, J.
+    #[must_use]
+    pub fn kinetic_energy(&self, state: &State) -> f64 {
+        self.composites
+            .iter()
+            .zip(&state.bodies)
+            .map(|(c, b)| {
+                let w = b.angular_velocity;
+                0.5 * c.mass * b.velocity.norm_squared() + 0.5 * w.dot(&(c.inertia * w))
+            })
+            .sum()
+    }
+
+    /// Momentum and moment of momentum about the origin, travelling frame.
+    #[must_use]
+    pub fn momentum(&self, state: &State) -> (Vec3, Vec3) {
+        let mut linear = Vec3::zeros();
+        let mut angular = Vec3::zeros();
+        for (c, b) in self.composites.iter().zip(&state.bodies) {
+            let p = b.velocity * c.mass;
+            linear += p;
+            angular += b.position.cross(&p)
+                + rotation_matrix(b.attitude) * (c.inertia * b.angular_velocity);
+        }
+        (linear, angular)
+    }
+
+    fn observed_centre(&self, k: usize) -> Anchor {
+        let member = &self.members[self.watched[k].member];
+        Anchor { body: member.composite, local: member.offset, start: member.start }
+    }
+
+    fn anchor_motion(&self, state: &State, anchor: &Anchor) -> Motion {
+        let Some(body) = state.bodies.get(anchor.body) else {
+            let still = Vec3::zeros();
+            return Motion { displacement: still, velocity: still, position: anchor.start };
+        };
+        point_motion(body, anchor)
+    }
+
+    fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
+        if anchor.body == self.composites.len() {
+            return Vec3::zeros();
+        }
+        let kin = &ws.kin[anchor.body];
+        let (linear, angular) = ws.acceleration(anchor.body);
+        let arm = kin.turn(&anchor.local);
+        linear + kin.turn(&angular).cross(&arm) + kin.centripetal(&arm)
+    }
+}
+
+fn point_motion(body: &BodyState, anchor: &Anchor) -> Motion {
+    let turn = rotation_matrix(body.attitude);
+    let position = body.position + turn * anchor.local;
+    let velocity = body.velocity + turn * body.angular_velocity.cross(&anchor.local);
+    Motion { displacement: position - anchor.start, velocity, position }
+}
