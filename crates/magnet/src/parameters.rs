@@ -156,7 +156,7 @@ const MAX_STEP_ANGLE: f64 = 0.5;
 impl Parameters {
     /// Checks that the model is defined for these values.
     ///
-    /// The integration step is held below half a radian of the fastest rate: a fourth-order
+    /// Where it is used, the integration step is held below half a radian of the fastest rate: a fourth-order
     /// Runge-Kutta step then errs by less than 0.5⁵/5! ≈ 3e-4 of the fastest mode's amplitude, far
     /// from its limit of stability at 2.6-2.8.
     ///
@@ -184,7 +184,12 @@ impl Parameters {
         if let Some(range) = self.limits.current {
             range.check("lower current limit (A)", "upper current limit (A)")?;
         }
-        self.check_integration_step()
+        if self.is_exact() { Ok(()) } else { self.check_integration_step() }
+    }
+
+    /// Whether the closed form applies: linear law, no limits, continuous controller.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.law == Law::Linear && self.limits.none() && self.control.sampling.is_none()
     }
 
     fn check_integration_step(&self) -> Result<(), Error> {

@@ -59,9 +59,7 @@ impl Magnet {
         let filter = Filter::new(&parameters.filter);
         let (voltage_by_state, voltage_by_acceleration) = control_law(&parameters, &filter);
         let linear = linearise(&electromagnet, &filter, voltage_by_state, voltage_by_acceleration);
-        let exact = parameters.law == Law::Linear
-            && parameters.limits.none()
-            && parameters.control.sampling.is_none();
+        let exact = parameters.is_exact();
         let key = key(&parameters, &electromagnet);
         Ok(Self {
             parameters,

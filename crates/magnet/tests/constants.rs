@@ -145,3 +145,50 @@ fn analytic_lateral_force_can_be_switched_off() {
     assert!(with.outputs(&state, &inputs).unwrap().lateral_force < 0.0);
     assert_eq!(without.outputs(&state, &inputs).unwrap().lateral_force, 0.0);
 }
+
+/// A filter too fast for the integration step is refused where that step is used, and only there.
+#[test]
+fn analytic_integration_step_is_held_against_the_fastest_rate() {
+    let mut parameters = Parameters::default();
+    parameters.filter.gap_cutoff = 2e4;
+    assert!(Magnet::new(parameters).is_ok());
+    parameters.law = magnet::Law::Nonlinear;
+    let Err(magnet::Error::CoarseIntegration { rate, longest, .. }) = Magnet::new(parameters)
+    else {
+        panic!("accepted");
+    };
+    assert_eq!((rate, longest), (2e4, 2.5e-5));
+    parameters.integration_step = longest;
+    assert!(Magnet::new(parameters).is_ok());
+}
+
+/// Every number that leaves its range is named in the message.
+#[test]
+fn analytic_impossible_parameters_are_refused() {
+    let refused = |change: fn(&mut Parameters)| {
+        let mut parameters = Parameters::default();
+        change(&mut parameters);
+        Magnet::new(parameters).unwrap_err().to_string()
+    };
+    for (name, message) in [
+        ("turns", refused(|p| p.turns = 0.0)),
+        ("pole area", refused(|p| p.pole_area = -1.0)),
+        ("resistance", refused(|p| p.resistance = f64::NAN)),
+        ("nominal gap", refused(|p| p.nominal_gap = f64::INFINITY)),
+        ("pole width", refused(|p| p.pole_width = Some(0.0))),
+        ("gain on the gap velocity", refused(|p| p.control.gains.gap_velocity = f64::NAN)),
+        ("damping ratio of the gap filter", refused(|p| p.filter.gap_damping = 0.0)),
+        (
+            "upper current limit",
+            refused(|p| p.limits.current = Some(magnet::Range { min: 2.0, max: 1.0 })),
+        ),
+        (
+            "sample time",
+            refused(|p| {
+                p.control.sampling = Some(magnet::Sampling { period: -1e-3, delayed: false });
+            }),
+        ),
+    ] {
+        assert!(message.starts_with(name), "{message}");
+    }
+}
