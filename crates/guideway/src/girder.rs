@@ -64,6 +64,8 @@ enum Shapes {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Girder {
     length: f64,
+    /// Natural frequencies (Hz) before the factors on stiffness and mass.
+    frequencies: Vec<f64>,
     modes: Vec<Mode>,
     shapes: Shapes,
     /// Largest wavenumber of a mode shape (rad/m).
@@ -87,13 +89,16 @@ impl Girder {
                 format!("give a count from 1 to {MAX_MODES}"),
             ));
         }
+        let frequencies = (1..=given.modes)
+            .map(|n| frequency(given, n, path))
+            .collect::<Result<Vec<_>, Error>>()?;
         let modes = (1..=given.modes)
             .map(|n| {
                 let (stiffness_factor, mass_factor) = factors;
                 let root = (stiffness_factor / mass_factor).sqrt();
                 Ok(Mode {
                     mass: mass_factor * modal_mass(given, n, path)?,
-                    omega: 2.0 * PI * root * frequency(given, n, path)?,
+                    omega: 2.0 * PI * root * frequencies[n - 1],
                     zeta: damping_ratio(given, n, path)?,
                 })
             })
@@ -109,12 +114,18 @@ impl Girder {
                     .collect::<Result<_, _>>()?,
             ),
         };
-        Ok(Self { length: given.length, modes, shapes, wavenumber: base * given.modes as f64 })
+        let wavenumber = base * given.modes as f64;
+        Ok(Self { length: given.length, frequencies, modes, shapes, wavenumber })
     }
 
     /// Span length L (m).
     pub fn length(&self) -> f64 {
         self.length
+    }
+
+    /// Natural frequencies of the modes (Hz) before the factors on stiffness and mass.
+    pub fn frequencies(&self) -> &[f64] {
+        &self.frequencies
     }
 
     /// The modes, first one first.

@@ -50,7 +50,6 @@ impl Guideway {
             .collect::<Result<Vec<_>, _>>()?;
         let (spans, modes) = place(given, &names, &girders)?;
         let track = (given.start, spans.last().map_or(given.start, |s| s.end));
-        let middle = spans[spans.len() / 2];
         let mut irregularity = given.irregularity.clone();
         if profile_file.is_none() && irregularity.on && irregularity.file.is_some() {
             return Err(Error::invalid(
@@ -62,7 +61,7 @@ impl Guideway {
         irregularity.on &= !(irregularity.file.is_none() && irregularity.amplitude == 0.0);
         let file = profile_file.filter(|_| irregularity.file.is_some());
         let profile = Profile::new(&irregularity, track, &pole, file)?;
-        let chirp = ChirpForce::new(&given.chirp, 0.5 * (middle.start + middle.end))?;
+        let chirp = ChirpForce::new(&given.chirp, middle(&spans))?;
         let wavenumber = girders.iter().map(Girder::wavenumber).fold(0.0, f64::max);
         let guideway = Self {
             magnets: given.magnets,
@@ -131,6 +130,11 @@ impl Guideway {
         (self.spans[0].start, self.spans[self.spans.len() - 1].end)
     }
 
+    /// Middle of the middle span (m), where the chirp acts unless described otherwise.
+    pub fn middle(&self) -> f64 {
+        middle(&self.spans)
+    }
+
     /// Largest wavenumber of any mode shape (rad/m).
     pub(crate) fn wavenumber(&self) -> f64 {
         self.wavenumber
@@ -182,6 +186,11 @@ impl Guideway {
             visit(span, row);
         }
     }
+}
+
+fn middle(spans: &[Span]) -> f64 {
+    let span = spans[spans.len() / 2];
+    0.5 * (span.start + span.end)
 }
 
 fn check_counts(given: &Description) -> Result<(), Error> {

@@ -11,6 +11,9 @@ use crate::{Error, Pole, Spline};
 /// Most knots of a tabulated profile (24 bytes each).
 const MAX_KNOTS: f64 = 8e6;
 
+/// How far beyond the last span the profile goes on unless described otherwise (m).
+pub const RUN_OUT: f64 = 100.0;
+
 /// Knots per shortest wave. A quintic through value, slope and curvature at spacing d errs by
 /// (Ωd)⁶/46080 of a wave's amplitude: 1.2e-9 with 32 knots per wave.
 const KNOTS_PER_WAVE: f64 = 32.0;
@@ -42,7 +45,7 @@ impl Profile {
         check(given)?;
         let window = Window {
             start: given.start.unwrap_or(track.0),
-            end: given.end.unwrap_or(track.1 + 100.0),
+            end: given.end.unwrap_or(track.1 + RUN_OUT),
             fade: given.fade_length,
         };
         let profile = match file {

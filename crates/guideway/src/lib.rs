@@ -36,7 +36,7 @@ pub use description::{Description, Initial};
 pub use error::Error;
 pub use girder::{Girder, MAX_MODES, Mode};
 pub use guideway::{Guideway, Span};
-pub use irregularity::Profile;
+pub use irregularity::{Profile, RUN_OUT};
 pub use motion::{Load, MidSpan, State, Surface, Workspace};
 pub use pole::{MAX_FORCES, Pole};
 pub use propagator::{NODES, SUBSTEP_PHASE, nodes};

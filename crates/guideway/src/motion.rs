@@ -7,12 +7,24 @@ use crate::propagator::{Cache, NODES, SUBSTEP_PHASE, nodes};
 use crate::{Error, Guideway, Initial};
 
 /// Everything that changes: modal coordinates and their rates, span by span, mode by mode.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     /// qₙ (m), up positive.
     pub q: Vec<f64>,
     /// q̇ₙ (m/s).
     pub v: Vec<f64>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self { q: self.q.clone(), v: self.v.clone() }
+    }
+
+    /// Reuses the memory: saving and restoring must not allocate.
+    fn clone_from(&mut self, source: &Self) {
+        self.q.clone_from(&source.q);
+        self.v.clone_from(&source.v);
+    }
 }
 
 /// One magnet's force and place over a step: `[u, u′, u″, u‴]` at its start, time derivatives of
@@ -304,6 +316,29 @@ impl Guideway {
             let damped = 2.0 * mode.zeta * mode.omega * state.v[i];
             accelerations[i] =
                 accelerations[i] / mode.mass - damped - mode.omega * mode.omega * state.q[i];
+        }
+    }
+
+    /// How the modal accelerations change with small changes (δforce, δposition) of the loads,
+    /// into `change`: −M⁻¹Σ(δF·φ(x) + F·φ′(x)·δx), the feed-through matrix D of eq. 8 by mode.
+    pub fn acceleration_change(
+        &self,
+        work: &mut Workspace,
+        loads: &[Load],
+        changes: impl Iterator<Item = (f64, f64)>,
+        change: &mut [f64],
+    ) {
+        change.fill(0.0);
+        for (load, (force, place)) in loads.iter().zip(changes) {
+            if force == 0.0 && place == 0.0 {
+                continue;
+            }
+            self.under_pole(load.position[0], &mut work.row, |span, row, share| {
+                for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                    let push = force * row.value[n] + load.force[0] * row.slope[n] * place;
+                    change[span.first_mode + n] -= share * push / mode.mass;
+                }
+            });
         }
     }
 

@@ -1,0 +1,360 @@
+//! Maps the unit's variables on the physics.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
+
+use fmi2_export::{Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, Step, Values};
+use guideway::{Description, Guideway, Load, Surface, Workspace};
+use serde::{Deserialize, Serialize};
+
+use crate::parameters::{Parameters, prefixes};
+use crate::table::{self, Derived, Inputs, Outputs};
+
+/// The unit: its layout, the handles of its variables, and the guideway last built.
+#[derive(Debug)]
+pub struct Track {
+    layout: Description,
+    resources: PathBuf,
+    inputs: Inputs,
+    outputs: Outputs,
+    derived: Derived,
+    parameters: Parameters,
+    /// A cache: built anew where a state belongs to other parameters.
+    built: Option<Built>,
+}
+
+/// The guideway for one set of parameters, with scratch memory.
+#[derive(Debug)]
+struct Built {
+    key: u64,
+    guideway: Guideway,
+    work: Workspace,
+    loads: Vec<Load>,
+    /// Modal accelerations, and the surface at each magnet, for what `seen` holds.
+    accelerations: Vec<f64>,
+    surfaces: Vec<Surface>,
+    seen: Seen,
+}
+
+/// What a computation of the surfaces was made for.
+#[derive(Debug, Default)]
+struct Seen {
+    valid: bool,
+    time: f64,
+    girders: guideway::State,
+    forces: Vec<f64>,
+    positions: Vec<f64>,
+}
+
+/// Everything that changes while stepping.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct State {
+    girders: guideway::State,
+    /// Fingerprint of the parameters (and of the irregularity file) that this state belongs to.
+    key: u64,
+    /// Where the state is in time (s).
+    time: f64,
+    /// Rate of the speed at the end of the last step (m/s²), for derivatives of outputs.
+    acceleration: f64,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self { girders: self.girders.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.girders.clone_from(&source.girders);
+        (self.key, self.time, self.acceleration) = (source.key, source.time, source.acceleration);
+    }
+}
+
+fn caused(error: guideway::Error) -> Error {
+    match error {
+        // A smaller step may do, and the state is untouched.
+        guideway::Error::TooManySubsteps { .. } => Error::discard(error),
+        error => Error::caused(&error),
+    }
+}
+
+impl Track {
+    /// The guideway that the parameters describe. Builds it unless it is there already.
+    fn build(&mut self, values: &Values) -> Result<&mut Built, Error> {
+        let description = self.parameters.apply(&self.layout, values)?;
+        let file = self.profile_file(&description)?;
+        let mut hasher = DefaultHasher::new();
+        serde_json::to_string(&description).map_err(Error::invalid)?.hash(&mut hasher);
+        file.hash(&mut hasher);
+        let key = hasher.finish();
+        if self.built.as_ref().is_none_or(|built| built.key != key) {
+            let guideway = Guideway::new(&description, file.as_deref()).map_err(caused)?;
+            self.built = Some(Built::new(key, guideway));
+        }
+        self.built.as_mut().ok_or_else(|| Error::invalid("no guideway was built"))
+    }
+
+    /// Text of the irregularity file, if one is asked for.
+    fn profile_file(&self, description: &Description) -> Result<Option<String>, Error> {
+        let Some(file) = description.irregularity.file.as_ref() else { return Ok(None) };
+        if !description.irregularity.on {
+            return Ok(None);
+        }
+        // Joining an absolute path gives that path.
+        let path = self.resources.join(file);
+        std::fs::read_to_string(&path)
+            .map(Some)
+            .map_err(|source| caused(guideway::Error::ProfileFile { path, source }))
+    }
+
+    /// The guideway that a state belongs to.
+    fn built_for(&mut self, state: &State, values: &Values) -> Result<&mut Built, Error> {
+        if self.built.as_ref().is_none_or(|built| built.key != state.key) {
+            // The state was restored into an instance with other parameters.
+            self.build(values)?;
+        }
+        match &mut self.built {
+            Some(built) if built.key == state.key => Ok(built),
+            _ => Err(Error::invalid(format!(
+                "at t = {} s: the guideway state belongs to another irregularity file or other \
+                 parameters; put the file back as it was, or initialize anew",
+                state.time
+            ))),
+        }
+    }
+}
+
+impl Built {
+    fn new(key: u64, guideway: Guideway) -> Self {
+        let (magnets, modes) = (guideway.magnets(), guideway.modes().len());
+        Self {
+            key,
+            work: Workspace::new(&guideway),
+            loads: vec![Load::default(); magnets],
+            accelerations: vec![0.0; modes],
+            surfaces: vec![Surface::default(); magnets],
+            guideway,
+            seen: Seen::default(),
+        }
+    }
+
+    /// Forces and places at this moment.
+    fn hold(&mut self, inputs: &Inputs, values: &Values) {
+        let pairs = values.reals(inputs.force).iter().zip(values.reals(inputs.position));
+        for (load, (&force, &place)) in self.loads.iter_mut().zip(pairs) {
+            *load = Load::standing(force, place);
+        }
+    }
+
+    /// Forces and places as polynomials over a step.
+    fn follow(&mut self, inputs: &Inputs, values: &Values, from_speed: bool) {
+        let [v, a, j, _] = *values.taylor(inputs.speed);
+        let pairs = values.taylors(inputs.force).iter().zip(values.taylors(inputs.position));
+        for (load, (&force, &position)) in self.loads.iter_mut().zip(pairs) {
+            *load = Load { force, position };
+            if from_speed && position[1..] == [0.0; 3] {
+                load.position = [position[0], v, a, j];
+            }
+        }
+    }
+
+    /// Computes the surfaces unless they are those of this state and these inputs already.
+    fn refresh(&mut self, inputs: &Inputs, state: &State, values: &Values) {
+        let (forces, positions) = (values.reals(inputs.force), values.reals(inputs.position));
+        let seen = &self.seen;
+        if seen.valid
+            && seen.time.to_bits() == state.time.to_bits()
+            && seen.girders == state.girders
+            && seen.forces == forces
+            && seen.positions == positions
+        {
+            return;
+        }
+        self.hold(inputs, values);
+        let Self { guideway, work, loads, accelerations, surfaces, seen, .. } = self;
+        guideway.accelerations(work, &state.girders, loads, state.time, accelerations);
+        for (surface, &x) in surfaces.iter_mut().zip(positions) {
+            *surface = guideway.surface(work, &state.girders, accelerations, x);
+        }
+        (seen.valid, seen.time) = (true, state.time);
+        seen.girders.clone_from(&state.girders);
+        seen.forces.clear();
+        seen.forces.extend_from_slice(forces);
+        seen.positions.clear();
+        seen.positions.extend_from_slice(positions);
+    }
+}
+
+/// Index of `output` in a row, if it is one of it.
+fn index_in(row: fmi2_export::RealVars, output: RealVar) -> Option<usize> {
+    let first = row.checked_get(0)?.value_reference();
+    let k = output.value_reference().checked_sub(first)? as usize;
+    (k < row.len()).then_some(k)
+}
+
+impl Model for Track {
+    type State = State;
+
+    fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
+        interface.describe(table::info());
+        let layout = Description::from_json(&resources.read_to_string("guideway.json")?)
+            .map_err(caused)
+            .map_err(|error| error.context("resource guideway.json"))?;
+        if let Some(file) = &layout.irregularity.file
+            && !std::path::Path::new(file).is_absolute()
+        {
+            // Counts into the unit's identity like the layout itself.
+            resources.read(file)?;
+        }
+        // For the table alone: the profile is built when a simulation needs it.
+        let mut bare = layout.clone();
+        bare.irregularity.on = false;
+        (bare.stiffness_factor, bare.mass_factor) = (1.0, 1.0);
+        let guideway = Guideway::new(&bare, None).map_err(caused)?;
+        let prefixes = prefixes(&layout);
+        let (magnets, spans) = (guideway.magnets(), guideway.spans().len());
+        let inputs = Inputs::declare(interface, magnets);
+        let outputs = Outputs::declare(interface, magnets, spans);
+        let parameters = Parameters::declare(interface, &layout, &guideway, &prefixes)?;
+        let derived = Derived::declare(interface, &guideway, &prefixes, &parameters);
+        outputs.declare_dependencies(interface, &inputs, &parameters);
+        let resources = resources.path().to_path_buf();
+        Ok(Self { layout, resources, inputs, outputs, derived, parameters, built: None })
+    }
+
+    fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
+        let inputs = self.inputs;
+        let built = self.build(values)?;
+        built.hold(&inputs, values);
+        let speed = values.real(inputs.speed);
+        let girders = built
+            .guideway
+            .initial_state(&mut built.work, &built.loads, speed, time)
+            .map_err(caused)?;
+        let state = State { girders, key: built.key, time, acceleration: 0.0 };
+        if let Some(built) = &self.built {
+            for (girder, &row) in built.guideway.girders().iter().zip(&self.derived.modal_mass) {
+                let masses = values.reals_mut(row);
+                masses.fill(0.0);
+                for (mass, mode) in masses.iter_mut().zip(girder.modes()) {
+                    *mass = mode.mass;
+                }
+            }
+        }
+        Ok(state)
+    }
+
+    fn outputs(&mut self, state: &State, values: &mut Values, _time: f64) -> Result<(), Error> {
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let built = self.built_for(state, values)?;
+        built.refresh(&inputs, state, values);
+        let speed = values.real(inputs.speed);
+        let mut write = |row, of: &dyn Fn(&Surface) -> f64| {
+            for (value, surface) in values.reals_mut(row).iter_mut().zip(&built.surfaces) {
+                *value = of(surface);
+            }
+        };
+        write(outputs.displacement, &Surface::displacement);
+        write(outputs.rate, &|s| s.rate(speed));
+        write(outputs.deflection, &|s| s.u);
+        write(outputs.irregularity, &|s| s.r);
+        for k in 0..built.guideway.spans().len() {
+            let y =
+                built.guideway.mid_span(&mut built.work, &state.girders, &built.accelerations, k);
+            values.set_real(outputs.midspan_displacement.get(k), y.displacement);
+            values.set_real(outputs.midspan_velocity.get(k), y.velocity);
+            values.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, state: &mut State, values: &mut Values, step: Step) -> Result<(), Error> {
+        let inputs = self.inputs;
+        let from_speed = self.parameters.position_from_speed(values);
+        let built = self.built_for(state, values)?;
+        built.follow(&inputs, values, from_speed);
+        built
+            .guideway
+            .step(&mut built.work, &mut state.girders, &built.loads, step.time, step.size)
+            .map_err(caused)?;
+        let [_, a, j, s] = *values.taylor(inputs.speed);
+        state.acceleration = a + step.size * (j + 0.5 * step.size * s);
+        state.time = step.end();
+        Ok(())
+    }
+
+    /// Displacement, deflection and irregularity up to order 2, rate of order 1, and the mid-span
+    /// outputs as far as they are each other's derivatives; magnets move with the input speed.
+    fn output_derivative(
+        &mut self,
+        state: &State,
+        values: &Values,
+        output: RealVar,
+        order: u32,
+    ) -> Result<Option<f64>, Error> {
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let built = self.built_for(state, values)?;
+        built.refresh(&inputs, state, values);
+        let (v, a) = (values.real(inputs.speed), state.acceleration);
+        let part = |s: &Surface, row| match row {
+            0 | 1 => *s,
+            2 => Surface { r: 0.0, r_x: 0.0, r_xx: 0.0, ..*s },
+            _ => Surface { r: s.r, r_x: s.r_x, r_xx: s.r_xx, ..Surface::default() },
+        };
+        let rows = [outputs.displacement, outputs.rate, outputs.deflection, outputs.irregularity];
+        for (i, row) in rows.into_iter().enumerate() {
+            let Some(k) = index_in(row, output) else { continue };
+            let s = part(&built.surfaces[k], i);
+            return Ok(match (i, order) {
+                (1, 1) => Some(s.acceleration(v, a)),
+                (1, _) => None,
+                (_, 1) => Some(s.rate(v)),
+                (_, 2) => Some(s.acceleration(v, a)),
+                _ => None,
+            });
+        }
+        let rows = [outputs.midspan_displacement, outputs.midspan_velocity];
+        for (i, row) in rows.into_iter().enumerate() {
+            let Some(k) = index_in(row, output) else { continue };
+            let Built { guideway, work, accelerations, .. } = built;
+            let y = guideway.mid_span(work, &state.girders, accelerations, k);
+            return Ok(match i as u32 + order {
+                1 => Some(y.velocity),
+                2 => Some(y.acceleration),
+                _ => None,
+            });
+        }
+        Ok(None)
+    }
+
+    fn directional_derivative(
+        &mut self,
+        state: &State,
+        values: &Values,
+        seed: &Seed,
+        result: &mut Sensitivity,
+    ) -> Result<bool, Error> {
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let built = self.built_for(state, values)?;
+        built.refresh(&inputs, state, values);
+        let speed = values.real(inputs.speed);
+        let (places, faster) = (seed.reals(inputs.position), seed.real(inputs.speed));
+        for (k, (s, &dx)) in built.surfaces.iter().zip(places).enumerate() {
+            result.set_real(outputs.displacement.get(k), s.slope() * dx);
+            result.set_real(outputs.deflection.get(k), s.u_x * dx);
+            result.set_real(outputs.irregularity.get(k), s.r_x * dx);
+            let rate = s.rate_slope(speed) * dx + s.slope() * faster;
+            result.set_real(outputs.rate.get(k), rate);
+        }
+        built.hold(&inputs, values);
+        let changes = seed.reals(inputs.force).iter().zip(places).map(|(&f, &x)| (f, x));
+        // The change takes the accelerations' place in memory; they are to be computed anew.
+        built.seen.valid = false;
+        let Built { guideway, work, loads, accelerations, .. } = built;
+        guideway.acceleration_change(work, loads, changes, accelerations);
+        for k in 0..guideway.spans().len() {
+            let y = guideway.mid_span(work, &state.girders, accelerations, k);
+            result.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,373 @@
+//! The unit's parameters: every number of the layout that a study may want to vary.
+
+use fmi2_export::{
+    BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, Row, StringVar, Unit, Values,
+};
+use guideway::description::{Description, Initial};
+use guideway::{Guideway, MAX_FORCES, RUN_OUT};
+
+/// Handles of the parameters. Their start values are those of the layout.
+#[derive(Debug, Clone)]
+pub(crate) struct Parameters {
+    modes: IntegerVar,
+    /// Per kind of span: frequencies and damping ratios of its modes.
+    modal: Vec<(RealVars, RealVars)>,
+    stiffness_factor: RealVar,
+    mass_factor: RealVar,
+    pole_length: RealVar,
+    forces_per_magnet: IntegerVar,
+    initial_state: IntegerVar,
+    position_from_speed: BooleanVar,
+    irregularity: Irregularity,
+    chirp: Chirp,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Irregularity {
+    on: BooleanVar,
+    averaged: BooleanVar,
+    file: StringVar,
+    seed: IntegerVar,
+    amplitude: RealVar,
+    shortest_wave: RealVar,
+    longest_wave: RealVar,
+    start: RealVar,
+    end: RealVar,
+    fade_length: RealVar,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Chirp {
+    on: BooleanVar,
+    amplitude: RealVar,
+    position: RealVar,
+    start: RealVar,
+    end_frequency: RealVar,
+}
+
+/// Names of the kinds of span in front of their parameters: none where there is but one kind.
+pub(crate) fn prefixes(layout: &Description) -> Vec<String> {
+    let alone = layout.girders.len() == 1;
+    layout.girders.keys().map(|n| if alone { String::new() } else { format!("{n}_") }).collect()
+}
+
+/// The unit of A in S(Ω) = A/Ω²: m²/(rad/m) times (rad/m)².
+const AMPLITUDE: Unit = Unit::new("m.rad").m(1).rad(1);
+
+impl Parameters {
+    pub(crate) fn declare(
+        interface: &mut Interface,
+        layout: &Description,
+        guideway: &Guideway,
+        prefixes: &[String],
+    ) -> Result<Self, Error> {
+        let most = guideway.girders().iter().map(|g| g.modes().len()).max().unwrap_or(1);
+        let most = i32::try_from(most).map_err(Error::invalid)?;
+        let modes = interface
+            .integer("modes")
+            .parameter(most)
+            .min(1)
+            .max(most)
+            .description("Number of modes per span, the lowest ones")
+            .done();
+        let modal = guideway
+            .girders()
+            .iter()
+            .zip(prefixes)
+            .map(|(girder, prefix)| declare_modal(interface, girder, prefix))
+            .collect();
+        let mut factor = |name, start, text| {
+            interface
+                .real(name)
+                .parameter(start)
+                .min(1e-6)
+                .max(1e6)
+                .unit(Unit::ONE)
+                .description(text)
+                .done()
+        };
+        Ok(Self {
+            modes,
+            modal,
+            stiffness_factor: factor(
+                "stiffness_factor",
+                layout.stiffness_factor,
+                "Factor on the stiffness of all spans; frequencies change by its root",
+            ),
+            mass_factor: factor(
+                "mass_factor",
+                layout.mass_factor,
+                "Factor on the mass of all spans; frequencies change by its inverse root",
+            ),
+            pole_length: length(
+                interface,
+                "pole_length",
+                layout.pole.length,
+                "Pole length over which a magnet's force is spread",
+            ),
+            forces_per_magnet: interface
+                .integer("forces_per_magnet")
+                .parameter(i32::try_from(layout.pole.forces).map_err(Error::invalid)?)
+                .min(1)
+                .max(MAX_FORCES as i32)
+                .description("Discrete forces per magnet, at Gauss points of the pole length")
+                .done(),
+            initial_state: interface
+                .integer("initial_state")
+                .parameter(initial_to_number(layout.initial))
+                .min(0)
+                .max(2)
+                .description(
+                    "0 undeformed; 1 static deflection at rest; 2 static deflection with the rate \
+                     of rolling loads",
+                )
+                .done(),
+            position_from_speed: interface
+                .boolean("position_from_speed")
+                .parameter(true)
+                .description(
+                    "Magnets whose position comes without derivatives move with the input speed \
+                     within a step",
+                )
+                .done(),
+            irregularity: Irregularity::declare(interface, layout, guideway)?,
+            chirp: Chirp::declare(interface, layout, guideway),
+        })
+    }
+
+    /// What the modal masses depend on.
+    pub(crate) fn of_modal_mass(&self) -> [Row; 2] {
+        [self.mass_factor.row(), self.modes.row()]
+    }
+
+    pub(crate) fn position_from_speed(&self, values: &Values) -> bool {
+        values.boolean(self.position_from_speed)
+    }
+
+    /// What the irregularity at a place depends on.
+    pub(crate) fn of_irregularity(&self) -> Vec<Row> {
+        let i = &self.irregularity;
+        vec![
+            self.pole_length.row(),
+            self.forces_per_magnet.row(),
+            i.on.row(),
+            i.averaged.row(),
+            i.file.row(),
+            i.seed.row(),
+            i.amplitude.row(),
+            i.shortest_wave.row(),
+            i.longest_wave.row(),
+            i.start.row(),
+            i.end.row(),
+            i.fade_length.row(),
+        ]
+    }
+
+    /// The layout with the parameters' values in it.
+    pub(crate) fn apply(
+        &self,
+        layout: &Description,
+        values: &Values,
+    ) -> Result<Description, Error> {
+        let mut d = layout.clone();
+        let modes = usize::try_from(values.integer(self.modes)).map_err(Error::invalid)?;
+        for (girder, (frequency, damping)) in d.girders.values_mut().zip(&self.modal) {
+            girder.modes = girder.modes.min(modes);
+            girder.frequencies = values.reals(*frequency).to_vec();
+            girder.damping = values.reals(*damping).to_vec();
+        }
+        d.stiffness_factor = values.real(self.stiffness_factor);
+        d.mass_factor = values.real(self.mass_factor);
+        d.pole.length = values.real(self.pole_length);
+        d.pole.forces =
+            usize::try_from(values.integer(self.forces_per_magnet)).map_err(Error::invalid)?;
+        d.initial = match values.integer(self.initial_state) {
+            0 => Initial::Undeformed,
+            1 => Initial::Static,
+            2 => Initial::QuasiStatic,
+            n => return Err(Error::invalid(format!("initial_state {n}: give 0, 1 or 2"))),
+        };
+        self.irregularity.apply(&mut d, values)?;
+        self.chirp.apply(&mut d, values);
+        Ok(d)
+    }
+}
+
+fn initial_to_number(initial: Initial) -> i32 {
+    match initial {
+        Initial::Undeformed => 0,
+        Initial::Static => 1,
+        Initial::QuasiStatic => 2,
+    }
+}
+
+fn length(interface: &mut Interface, name: &str, start: f64, text: &str) -> RealVar {
+    interface.real(name).parameter(start).unit(Unit::METRE).description(text).done()
+}
+
+fn declare_modal(
+    interface: &mut Interface,
+    girder: &guideway::Girder,
+    prefix: &str,
+) -> (RealVars, RealVars) {
+    let modes = girder.modes();
+    let frequency = interface
+        .reals(format!("{prefix}frequency"), modes.len())
+        .parameter(0.0)
+        .starts(girder.frequencies().iter().copied())
+        .min(0.0)
+        .unit(Unit::HERTZ)
+        .description("Natural frequency of mode {k}, before stiffness_factor and mass_factor")
+        .done();
+    let damping = interface
+        .reals(format!("{prefix}damping"), modes.len())
+        .parameter(0.0)
+        .starts(modes.iter().map(|m| m.zeta))
+        .min(0.0)
+        .unit(Unit::ONE)
+        .display("%")
+        .description("Damping ratio of mode {k}")
+        .done();
+    (frequency, damping)
+}
+
+impl Irregularity {
+    fn declare(
+        interface: &mut Interface,
+        layout: &Description,
+        guideway: &Guideway,
+    ) -> Result<Self, Error> {
+        let given = &layout.irregularity;
+        let track = guideway.track();
+        let seed = i32::try_from(given.seed).map_err(|error| {
+            Error::invalid(format!("irregularity.seed {}: {error}", given.seed))
+        })?;
+        Ok(Self {
+            on: interface
+                .boolean("irregularity_on")
+                .parameter(given.on)
+                .description("Irregularity of the track surface")
+                .done(),
+            averaged: interface
+                .boolean("irregularity_averaged")
+                .parameter(given.averaged)
+                .description("Mean over each magnet's pole in place of the value at its centre")
+                .done(),
+            file: interface
+                .string("irregularity_file")
+                .parameter(given.file.clone().unwrap_or_default())
+                .description(
+                    "CSV file with two columns x, z in m, absolute or in the unit's resources; \
+                     empty: random profile",
+                )
+                .done(),
+            seed: interface
+                .integer("irregularity_seed")
+                .parameter(seed)
+                .min(0)
+                .description("Seed of the random profile")
+                .done(),
+            amplitude: interface
+                .real("irregularity_amplitude")
+                .parameter(given.amplitude)
+                .min(0.0)
+                .unit(AMPLITUDE)
+                .description(
+                    "A of the one-sided PSD A/W^2 in m2/(rad/m), W the wavenumber in rad/m",
+                )
+                .done(),
+            shortest_wave: length(
+                interface,
+                "irregularity_shortest_wave",
+                given.shortest_wave,
+                "Shortest wavelength",
+            ),
+            longest_wave: length(
+                interface,
+                "irregularity_longest_wave",
+                given.longest_wave,
+                "Longest wavelength",
+            ),
+            start: length(
+                interface,
+                "irregularity_start",
+                given.start.unwrap_or(track.0),
+                "Where the irregularity begins to fade in",
+            ),
+            end: length(
+                interface,
+                "irregularity_end",
+                given.end.unwrap_or(track.1 + RUN_OUT),
+                "Where the irregularity has faded out",
+            ),
+            fade_length: length(
+                interface,
+                "irregularity_fade_length",
+                given.fade_length,
+                "Length of fade-in and fade-out",
+            ),
+        })
+    }
+
+    fn apply(&self, d: &mut Description, values: &Values) -> Result<(), Error> {
+        let file = values.string(self.file);
+        let i = &mut d.irregularity;
+        i.on = values.boolean(self.on);
+        i.averaged = values.boolean(self.averaged);
+        i.file = (!file.is_empty()).then(|| file.to_owned());
+        i.seed = u64::try_from(values.integer(self.seed)).map_err(Error::invalid)?;
+        i.amplitude = values.real(self.amplitude);
+        i.shortest_wave = values.real(self.shortest_wave);
+        i.longest_wave = values.real(self.longest_wave);
+        i.start = Some(values.real(self.start));
+        i.end = Some(values.real(self.end));
+        i.fade_length = values.real(self.fade_length);
+        Ok(())
+    }
+}
+
+impl Chirp {
+    fn declare(interface: &mut Interface, layout: &Description, guideway: &Guideway) -> Self {
+        let given = &layout.chirp;
+        Self {
+            on: interface
+                .boolean("chirp_on")
+                .parameter(given.on)
+                .description("Chirp force A sin(pi (t - t0)^2)")
+                .done(),
+            amplitude: interface
+                .real("chirp_amplitude")
+                .parameter(given.amplitude)
+                .unit(Unit::NEWTON)
+                .description("Amplitude of the chirp force, down positive")
+                .done(),
+            position: length(
+                interface,
+                "chirp_position",
+                given.position.unwrap_or(guideway.middle()),
+                "Where the chirp force acts",
+            ),
+            start: interface
+                .real("chirp_start")
+                .parameter(given.start)
+                .unit(Unit::SECOND)
+                .description("Start t0 of the chirp")
+                .done(),
+            end_frequency: interface
+                .real("chirp_end_frequency")
+                .parameter(given.end_frequency)
+                .min(0.0)
+                .unit(Unit::HERTZ)
+                .description("Frequency at which the chirp ends, at the last zero before")
+                .done(),
+        }
+    }
+
+    fn apply(&self, d: &mut Description, values: &Values) {
+        d.chirp.on = values.boolean(self.on);
+        d.chirp.amplitude = values.real(self.amplitude);
+        d.chirp.position = Some(values.real(self.position));
+        d.chirp.start = values.real(self.start);
+        d.chirp.end_frequency = values.real(self.end_frequency);
+    }
+}

@@ -1,0 +1,200 @@
+//! The unit's inputs and outputs, declared once, and what depends on what.
+
+use fmi2_export::{Info, IntegerVar, Interface, RealVar, RealVars, Unit};
+use guideway::Guideway;
+
+use crate::parameters::Parameters;
+
+/// What the unit says of itself.
+pub(crate) fn info() -> Info {
+    Info::new("guideway", "Flexible guideway")
+        .description(
+            "Row of flexible spans under moving magnets: modal superposition, irregularity, and \
+             the chirp force for frequency responses.",
+        )
+        .version(env!("CARGO_PKG_VERSION"))
+        .author(env!("CARGO_PKG_AUTHORS"))
+        .license(env!("CARGO_PKG_LICENSE"))
+        .experiment(0.0, 10.0, 1e-3)
+        .max_output_derivative_order(2)
+}
+
+/// Handles of the inputs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inputs {
+    pub force: RealVars,
+    pub position: RealVars,
+    pub speed: RealVar,
+}
+
+impl Inputs {
+    pub(crate) fn declare(interface: &mut Interface, magnets: usize) -> Self {
+        Self {
+            force: interface
+                .reals("force", magnets)
+                .input(0.0)
+                .unit(Unit::NEWTON)
+                .nominal(1e4)
+                .description("Levitation force of magnet {k}; attraction is positive, it pushes the guideway down")
+                .done(),
+            position: interface
+                .reals("position", magnets)
+                .input(0.0)
+                .unit(Unit::METRE)
+                .nominal(10.0)
+                .description("Centre of magnet {k} along the track")
+                .done(),
+            speed: interface
+                .real("speed")
+                .input(0.0)
+                .unit(Unit::METRE_PER_SECOND)
+                .display("km/h")
+                .nominal(10.0)
+                .description("Speed of the magnets along the track")
+                .done(),
+        }
+    }
+}
+
+/// Handles of the outputs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Outputs {
+    pub displacement: RealVars,
+    pub rate: RealVars,
+    pub deflection: RealVars,
+    pub irregularity: RealVars,
+    pub midspan_displacement: RealVars,
+    pub midspan_velocity: RealVars,
+    pub midspan_acceleration: RealVars,
+}
+
+impl Outputs {
+    pub(crate) fn declare(interface: &mut Interface, magnets: usize, spans: usize) -> Self {
+        let mut row = |name, count, unit, nominal, text: &str| {
+            interface
+                .reals(name, count)
+                .output()
+                .unit(unit)
+                .nominal(nominal)
+                .description(text)
+                .done()
+        };
+        Self {
+            displacement: row(
+                "displacement",
+                magnets,
+                Unit::METRE,
+                1e-3,
+                "Track surface at magnet {k}: deflection plus irregularity, up positive",
+            ),
+            rate: row(
+                "rate",
+                magnets,
+                Unit::METRE_PER_SECOND,
+                1e-2,
+                "Rate of the track surface as magnet {k}, moving over it, sees it; up positive",
+            ),
+            deflection: row(
+                "deflection",
+                magnets,
+                Unit::METRE,
+                1e-3,
+                "Deflection of the guideway at magnet {k}, mean over its forces, up positive",
+            ),
+            irregularity: row(
+                "irregularity",
+                magnets,
+                Unit::METRE,
+                1e-3,
+                "Irregularity of the track at magnet {k}, up positive",
+            ),
+            midspan_displacement: row(
+                "midspan_displacement",
+                spans,
+                Unit::METRE,
+                1e-3,
+                "Deflection in the middle of span {k}, up positive",
+            ),
+            midspan_velocity: row(
+                "midspan_velocity",
+                spans,
+                Unit::METRE_PER_SECOND,
+                1e-2,
+                "Velocity of the middle of span {k}",
+            ),
+            midspan_acceleration: row(
+                "midspan_acceleration",
+                spans,
+                Unit::METRE_PER_SECOND_SQUARED,
+                1.0,
+                "Acceleration of the middle of span {k}",
+            ),
+        }
+    }
+
+    /// Between steps the deflection is a state: no force feeds through but on accelerations. At
+    /// first it is the static one, which depends on everything; nothing is said of it then, and
+    /// an importer has to assume just that.
+    pub(crate) fn declare_dependencies(
+        &self,
+        interface: &mut Interface,
+        inputs: &Inputs,
+        parameters: &Parameters,
+    ) {
+        for at_magnet in [self.displacement, self.rate, self.deflection, self.irregularity] {
+            interface.depends_elementwise(at_magnet, inputs.position);
+        }
+        interface.depends(self.rate, &[inputs.speed]);
+        interface.independent(self.midspan_displacement);
+        interface.independent(self.midspan_velocity);
+        interface.depends(self.midspan_acceleration, &[inputs.force, inputs.position]);
+        interface.initially_depends_elementwise(self.irregularity, inputs.position);
+        interface.initially_depends(self.irregularity, &parameters.of_irregularity());
+    }
+}
+
+/// Handles of what never changes or follows from parameters.
+#[derive(Debug, Clone)]
+pub(crate) struct Derived {
+    /// Per kind of span its modal masses.
+    pub modal_mass: Vec<RealVars>,
+}
+
+impl Derived {
+    pub(crate) fn declare(
+        interface: &mut Interface,
+        guideway: &Guideway,
+        prefixes: &[String],
+        parameters: &Parameters,
+    ) -> Self {
+        let (start, end) = guideway.track();
+        let spans = i32::try_from(guideway.spans().len()).unwrap_or(i32::MAX);
+        let _: IntegerVar =
+            interface.integer("span_count").constant(spans).description("Number of spans").done();
+        for (name, value, text) in [
+            ("track_start", start, "Where the first span begins"),
+            ("track_length", end - start, "Length of all spans together"),
+        ] {
+            let _: RealVar =
+                interface.real(name).constant(value).unit(Unit::METRE).description(text).done();
+        }
+        let modal_mass = guideway
+            .girders()
+            .iter()
+            .zip(prefixes)
+            .map(|(girder, prefix)| {
+                interface
+                    .reals(format!("{prefix}modal_mass"), girder.modes().len())
+                    .calculated_parameter()
+                    .unit(Unit::KILOGRAM)
+                    .nominal(1e4)
+                    .description("Modal mass of mode {k}, with mass_factor; 0 for modes left out")
+                    .done()
+            })
+            .collect::<Vec<_>>();
+        for &row in &modal_mass {
+            interface.initially_depends(row, &parameters.of_modal_mass());
+        }
+        Self { modal_mass }
+    }
+}
