@@ -169,13 +169,13 @@ impl Parameters {
         positive("resistance (Ω)", self.resistance)?;
         positive("nominal gap (m)", self.nominal_gap)?;
         positive("operating current (A)", self.operating_current)?;
-        positive("integration step (s)", self.integration_step)?;
+        long_enough("integration step (s)", self.integration_step)?;
         if let Some(width) = self.pole_width {
             positive("pole width (m)", width)?;
         }
         self.control.gains.check()?;
         if let Some(sampling) = self.control.sampling {
-            positive("sample time (s)", sampling.period)?;
+            long_enough("sample time (s)", sampling.period)?;
         }
         self.filter.check()?;
         if let Some(range) = self.limits.voltage {
@@ -250,6 +250,15 @@ pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::OutOfRange { name, value, must: "positive and finite" })
+}
+
+/// Steps below a nanosecond would only take for ever.
+fn long_enough(name: &'static str, value: f64) -> Result<(), Error> {
+    positive(name, value)?;
+    if value >= 1e-9 {
+        return Ok(());
+    }
+    Err(Error::OutOfRange { name, value, must: "at least 1e-9" })
 }
 
 pub(crate) fn finite(name: &'static str, value: f64) -> Result<(), Error> {

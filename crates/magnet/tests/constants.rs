@@ -175,6 +175,7 @@ fn analytic_impossible_parameters_are_refused() {
         ("pole area", refused(|p| p.pole_area = -1.0)),
         ("resistance", refused(|p| p.resistance = f64::NAN)),
         ("nominal gap", refused(|p| p.nominal_gap = f64::INFINITY)),
+        ("integration step", refused(|p| p.integration_step = 1e-300)),
         ("pole width", refused(|p| p.pole_width = Some(0.0))),
         ("gain on the gap velocity", refused(|p| p.control.gains.gap_velocity = f64::NAN)),
         ("damping ratio of the gap filter", refused(|p| p.filter.gap_damping = 0.0)),
