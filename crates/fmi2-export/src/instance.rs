@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
+use crate::derivative::Scratch;
 use crate::interface::{Role, Type};
 use crate::logger::Logger;
-use crate::model::{Seed, Sensitivity, Step};
+use crate::model::Step;
 use crate::state::Mode;
 use crate::table::Table;
 use crate::unit::Unit;
@@ -20,7 +21,7 @@ pub(crate) struct Progress {
     pub(crate) time: f64,
     pub(crate) stop: Option<f64>,
     /// Something that the initial state follows from was set since it was computed.
-    state_stale: bool,
+    pub(crate) state_stale: bool,
     /// A tunable parameter was set since the model was told.
     parameters_stale: bool,
     /// Something that outputs follow from was set since they were computed.
@@ -41,13 +42,6 @@ impl Progress {
     };
 }
 
-/// Memory for directional derivatives, made when they are first asked for.
-struct Scratch {
-    seed: Seed,
-    result: Sensitivity,
-    values: Values,
-}
-
 /// One instance.
 pub(crate) struct Instance {
     pub(crate) progress: Progress,
@@ -58,7 +52,7 @@ pub(crate) struct Instance {
     /// Messages on events, sent when the call is over.
     pub(crate) events: Vec<String>,
     resources: Resources,
-    scratch: Option<Box<Scratch>>,
+    pub(crate) scratch: Option<Box<Scratch>>,
 }
 
 /// How far a communication point may be off from where the last step ended: rounding of an
@@ -485,135 +479,6 @@ impl Instance {
 
     pub(crate) fn guid(&self) -> Uuid {
         self.table.guid
-    }
-}
-
-/// Directional derivatives.
-impl Instance {
-    pub(crate) fn directional_derivative(
-        &mut self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        direction: &[f64],
-        out: &mut [std::mem::MaybeUninit<f64>],
-    ) -> Result<(), Error> {
-        self.check_derivative(unknowns, knowns, direction)?;
-        self.refresh()?;
-        let mut scratch = self.scratch.take().unwrap_or_else(|| self.new_scratch());
-        scratch.seed.0.fill(0.0);
-        scratch.result.0.fill(0.0);
-        for (&known, &component) in knowns.iter().zip(direction) {
-            scratch.seed.0[known as usize] += component;
-        }
-        let done = self.derive(&mut scratch, knowns);
-        for (&unknown, out) in unknowns.iter().zip(out) {
-            out.write(scratch.result.0[unknown as usize]);
-        }
-        self.scratch = Some(scratch);
-        done
-    }
-
-    fn new_scratch(&self) -> Box<Scratch> {
-        let zeros = vec![0.0; self.values.reals.len()];
-        let values = self.values.clone();
-        Box::new(Scratch { seed: Seed(zeros.clone()), result: Sensitivity(zeros), values })
-    }
-
-    fn derive(&mut self, scratch: &mut Scratch, knowns: &[u32]) -> Result<(), Error> {
-        let Scratch { seed, result, .. } = scratch;
-        let own = self.progress.mode != Mode::Initialization
-            && self.unit.directional_derivative(&self.values, seed, result)?;
-        if !own {
-            self.differences(scratch, knowns)?;
-        }
-        match scratch.result.0.iter().position(|value| !value.is_finite()) {
-            None => Ok(()),
-            Some(k) => Err(Error::invalid(format!(
-                "the directional derivative of {} is {} at t = {} s",
-                self.table.name(Type::Real, k),
-                scratch.result.0[k],
-                self.progress.time
-            ))),
-        }
-    }
-
-    /// Central differences (f(v + δd) − f(v − δd))/2δ. Their error is δ²·f⃛/6 + ε·f/δ, least near
-    /// δ = ∛ε of the size of the variables; a linear model only has the second part, about 4e-11
-    /// of f's size.
-    fn differences(&mut self, scratch: &mut Scratch, knowns: &[u32]) -> Result<(), Error> {
-        let relative = |&known: &u32| {
-            let (value, component) =
-                (self.values.reals[known as usize], scratch.seed.0[known as usize]);
-            component.abs() / value.abs().max(self.table.nominal(known as usize))
-        };
-        let largest = knowns.iter().map(relative).fold(0.0, f64::max);
-        if largest == 0.0 {
-            return Ok(());
-        }
-        let delta = f64::EPSILON.cbrt() / largest;
-        scratch.values.clone_from(&self.values);
-        let done = self.difference(scratch, knowns, delta);
-        self.values.clone_from(&scratch.values);
-        if self.progress.mode == Mode::Initialization {
-            // The unit now holds the state of a displaced point.
-            self.progress.state_stale = true;
-        }
-        done
-    }
-
-    fn difference(
-        &mut self,
-        scratch: &mut Scratch,
-        knowns: &[u32],
-        delta: f64,
-    ) -> Result<(), Error> {
-        for (sign, weight) in [(1.0, 0.5 / delta), (-1.0, -0.5 / delta)] {
-            for &known in knowns {
-                let known = known as usize;
-                let value = scratch.values.reals[known] + sign * delta * scratch.seed.0[known];
-                self.values.put_real(known, self.table.reals[known].slot, value);
-            }
-            let time = self.progress.time;
-            if self.progress.mode == Mode::Initialization {
-                self.unit.initialise(&mut self.values, time)?;
-            }
-            self.unit.outputs(&mut self.values, time)?;
-            for (sum, value) in scratch.result.0.iter_mut().zip(&self.values.reals) {
-                *sum += weight * value;
-            }
-        }
-        Ok(())
-    }
-
-    fn check_derivative(
-        &self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        direction: &[f64],
-    ) -> Result<(), Error> {
-        let initial = self.progress.mode == Mode::Initialization;
-        for &unknown in unknowns {
-            let role = self.table.role(Type::Real, unknown as usize);
-            let role = role.ok_or_else(|| self::unknown(Type::Real, unknown))?;
-            if role != Role::Output && !(initial && role == Role::CalculatedParameter) {
-                let name = self.table.name(Type::Real, unknown as usize);
-                return Err(Error::invalid(format!("{name} is not an unknown of the model")));
-            }
-        }
-        for (&known, &component) in knowns.iter().zip(direction) {
-            let role = self.table.role(Type::Real, known as usize);
-            let role = role.ok_or_else(|| unknown(Type::Real, known))?;
-            let name = self.table.name(Type::Real, known as usize);
-            let fits =
-                role == Role::Input || (initial && matches!(role, Role::Parameter | Role::Tunable));
-            if !fits {
-                return Err(Error::invalid(format!("{name} is not known to derive by")));
-            }
-            if !component.is_finite() {
-                return Err(Error::invalid(format!("the seed of {name} is {component}")));
-            }
-        }
-        Ok(())
     }
 }
 

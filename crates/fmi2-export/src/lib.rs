@@ -1,6 +1,7 @@
 //! Export a Rust model as an FMI 2.0 co-simulation unit.
 #![doc = include_str!("../README.md")]
 
+mod derivative;
 mod description;
 mod error;
 mod export;
@@ -14,6 +15,7 @@ mod resources;
 mod snapshot;
 mod state;
 mod table;
+pub mod testing;
 mod unit;
 mod values;
 
