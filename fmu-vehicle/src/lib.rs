@@ -1,1 +1,19 @@
-//! FMI 2.0 co-simulation unit: Maglev vehicle as a constrained multibody system (eqs 9-12)
+//! FMI 2.0 co-simulation unit `vehicle`: a Maglev vehicle as a constrained multibody system
+//! (eqs 9-12).
+//!
+//! The physics is in the crate `multibody`; here is its interface: [`table`] declares the
+//! variables, [`Vehicle`] maps them. The layout (bodies, joints, force elements, magnets) is data:
+//! `vehicle.json` in the unit's resources.
+//!
+//! # Frames
+//! The equations run in a frame that travels with `travel_speed`; it is inertial, and what the file
+//! calls `ground` travels with it. So a single magnet on a vertical guide can be sent along a track
+//! as well as a train. A magnet's `position` along the track is its place in that frame plus
+//! `initial_position` + `travel_speed`·(time since the start).
+
+mod model;
+mod table;
+
+pub use model::Vehicle;
+
+fmi2_export::export!(Vehicle);

@@ -32,7 +32,9 @@ impl Model {
         let ordering = analyse(sample)
             .map_err(|found| Error::Redundant(name_dependencies(&found, &joints, &kin)))?;
         let places = places(&ordering, merged.composites.len(), &joints);
-        let counts = counts(description, &merged, rows, ordering.components);
+        let components = ordering.components[..merged.composites.len()].to_vec();
+        let groups = components.iter().max().map_or(0, |k| k + 1);
+        let counts = counts(description, &merged, rows, groups);
         let anchors = Anchors { merged: &merged, names: &names };
         Ok(Self {
             name: description.name.clone(),
@@ -47,6 +49,7 @@ impl Model {
             rows,
             solver: ordering.factorisation,
             places,
+            components,
             counts,
             total_mass: description.bodies.iter().filter(|b| !b.reference).map(|b| b.mass).sum(),
             tolerances: Tolerances::default(),

@@ -176,19 +176,19 @@ pub struct Bushing {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
     /// N/m along the three axes.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub translational_stiffness: [f64; 3],
     /// N·s/m along the three axes.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub translational_damping: [f64; 3],
     /// N·m/rad about the three axes.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub rotational_stiffness: [f64; 3],
     /// N·m·s/rad about the three axes.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub rotational_damping: [f64; 3],
     /// Force on a in the initial pose, along the bushing's axes, N.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub preload: [f64; 3],
 }
 
@@ -301,6 +301,11 @@ impl Description {
         ];
         Ok(format!("{{\n  {}\n}}\n", fields.join(",\n  ")))
     }
+}
+
+/// True for a vector that the file may leave out.
+fn is_zero(v: &[f64; 3]) -> bool {
+    *v == [0.0; 3]
 }
 
 fn json<T: Serialize>(value: &T) -> Result<String, Error> {

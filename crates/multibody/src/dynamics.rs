@@ -272,10 +272,7 @@ impl Model {
                 wrenches[anchor.body].add(&Vec3::new(force, 0.0, 0.0), &arm);
             }
         }
-        for ((magnet, &up), &left) in self.magnets.iter().zip(&*vertical).zip(&*lateral) {
-            let arm = kin[magnet.body].turn(&magnet.local);
-            wrenches[magnet.body].add(&Vec3::new(0.0, left, up), &arm);
-        }
+        self.apply_loads(kin, &Loads { vertical, lateral }, wrenches);
     }
 
     /// Q and γ; moments go to body axes and lose ω × J ω.
@@ -340,12 +337,50 @@ impl Model {
 
     /// Largest violation of the constraints of a state: position level (m, rad) and velocity level
     /// (m/s, rad/s).
-    #[must_use]
-    pub fn constraint_violation(&self, state: &State, ws: &mut Workspace) -> (f64, f64) {
-        ws.forget();
-        self.set_pose(&state.bodies, ws);
-        self.jacobians(ws);
-        (self.residuals(ws).0, self.rates(&state.bodies, ws).0)
+    ///
+    /// # Errors
+    /// [`Error::Singular`], since the workspace is brought to the state's pose.
+    pub fn constraint_violation(
+        &self,
+        state: &State,
+        ws: &mut Workspace,
+    ) -> Result<(f64, f64), Error> {
+        self.prepare(&state.bodies, state.time, ws)?;
+        Ok((self.residuals(ws).0, self.rates(&state.bodies, ws).0))
+    }
+
+    /// Accelerations and multipliers that additional loads alone would cause: the derivative of
+    /// [`Model::accelerations`] in the direction of `loads`. Read it with
+    /// [`Model::magnet_response`].
+    ///
+    /// # Errors
+    /// As [`Model::accelerations`].
+    pub fn load_response(
+        &self,
+        state: &State,
+        loads: &Loads,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
+        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        self.prepare(&state.bodies, state.time, ws)?;
+        let Workspace { kin, wrenches, solution, factors, .. } = ws;
+        wrenches.fill(Wrench::zero());
+        self.apply_loads(kin, loads, wrenches);
+        solution.fill(0.0);
+        for (k, wrench) in wrenches[..self.composites.len()].iter().enumerate() {
+            let moment = kin[k].a.tr_mul(&wrench.moment);
+            solution[6 * k..6 * k + 3].copy_from_slice(wrench.force.as_slice());
+            solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
+        }
+        self.solver.solve(factors, solution);
+        self.check_finite(state.time, ws)
+    }
+
+    fn apply_loads(&self, kin: &[Kinematics], loads: &Loads, wrenches: &mut [Wrench]) {
+        for ((magnet, &up), &left) in self.magnets.iter().zip(loads.vertical).zip(loads.lateral) {
+            let arm = kin[magnet.body].turn(&magnet.local);
+            wrenches[magnet.body].add(&Vec3::new(0.0, left, up), &arm);
+        }
     }
 
     /// M and Φ_q of eq. 9 as dense matrices, with the right-hand side (Q, γ): for checks.

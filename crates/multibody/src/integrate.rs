@@ -222,6 +222,21 @@ impl Model {
         self.project(&mut state.bodies, time, ws)
     }
 
+    /// The state a moment `dt` later (or earlier) by its Taylor series, with the accelerations that
+    /// the workspace holds for it: for derivatives of outputs. Joints stay closed to O(dt³).
+    pub fn extrapolate(&self, state: &State, dt: f64, ws: &Workspace, later: &mut State) {
+        later.time = state.time + dt;
+        for (k, (body, next)) in state.bodies.iter().zip(&mut later.bodies).enumerate() {
+            let (v, w) = ws.acceleration(k);
+            let way = body.velocity * dt + v * (0.5 * dt * dt);
+            let turn = body.angular_velocity * dt + w * (0.5 * dt * dt);
+            next.position = body.position + way;
+            next.attitude = multiply(body.attitude, from_rotation_vector(&turn));
+            next.velocity = body.velocity + v * dt;
+            next.angular_velocity = body.angular_velocity + w * dt;
+        }
+    }
+
     fn give_up(
         &self,
         iterations: usize,

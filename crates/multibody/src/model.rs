@@ -109,6 +109,8 @@ pub struct Model {
     pub(crate) rows: usize,
     pub(crate) solver: Factorisation,
     pub(crate) places: Places,
+    /// Group of jointed bodies that each composite belongs to.
+    pub(crate) components: Vec<usize>,
     pub(crate) counts: Counts,
     pub(crate) total_mass: f64,
     pub(crate) tolerances: Tolerances,

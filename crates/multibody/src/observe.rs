@@ -48,6 +48,37 @@ impl Model {
         self.anchor_acceleration(ws, &self.magnets[k])
     }
 
+    /// Acceleration of magnet k after [`Model::load_response`], m/s².
+    #[must_use]
+    pub fn magnet_response(&self, ws: &Workspace, k: usize) -> Vec3 {
+        self.response(ws, &self.magnets[k])
+    }
+
+    /// Acceleration of the centre of mass of observed body k after [`Model::load_response`], m/s².
+    #[must_use]
+    pub fn observed_response(&self, ws: &Workspace, k: usize) -> Vec3 {
+        self.response(ws, &self.observed_centre(k))
+    }
+
+    /// Acceleration of point i of observed body k after [`Model::load_response`], m/s².
+    #[must_use]
+    pub fn point_response(&self, ws: &Workspace, k: usize, i: usize) -> Vec3 {
+        self.response(ws, &self.watched[k].points[i])
+    }
+
+    /// Group of jointed bodies that carries magnet k. Accelerations depend at once on forces on the
+    /// same group only.
+    #[must_use]
+    pub fn magnet_component(&self, k: usize) -> usize {
+        self.components[self.magnets[k].body]
+    }
+
+    /// Group of jointed bodies that observed body k belongs to; `None` if it is fixed to the ground.
+    #[must_use]
+    pub fn observed_component(&self, k: usize) -> Option<usize> {
+        self.components.get(self.members[self.watched[k].member].composite).copied()
+    }
+
     /// Prefixes and numbers of further points of the observed bodies.
     pub fn observed(&self) -> impl Iterator<Item = (&str, usize)> {
         self.watched.iter().map(|w| (w.name.as_str(), w.points.len()))
@@ -160,14 +191,21 @@ impl Model {
         point_motion(body, anchor)
     }
 
-    fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
+    fn response(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
         if anchor.body == self.composites.len() {
             return Vec3::zeros();
         }
         let kin = &ws.kin[anchor.body];
         let (linear, angular) = ws.acceleration(anchor.body);
-        let arm = kin.turn(&anchor.local);
-        linear + kin.turn(&angular).cross(&arm) + kin.centripetal(&arm)
+        linear + kin.turn(&angular).cross(&kin.turn(&anchor.local))
+    }
+
+    fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
+        if anchor.body == self.composites.len() {
+            return Vec3::zeros();
+        }
+        let kin = &ws.kin[anchor.body];
+        self.response(ws, anchor) + kin.centripetal(&kin.turn(&anchor.local))
     }
 }
 

@@ -61,8 +61,8 @@ pub(crate) struct Dependency {
 pub(crate) struct Ordering {
     pub factorisation: Factorisation,
     places: HashMap<(usize, usize), Place>,
-    /// Number of groups that share no joint.
-    pub components: usize,
+    /// Group of each node; groups share no coupling.
+    pub components: Vec<usize>,
 }
 
 impl Ordering {
@@ -313,11 +313,17 @@ pub(crate) fn analyse(sample: Sample) -> Result<Ordering, Vec<Dependency>> {
     if !left.is_empty() {
         return Err(elimination.dependencies(&left));
     }
-    Ok(layout(&elimination, groups.len()))
+    let mut components = vec![0; elimination.sample.sizes.len()];
+    for (k, group) in groups.iter().enumerate() {
+        for &node in group {
+            components[node] = k;
+        }
+    }
+    Ok(layout(&elimination, components))
 }
 
 /// Lays out the storage in elimination order and lists the updates.
-fn layout(elimination: &Elimination, components: usize) -> Ordering {
+fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
     let sizes = &elimination.sample.sizes;
     let bodies = elimination.sample.bodies;
     let mut rhs = vec![0; sizes.len()];

@@ -18,12 +18,24 @@ pub struct BodyState {
 }
 
 /// Everything that changes while stepping; a pure value, so saving and restoring it is complete.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Simulated time, s.
     pub time: f64,
     /// One entry per composite body.
     pub bodies: Vec<BodyState>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self { time: self.time, bodies: self.bodies.clone() }
+    }
+
+    /// Reuses the memory, so that saving and restoring need not allocate.
+    fn clone_from(&mut self, source: &Self) {
+        self.time = source.time;
+        self.bodies.clone_from(&source.bodies);
+    }
 }
 
 /// A body's pose and motion as the equations need them.

@@ -1,0 +1,398 @@
+//! Maps the unit's variables on the physics.
+
+use fmi2_export::{
+    Error, Interface, Model as Export, RealVar, RealVars, Resources, Seed, Sensitivity, Step,
+    Values,
+};
+use multibody::{Holding, LoadCourse, Loads, Model, Workspace};
+use serde::{Deserialize, Serialize};
+
+use crate::table::{self, Inputs, Outputs, Parameters};
+
+/// Time step of the central difference that gives rates of accelerations, s. Its error is h²/6
+/// times the fifth derivative of the motion, its rounding 1e-11 m/s² / h: both some 1e-6 m/s³.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The unit: the assembled vehicle, the handles of its variables, scratch memory.
+#[derive(Debug)]
+pub struct Vehicle {
+    model: Model,
+    inputs: Inputs,
+    outputs: Outputs,
+    parameters: Parameters,
+    work: Workspace,
+    /// For derivatives, so that `work` keeps what belongs to the current state.
+    probe: Workspace,
+    /// A step runs here and counts once it has succeeded.
+    trial: multibody::State,
+    jerks: Jerks,
+}
+
+/// Everything that changes while stepping.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct State {
+    vehicle: multibody::State,
+    /// When the journey began, s.
+    start: f64,
+    /// Static load of each magnet, N.
+    loads: Vec<f64>,
+    /// Rates of the inputs at the end of the last step.
+    rates: Rates,
+}
+
+/// Rates of inputs, which the kit forgets at the end of a step.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Rates {
+    force: Vec<f64>,
+    lateral_force: Vec<f64>,
+    track_rate: Vec<f64>,
+}
+
+impl Rates {
+    fn zero(magnets: usize) -> Self {
+        Self {
+            force: vec![0.0; magnets],
+            lateral_force: vec![0.0; magnets],
+            track_rate: vec![0.0; magnets],
+        }
+    }
+
+    fn after(&mut self, inputs: &Inputs, values: &Values, size: f64) {
+        for (rates, input) in [
+            (&mut self.force, inputs.force),
+            (&mut self.lateral_force, inputs.lateral_force),
+            (&mut self.track_rate, inputs.track_rate),
+        ] {
+            for (rate, u) in rates.iter_mut().zip(values.taylors(input)) {
+                *rate = u[1] + size * (u[2] + 0.5 * size * u[3]);
+            }
+        }
+    }
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        let Rates { force, lateral_force, track_rate } = &self.rates;
+        Self {
+            vehicle: self.vehicle.clone(),
+            start: self.start,
+            loads: self.loads.clone(),
+            rates: Rates {
+                force: force.clone(),
+                lateral_force: lateral_force.clone(),
+                track_rate: track_rate.clone(),
+            },
+        }
+    }
+
+    /// Reuses the memory, so that saving and restoring need not allocate.
+    fn clone_from(&mut self, source: &Self) {
+        self.vehicle.clone_from(&source.vehicle);
+        self.start = source.start;
+        self.loads.clone_from(&source.loads);
+        self.rates.force.clone_from(&source.rates.force);
+        self.rates.lateral_force.clone_from(&source.rates.lateral_force);
+        self.rates.track_rate.clone_from(&source.rates.track_rate);
+    }
+}
+
+/// Rates of the magnets' accelerations (down positive), with what they were computed for.
+#[derive(Debug)]
+struct Jerks {
+    known: bool,
+    state: multibody::State,
+    force: Vec<f64>,
+    lateral: Vec<f64>,
+    force_rate: Vec<f64>,
+    lateral_rate: Vec<f64>,
+    jerk: Vec<f64>,
+    neighbour: multibody::State,
+    shifted: [Vec<f64>; 2],
+}
+
+impl Jerks {
+    fn new(model: &Model) -> Self {
+        let zero = || vec![0.0; model.counts().magnets];
+        Self {
+            known: false,
+            state: model.initial_state(),
+            force: zero(),
+            lateral: zero(),
+            force_rate: zero(),
+            lateral_rate: zero(),
+            jerk: zero(),
+            neighbour: model.initial_state(),
+            shifted: [zero(), zero()],
+        }
+    }
+
+    fn belong_to(&self, state: &State, values: &Values, inputs: &Inputs) -> bool {
+        self.known
+            && self.force == values.reals(inputs.force)
+            && self.lateral == values.reals(inputs.lateral_force)
+            && self.force_rate == state.rates.force
+            && self.lateral_rate == state.rates.lateral_force
+            && self.state == state.vehicle
+    }
+
+    fn remember(&mut self, state: &State, values: &Values, inputs: &Inputs) {
+        self.known = true;
+        self.state.clone_from(&state.vehicle);
+        self.force.copy_from_slice(values.reals(inputs.force));
+        self.lateral.copy_from_slice(values.reals(inputs.lateral_force));
+        self.force_rate.copy_from_slice(&state.rates.force);
+        self.lateral_rate.copy_from_slice(&state.rates.lateral_force);
+    }
+}
+
+/// A step whose joints cannot be closed may succeed in smaller pieces; nothing else can.
+fn refused(error: &multibody::Error) -> Error {
+    match error {
+        multibody::Error::Projection { .. } => Error::discard(error),
+        _ => Error::caused(error),
+    }
+}
+
+fn loads<'a>(values: &'a Values, inputs: &Inputs) -> Loads<'a> {
+    Loads { vertical: values.reals(inputs.force), lateral: values.reals(inputs.lateral_force) }
+}
+
+impl Vehicle {
+    fn write_magnets(&self, state: &State, values: &mut Values, travelled: f64) {
+        let (outputs, inputs) = (&self.outputs, &self.inputs);
+        for k in 0..state.loads.len() {
+            let motion = self.model.magnet(&state.vehicle, k);
+            let height = values.real(inputs.track_displacement.get(k));
+            let rate = values.real(inputs.track_rate.get(k));
+            let gap = self.model.nominal_gap() + height - motion.displacement.z;
+            values.set_real(outputs.gap.get(k), gap);
+            values.set_real(outputs.gap_rate.get(k), rate - motion.velocity.z);
+            let down = -self.model.magnet_acceleration(&self.work, k).z;
+            values.set_real(outputs.acceleration.get(k), down);
+            values.set_real(outputs.lateral_offset.get(k), motion.displacement.y);
+            values.set_real(outputs.position.get(k), travelled + motion.position.x);
+        }
+        values.reals_mut(outputs.static_load).copy_from_slice(&state.loads);
+    }
+
+    fn write_observed(&self, state: &State, values: &mut Values) {
+        for (k, body) in self.outputs.observed.iter().enumerate() {
+            let motion = self.model.observed_motion(&state.vehicle, k);
+            values.set_real(body.lateral_displacement, motion.displacement.y);
+            values.set_real(body.vertical_displacement, motion.displacement.z);
+            let angles = self.model.observed_attitude(&state.vehicle, k);
+            for (variable, angle) in body.attitude.iter().zip(angles) {
+                values.set_real(*variable, angle);
+            }
+            let centre = self.model.observed_acceleration(&self.work, k);
+            for (variable, value) in body.acceleration.iter().zip(centre.iter()) {
+                values.set_real(*variable, *value);
+            }
+            for i in 0..body.point_vertical.len() {
+                let point = self.model.point_acceleration(&self.work, k, i);
+                values.set_real(body.point_lateral.get(i), point.y);
+                values.set_real(body.point_vertical.get(i), point.z);
+            }
+        }
+    }
+
+    /// Rate of the acceleration (down positive) of magnet k, by a central difference along the
+    /// motion; all magnets' at once.
+    fn jerk(&mut self, state: &State, values: &Values, k: usize) -> Result<f64, Error> {
+        if !self.jerks.belong_to(state, values, &self.inputs) {
+            self.jerks.known = false;
+            let inputs = self.inputs;
+            self.model
+                .accelerations(&state.vehicle, &loads(values, &inputs), &mut self.work)
+                .map_err(|e| Error::caused(&e))?;
+            self.jerks.jerk.fill(0.0);
+            for dt in [-DIFFERENCE, DIFFERENCE] {
+                self.add_neighbour(state, values, dt)?;
+            }
+            self.jerks.remember(state, values, &inputs);
+        }
+        Ok(self.jerks.jerk[k])
+    }
+
+    fn add_neighbour(&mut self, state: &State, values: &Values, dt: f64) -> Result<(), Error> {
+        let Self { model, jerks, work, probe, inputs, .. } = self;
+        model.extrapolate(&state.vehicle, dt, work, &mut jerks.neighbour);
+        let [vertical, lateral] = &mut jerks.shifted;
+        for (shifted, row, rates) in [
+            (vertical, inputs.force, &state.rates.force),
+            (lateral, inputs.lateral_force, &state.rates.lateral_force),
+        ] {
+            for ((shifted, value), rate) in shifted.iter_mut().zip(values.reals(row)).zip(rates) {
+                *shifted = value + rate * dt;
+            }
+        }
+        let loads = Loads { vertical: &jerks.shifted[0], lateral: &jerks.shifted[1] };
+        model.accelerations(&jerks.neighbour, &loads, probe).map_err(|e| Error::caused(&e))?;
+        for (k, jerk) in jerks.jerk.iter_mut().enumerate() {
+            *jerk -= model.magnet_acceleration(probe, k).z / (2.0 * dt.abs()) * dt.signum();
+        }
+        Ok(())
+    }
+}
+
+/// Index of a variable in a row.
+fn find(row: RealVars, variable: RealVar) -> Option<usize> {
+    variable
+        .value_reference()
+        .checked_sub(row.checked_get(0)?.value_reference())
+        .map(|k| k as usize)
+        .filter(|k| *k < row.len())
+}
+
+impl Export for Vehicle {
+    type State = State;
+
+    fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
+        let text = resources.read_to_string("vehicle.json")?;
+        let model = Model::from_json(&text)
+            .map_err(|e| Error::caused(&e).context("resource vehicle.json"))?;
+        interface.describe(table::info(&model));
+        let parameters = Parameters::declare(interface);
+        let inputs = Inputs::declare(interface, model.counts().magnets);
+        let outputs = Outputs::declare(interface, &model);
+        table::declare_constants(interface, &model);
+        table::depend(interface, &model, &inputs, &outputs, &parameters);
+        Ok(Self {
+            work: model.workspace(),
+            probe: model.workspace(),
+            trial: model.initial_state(),
+            jerks: Jerks::new(&model),
+            model,
+            inputs,
+            outputs,
+            parameters,
+        })
+    }
+
+    fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
+        let holding = Holding {
+            stiffness: values.real(self.parameters.holding_stiffness),
+            ..Holding::default()
+        };
+        let track = values.reals(self.inputs.track_displacement);
+        let mut equilibrium = self
+            .model
+            .equilibrium(track, &holding, &mut self.work)
+            .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
+        equilibrium.state.time = time;
+        Ok(State {
+            vehicle: equilibrium.state,
+            start: time,
+            rates: Rates::zero(equilibrium.loads.len()),
+            loads: equilibrium.loads,
+        })
+    }
+
+    fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
+        self.model
+            .accelerations(&state.vehicle, &loads(values, &self.inputs), &mut self.work)
+            .map_err(|e| Error::caused(&e))?;
+        let speed = values.real(self.parameters.travel_speed);
+        let travelled =
+            values.real(self.parameters.initial_position) + speed * (time - state.start);
+        self.write_magnets(state, values, travelled);
+        self.write_observed(state, values);
+        let outputs = &self.outputs;
+        values.set_real(outputs.speed, speed + self.model.relative_speed(&state.vehicle));
+        let (opening, rate) = self
+            .model
+            .constraint_violation(&state.vehicle, &mut self.work)
+            .map_err(|e| Error::caused(&e))?;
+        values.set_real(outputs.joint_opening, opening);
+        values.set_real(outputs.joint_opening_rate, rate);
+        values.set_real(outputs.kinetic_energy, self.model.kinetic_energy(&state.vehicle));
+        Ok(())
+    }
+
+    fn step(&mut self, state: &mut State, values: &mut Values, step: Step) -> Result<(), Error> {
+        let course = LoadCourse {
+            vertical: values.taylors(self.inputs.force),
+            lateral: values.taylors(self.inputs.lateral_force),
+        };
+        let max_step = values.real(self.parameters.max_step);
+        self.trial.clone_from(&state.vehicle);
+        self.trial.time = step.time;
+        self.model
+            .step(&mut self.trial, step.size, max_step, &course, &mut self.work)
+            .map_err(|e| refused(&e))?;
+        state.vehicle.clone_from(&self.trial);
+        state.rates.after(&self.inputs, values, step.size);
+        Ok(())
+    }
+
+    fn output_derivative(
+        &mut self,
+        state: &State,
+        values: &Values,
+        output: RealVar,
+        order: u32,
+    ) -> Result<Option<f64>, Error> {
+        let (gap, gap_rate) = (self.outputs.gap, self.outputs.gap_rate);
+        let (acceleration, position) = (self.outputs.acceleration, self.outputs.position);
+        let bend = |k: usize| {
+            values.real(acceleration.get(k)) + state.rates.track_rate.get(k).copied().unwrap_or(0.0)
+        };
+        if let Some(k) = find(gap, output) {
+            return Ok(match order {
+                1 => Some(values.real(gap_rate.get(k))),
+                2 => Some(bend(k)),
+                _ => None,
+            });
+        }
+        if order != 1 {
+            return Ok(None);
+        }
+        if let Some(k) = find(gap_rate, output) {
+            return Ok(Some(bend(k)));
+        }
+        if let Some(k) = find(acceleration, output) {
+            return self.jerk(state, values, k).map(Some);
+        }
+        if let Some(k) = find(self.outputs.lateral_offset, output) {
+            return Ok(Some(self.model.magnet(&state.vehicle, k).velocity.y));
+        }
+        if let Some(k) = find(position, output) {
+            let relative = self.model.magnet(&state.vehicle, k).velocity.x;
+            return Ok(Some(values.real(self.parameters.travel_speed) + relative));
+        }
+        Ok(find(self.outputs.static_load, output).map(|_| 0.0))
+    }
+
+    fn directional_derivative(
+        &mut self,
+        state: &State,
+        _: &Values,
+        seed: &Seed,
+        result: &mut Sensitivity,
+    ) -> Result<bool, Error> {
+        let (inputs, outputs) = (&self.inputs, &self.outputs);
+        result.reals_mut(outputs.gap).copy_from_slice(seed.reals(inputs.track_displacement));
+        result.reals_mut(outputs.gap_rate).copy_from_slice(seed.reals(inputs.track_rate));
+        let loads =
+            Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
+        self.model
+            .load_response(&state.vehicle, &loads, &mut self.probe)
+            .map_err(|e| Error::caused(&e))?;
+        for k in 0..state.loads.len() {
+            let down = -self.model.magnet_response(&self.probe, k).z;
+            result.set_real(outputs.acceleration.get(k), down);
+        }
+        for (k, body) in outputs.observed.iter().enumerate() {
+            let centre = self.model.observed_response(&self.probe, k);
+            for (variable, value) in body.acceleration.iter().zip(centre.iter()) {
+                result.set_real(*variable, *value);
+            }
+            for i in 0..body.point_vertical.len() {
+                let point = self.model.point_response(&self.probe, k, i);
+                result.set_real(body.point_lateral.get(i), point.y);
+                result.set_real(body.point_vertical.get(i), point.z);
+            }
+        }
+        Ok(true)
+    }
+}

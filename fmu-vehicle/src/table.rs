@@ -1,0 +1,411 @@
+//! The unit's variables, declared once: inputs, outputs, parameters, constants, and what depends on
+//! what.
+
+use fmi2_export::{Info, Interface, RealVar, RealVars, Row, Unit};
+use multibody::{JointKind, Model};
+
+/// What the unit says of itself.
+pub(crate) fn info(model: &Model) -> Info {
+    Info::new("vehicle", format!("Maglev vehicle: {}", model.name()))
+        .description(
+            "Maglev vehicle as a constrained system of rigid bodies: motion of the magnets and the \
+             car bodies under levitation and guidance forces, starting in static equilibrium.",
+        )
+        .version(env!("CARGO_PKG_VERSION"))
+        .author(env!("CARGO_PKG_AUTHORS"))
+        .license(env!("CARGO_PKG_LICENSE"))
+        .experiment(0.0, 36.0, 1e-3)
+        .max_output_derivative_order(2)
+}
+
+/// Handles of the inputs, one per magnet each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inputs {
+    pub force: RealVars,
+    pub lateral_force: RealVars,
+    pub track_displacement: RealVars,
+    pub track_rate: RealVars,
+}
+
+/// Handles of the outputs.
+#[derive(Debug, Clone)]
+pub(crate) struct Outputs {
+    pub gap: RealVars,
+    pub gap_rate: RealVars,
+    pub acceleration: RealVars,
+    pub lateral_offset: RealVars,
+    pub static_load: RealVars,
+    pub position: RealVars,
+    pub speed: RealVar,
+    pub observed: Vec<Observed>,
+    pub joint_opening: RealVar,
+    pub joint_opening_rate: RealVar,
+    pub kinetic_energy: RealVar,
+}
+
+/// Handles of one observed body's outputs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Observed {
+    pub lateral_displacement: RealVar,
+    pub vertical_displacement: RealVar,
+    /// Roll, pitch, yaw.
+    pub attitude: [RealVar; 3],
+    /// Longitudinal, lateral, vertical.
+    pub acceleration: [RealVar; 3],
+    pub point_lateral: RealVars,
+    pub point_vertical: RealVars,
+}
+
+/// Handles of the parameters.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Parameters {
+    pub travel_speed: RealVar,
+    pub initial_position: RealVar,
+    pub max_step: RealVar,
+    pub holding_stiffness: RealVar,
+}
+
+impl Inputs {
+    pub(crate) fn declare(interface: &mut Interface, magnets: usize) -> Self {
+        Self {
+            force: interface
+                .reals("force", magnets)
+                .input(0.0)
+                .unit(Unit::NEWTON)
+                .nominal(5e3)
+                .description("Levitation force that pulls magnet {k} up")
+                .done(),
+            lateral_force: interface
+                .reals("lateral_force", magnets)
+                .input(0.0)
+                .unit(Unit::NEWTON)
+                .nominal(1e3)
+                .description("Guidance force on magnet {k}, to the left")
+                .done(),
+            track_displacement: interface
+                .reals("track_displacement", magnets)
+                .input(0.0)
+                .unit(Unit::METRE)
+                .display("mm")
+                .nominal(1e-3)
+                .description("Height of the track's surface at magnet {k}, up positive")
+                .done(),
+            track_rate: interface
+                .reals("track_rate", magnets)
+                .input(0.0)
+                .unit(Unit::METRE_PER_SECOND)
+                .nominal(1e-2)
+                .description(
+                    "Rate of the track's height as the moving magnet {k} sees it, up positive",
+                )
+                .done(),
+        }
+    }
+}
+
+impl Outputs {
+    pub(crate) fn declare(interface: &mut Interface, model: &Model) -> Self {
+        let magnets = model.counts().magnets;
+        Self {
+            gap: interface
+                .reals("gap", magnets)
+                .output()
+                .unit(Unit::METRE)
+                .display("mm")
+                .nominal(8e-3)
+                .description("Air gap of magnet {k}, opening positive")
+                .done(),
+            gap_rate: interface
+                .reals("gap_rate", magnets)
+                .output()
+                .unit(Unit::METRE_PER_SECOND)
+                .nominal(1e-2)
+                .description("Rate of the air gap of magnet {k}, opening positive")
+                .done(),
+            acceleration: interface
+                .reals("acceleration", magnets)
+                .output()
+                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .nominal(1.0)
+                .description("Inertial acceleration of magnet {k}, down positive")
+                .done(),
+            lateral_offset: interface
+                .reals("lateral_offset", magnets)
+                .output()
+                .unit(Unit::METRE)
+                .display("mm")
+                .nominal(1e-3)
+                .description("Lateral place of magnet {k} relative to the track, left positive")
+                .done(),
+            static_load: interface
+                .reals("static_load", magnets)
+                .output()
+                .unit(Unit::NEWTON)
+                .nominal(5e3)
+                .description("Force that holds magnet {k} in static equilibrium; constant")
+                .done(),
+            position: interface
+                .reals("position", magnets)
+                .output()
+                .unit(Unit::METRE)
+                .nominal(10.0)
+                .description("Place of magnet {k} along the track")
+                .done(),
+            speed: interface
+                .real("speed")
+                .output()
+                .unit(Unit::METRE_PER_SECOND)
+                .display("km/h")
+                .nominal(1.0)
+                .description("Speed of the vehicle along the track")
+                .done(),
+            observed: model
+                .observed()
+                .map(|(name, points)| Observed::declare(interface, name, points))
+                .collect(),
+            joint_opening: interface
+                .real("joint_opening")
+                .output()
+                .nominal(1e-8)
+                .description(
+                    "Largest violation of a joint's position equation, in m or rad (accuracy check)",
+                )
+                .done(),
+            joint_opening_rate: interface
+                .real("joint_opening_rate")
+                .output()
+                .nominal(1e-8)
+                .description(
+                    "Largest violation of a joint's velocity equation, in m/s or rad/s (accuracy \
+                     check)",
+                )
+                .done(),
+            kinetic_energy: interface
+                .real("kinetic_energy")
+                .output()
+                .unit(Unit::JOULE)
+                .nominal(1.0)
+                .description("Kinetic energy in the frame that travels with the nominal speed")
+                .done(),
+        }
+    }
+}
+
+impl Observed {
+    fn declare(interface: &mut Interface, name: &str, points: usize) -> Self {
+        let displacement = |interface: &mut Interface, way: &str, sign: &str| {
+            interface
+                .real(format!("{name}_{way}_displacement"))
+                .output()
+                .unit(Unit::METRE)
+                .display("mm")
+                .nominal(1e-3)
+                .description(format!(
+                    "{way} displacement of {name}'s centre of mass from the place in its file, \
+                     {sign} positive"
+                ))
+                .done()
+        };
+        let angle = |interface: &mut Interface, what: &str, sign: &str| {
+            interface
+                .real(format!("{name}_{what}"))
+                .output()
+                .unit(Unit::RADIAN)
+                .display("deg")
+                .nominal(1e-3)
+                .description(format!("{what} angle of {name}, positive {sign}"))
+                .done()
+        };
+        let acceleration = |interface: &mut Interface, way: &str, sign: &str| {
+            interface
+                .real(format!("{name}_{way}_acceleration"))
+                .output()
+                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .nominal(0.1)
+                .description(format!(
+                    "{way} acceleration of {name}'s centre of mass, {sign} positive"
+                ))
+                .done()
+        };
+        let at_points = |interface: &mut Interface, way: &str, sign: &str| {
+            interface
+                .reals(format!("{name}_{way}_acceleration"), points)
+                .output()
+                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .nominal(0.1)
+                .description(format!(
+                    "{way} acceleration of {name} at its ride comfort point {{k}}, {sign} positive"
+                ))
+                .done()
+        };
+        Self {
+            lateral_displacement: displacement(interface, "lateral", "left"),
+            vertical_displacement: displacement(interface, "vertical", "up"),
+            attitude: [
+                angle(interface, "roll", "with the left side up"),
+                angle(interface, "pitch", "with the nose down"),
+                angle(interface, "yaw", "turning left"),
+            ],
+            acceleration: [
+                acceleration(interface, "longitudinal", "forward"),
+                acceleration(interface, "lateral", "left"),
+                acceleration(interface, "vertical", "up"),
+            ],
+            point_lateral: at_points(interface, "lateral", "left"),
+            point_vertical: at_points(interface, "vertical", "up"),
+        }
+    }
+
+    fn accelerations(&self) -> impl Iterator<Item = Row> {
+        self.acceleration
+            .into_iter()
+            .map(RealVar::row)
+            .chain([self.point_lateral.row(), self.point_vertical.row()])
+    }
+
+    fn places(&self) -> impl Iterator<Item = Row> {
+        [self.lateral_displacement, self.vertical_displacement]
+            .into_iter()
+            .chain(self.attitude)
+            .map(RealVar::row)
+    }
+}
+
+impl Parameters {
+    pub(crate) fn declare(interface: &mut Interface) -> Self {
+        Self {
+            travel_speed: interface
+                .real("travel_speed")
+                .parameter(0.0)
+                .unit(Unit::METRE_PER_SECOND)
+                .display("km/h")
+                .description("Nominal speed along the track, held by the drive")
+                .done(),
+            initial_position: interface
+                .real("initial_position")
+                .parameter(12.5)
+                .unit(Unit::METRE)
+                .description(
+                    "Where x = 0 of the vehicle file (the middle of a train) stands along the track \
+                     at the start; 12.5 m is the middle of a first span of 25 m",
+                )
+                .done(),
+            max_step: interface
+                .real("max_step")
+                .parameter(1e-3)
+                .unit(Unit::SECOND)
+                .display("ms")
+                .min(1e-7)
+                .max(0.1)
+                .description(
+                    "Largest internal step; a communication step is split in equal internal steps",
+                )
+                .done(),
+            holding_stiffness: interface
+                .real("holding_stiffness")
+                .parameter(1e7)
+                .unit(Unit::NEWTON_PER_METRE)
+                .min(1e3)
+                .max(1e12)
+                .description(
+                    "Stiffness that holds each magnet while the static equilibrium is sought; \
+                     speeds the search without changing its result",
+                )
+                .done(),
+        }
+    }
+}
+
+/// What the vehicle consists of, for people and inspectors.
+pub(crate) fn declare_constants(interface: &mut Interface, model: &Model) {
+    let counts = model.counts();
+    let joints = |kind| counts.joints.get(&kind).copied().unwrap_or(0);
+    for (name, value, text) in [
+        ("body_count", counts.bodies, "Rigid bodies, before fixed joints are merged"),
+        ("bracket_joint_count", joints(JointKind::Bracket), "Bracket (fixed) joints"),
+        ("translational_joint_count", joints(JointKind::Translational), "Translational joints"),
+        ("spherical_joint_count", joints(JointKind::Spherical), "Spherical joints"),
+        ("revolute_joint_count", joints(JointKind::Revolute), "Revolute joints"),
+        ("constraint_count", counts.equations, "Constraint equations of all joints"),
+        ("constraint_rank", counts.rank, "Independent constraint equations"),
+        ("degrees_of_freedom", counts.degrees_of_freedom, "Degrees of freedom"),
+        ("magnet_count", counts.magnets, "Magnets"),
+        ("merged_body_count", counts.composites, "Rigid bodies after merging fixed joints"),
+        ("component_count", counts.components, "Groups of jointed bodies, solved separately"),
+        ("force_element_count", counts.force_elements, "Bushings, springs and joint springs"),
+    ] {
+        let Ok(value) = i32::try_from(value) else {
+            interface.fault(format!("{name} exceeds what an FMI integer holds"));
+            continue;
+        };
+        interface.integer(name).constant(value).description(text).done();
+    }
+    interface
+        .real("total_mass")
+        .constant(model.total_mass())
+        .unit(Unit::KILOGRAM)
+        .description("Mass of the vehicle")
+        .done();
+    interface
+        .real("nominal_gap")
+        .constant(model.nominal_gap())
+        .unit(Unit::METRE)
+        .display("mm")
+        .description("Air gap of every magnet in static equilibrium on a flat track")
+        .done();
+}
+
+/// Which outputs follow which inputs at once.
+pub(crate) fn depend(
+    interface: &mut Interface,
+    model: &Model,
+    inputs: &Inputs,
+    outputs: &Outputs,
+    parameters: &Parameters,
+) {
+    interface.depends_elementwise(outputs.gap, inputs.track_displacement);
+    interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
+    let magnets = model.counts().magnets;
+    // forces reach at once what is joined to their magnet: force elements need time
+    let forces_on = |component: Option<usize>| -> Vec<Row> {
+        (0..magnets)
+            .filter(|&k| Some(model.magnet_component(k)) == component)
+            .flat_map(|k| [inputs.force.get(k).row(), inputs.lateral_force.get(k).row()])
+            .collect()
+    };
+    let track = inputs.track_displacement.row();
+    let track_and = |more: &[Row]| -> Vec<Row> { [&[track], more].concat() };
+    for k in 0..magnets {
+        let forces = forces_on(Some(model.magnet_component(k)));
+        interface.depends(outputs.acceleration.get(k), &forces);
+        interface.initially_depends(outputs.acceleration.get(k), &track_and(&forces));
+    }
+    for (k, body) in outputs.observed.iter().enumerate() {
+        let forces = forces_on(model.observed_component(k));
+        for row in body.accelerations() {
+            interface.depends(row, &forces);
+            interface.initially_depends(row, &track_and(&forces));
+        }
+        for row in body.places() {
+            interface.independent(row);
+            interface.initially_depends(row, &[track]);
+        }
+    }
+    // the pose at the start is the equilibrium below the whole track, the motion is none
+    interface.initially_depends(outputs.gap, &[track]);
+    interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
+    for row in
+        [outputs.lateral_offset.row(), outputs.static_load.row(), outputs.joint_opening.row()]
+    {
+        interface.independent(row);
+        interface.initially_depends(row, &[track]);
+    }
+    interface.independent(outputs.position);
+    interface.initially_depends(outputs.position, &[track, parameters.initial_position.row()]);
+    interface.independent(outputs.speed);
+    interface.initially_depends(outputs.speed, &[parameters.travel_speed]);
+    for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
+        interface.independent(row);
+        interface.initially_independent(row);
+    }
+}
