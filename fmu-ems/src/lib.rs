@@ -5,6 +5,8 @@
 
 mod model;
 mod table;
+#[cfg(test)]
+mod tests;
 
 pub use model::Ems;
 

@@ -1,0 +1,346 @@
+//! The unit through its C functions: it must be the physics, no more and no less.
+#![allow(clippy::unwrap_used)]
+
+use fmi2_export::{sys::fmi2Status, testing::Instance};
+use magnet::{
+    Course, FilterDesign, Gains, Inputs, Law, Limits, Magnet, Parameters, Range, Sampling,
+    Workspace,
+};
+
+use crate::Ems;
+
+const OUTPUTS: [&str; 9] = [
+    "force",
+    "lateral_force",
+    "current",
+    "voltage",
+    "estimate_gap",
+    "estimate_gap_velocity",
+    "estimate_acceleration",
+    "estimate_velocity",
+    "estimate_position",
+];
+const INPUTS: [&str; 5] = ["gap", "gap_rate", "acceleration", "lateral_offset", "static_force"];
+
+/// A swing of 0.2 mm at 60 rad/s and what goes with it: value and three derivatives of each input.
+/// Over a step the gap rate is the derivative of the gap's polynomial.
+fn swing(t: f64) -> [[f64; 4]; 5] {
+    let (amplitude, w) = (2e-4, 60.0);
+    let (s, c) = (f64::sin(w * t), f64::cos(w * t));
+    let gap: [f64; 6] =
+        std::array::from_fn(|k| amplitude * w.powi(k as i32) * [s, c, -s, -c][k % 4]);
+    [
+        [0.0083 + gap[0], gap[1], gap[2], gap[3]],
+        [gap[1], gap[2], gap[3], 0.0],
+        [gap[2], gap[3], gap[4], gap[5]],
+        [1e-3 * (9.0 * t).sin(), 0.0, 0.0, 0.0],
+        [5000.0 + 2000.0 * t, 2000.0, 0.0, 0.0],
+    ]
+}
+
+fn inputs(t: f64) -> Inputs {
+    let [gap, gap_rate, acceleration, lateral_offset, static_force] = swing(t).map(|u| u[0]);
+    Inputs { gap, gap_rate, acceleration, lateral_offset, static_force }
+}
+
+fn set(unit: &mut Instance, t: f64) {
+    for (name, course) in INPUTS.iter().zip(swing(t)) {
+        unit.set_real(name, course[0]).unwrap();
+    }
+}
+
+fn step(unit: &mut Instance, t: f64, size: f64) {
+    set(unit, t);
+    for (name, course) in INPUTS.iter().zip(swing(t)) {
+        for order in 1..=3 {
+            unit.set_input_derivative(name, order, course[order as usize]).unwrap();
+        }
+    }
+    unit.step(t, size).unwrap();
+}
+
+fn outputs(unit: &mut Instance) -> [f64; 9] {
+    OUTPUTS.map(|name| unit.real(name).unwrap())
+}
+
+/// Parameters of which none has its default, and their variables.
+fn other(law: Law, sampling: bool) -> (Parameters, Vec<(&'static str, f64)>, Vec<&'static str>) {
+    let gains =
+        Gains { acceleration: 8.0, velocity: 41.0, position: 5.0, gap_velocity: 42.0, gap: 9.0 };
+    let parameters = Parameters {
+        turns: 390.0,
+        pole_area: 0.037,
+        resistance: 0.7,
+        nominal_gap: 0.0082,
+        operating_current: 23.0,
+        law,
+        control: magnet::Control {
+            gains,
+            sampling: sampling.then_some(Sampling { period: 7e-4, delayed: true }),
+        },
+        filter: FilterDesign {
+            gap_cutoff: 900.0,
+            gap_damping: 0.6,
+            velocity_cutoff: 11.0,
+            velocity_damping: 0.55,
+            position_cutoff: 12.0,
+        },
+        limits: Limits {
+            voltage: Some(Range { min: -150.0, max: 150.0 }),
+            current: Some(Range { min: 1.0, max: 50.0 }),
+        },
+        pole_width: Some(0.03),
+        integration_step: 1e-4,
+    };
+    let reals = vec![
+        ("turns", 390.0),
+        ("pole_area", 0.037),
+        ("resistance", 0.7),
+        ("nominal_gap", 0.0082),
+        ("operating_current", 23.0),
+        ("gain_acceleration", 8.0),
+        ("gain_velocity", 41.0),
+        ("gain_position", 5.0),
+        ("gain_gap_velocity", 42.0),
+        ("gain_gap", 9.0),
+        ("filter_gap_cutoff", 900.0),
+        ("filter_gap_damping", 0.6),
+        ("filter_velocity_cutoff", 11.0),
+        ("filter_velocity_damping", 0.55),
+        ("filter_position_cutoff", 12.0),
+        ("voltage_min", -150.0),
+        ("voltage_max", 150.0),
+        ("current_min", 1.0),
+        ("current_max", 50.0),
+        ("sample_time", if sampling { 7e-4 } else { 0.0 }),
+        ("pole_width", 0.03),
+        ("integration_step", 1e-4),
+    ];
+    let mut on = vec!["limit_voltage", "limit_current"];
+    if law == Law::Nonlinear {
+        on.push("nonlinear");
+    }
+    if sampling {
+        on.push("sample_delay");
+    }
+    (parameters, reals, on)
+}
+
+fn unit(reals: &[(&'static str, f64)], on: &[&'static str]) -> Instance {
+    let mut unit = Instance::new::<Ems>("resources").unwrap();
+    for (name, value) in reals {
+        unit.set_real(name, *value).unwrap();
+    }
+    for name in on {
+        unit.set_boolean(name, true).unwrap();
+    }
+    unit.enter_initialization(0.0).unwrap();
+    set(&mut unit, 0.0);
+    unit.exit_initialization().unwrap();
+    unit
+}
+
+fn units() -> Vec<(Parameters, Instance)> {
+    let mut units = vec![(Parameters::default(), unit(&[], &[]))];
+    for (law, sampling) in [(Law::Linear, false), (Law::Nonlinear, false), (Law::Linear, true)] {
+        let (parameters, reals, on) = other(law, sampling);
+        units.push((parameters, unit(&reals, &on)));
+    }
+    units
+}
+
+/// Every parameter and input arrives where it belongs: the unit shows the bits of the library. A
+/// parameter read from a wrong variable, or an input's derivative lost, changes some output.
+#[test]
+fn analytic_unit_is_the_library() {
+    for (parameters, mut unit) in units() {
+        let magnet = Magnet::new(parameters).unwrap();
+        let mut state = magnet.initialise(&inputs(0.0), 0.0).unwrap();
+        let mut workspace = Workspace::default();
+        let constants = magnet.electromagnet();
+        for (name, value) in [
+            ("inductance", constants.inductance),
+            ("current_stiffness", constants.current_stiffness),
+            ("gap_stiffness", constants.gap_stiffness),
+            ("nominal_force", constants.nominal_force),
+        ] {
+            assert_eq!(unit.real(name).unwrap(), value, "{name}");
+        }
+        for n in 0..30 {
+            let time = f64::from(n) * 1.3e-3;
+            let [gap, gap_rate, acceleration, ..] = swing(time);
+            let course = Course { gap, gap_rate, acceleration };
+            step(&mut unit, time, 1.3e-3);
+            magnet.step(&mut state, &course, time, 1.3e-3, &mut workspace).unwrap();
+            set(&mut unit, time + 1.3e-3);
+            let now = magnet.outputs(&state, &inputs(time + 1.3e-3)).unwrap();
+            let y = now.estimates;
+            let expected = [
+                now.force,
+                now.lateral_force,
+                now.current,
+                now.voltage,
+                y[0],
+                y[1],
+                y[2],
+                y[3],
+                y[4],
+            ];
+            assert_eq!(outputs(&mut unit), expected, "{parameters:?}");
+        }
+    }
+}
+
+/// Directional derivatives are the outputs' derivatives by the inputs, and so the declared
+/// dependencies are the true ones: what is not listed does not change.
+#[test]
+fn analytic_directional_derivatives_are_those_of_the_outputs() {
+    let dependent = [
+        ("force", "gap"),
+        ("force", "static_force"),
+        ("lateral_force", "gap"),
+        ("lateral_force", "lateral_offset"),
+        ("lateral_force", "static_force"),
+        ("voltage", "acceleration"),
+        ("estimate_acceleration", "acceleration"),
+    ];
+    for (parameters, mut unit) in units() {
+        for n in 0..5 {
+            step(&mut unit, f64::from(n) * 1.3e-3, 1.3e-3);
+        }
+        let time = 5.0 * 1.3e-3;
+        set(&mut unit, time);
+        for (input, width) in INPUTS.into_iter().zip([1e-7, 1e-4, 1e-2, 1e-7, 1.0]) {
+            let center = unit.real(input).unwrap();
+            unit.set_real(input, center - width).unwrap();
+            let before = outputs(&mut unit);
+            unit.set_real(input, center + width).unwrap();
+            let after = outputs(&mut unit);
+            unit.set_real(input, center).unwrap();
+            for (k, output) in OUTPUTS.into_iter().enumerate() {
+                let difference = (after[k] - before[k]) / (2.0 * width);
+                if !dependent.contains(&(output, input)) {
+                    assert_eq!(difference, 0.0, "{output} by {input}");
+                    continue;
+                }
+                let derivative = unit.derivative(output, input).unwrap();
+                // A width of 1e-5 of the gap errs by 1e-10, rounding of 1e-12 N/1e-7 m by 1e-5.
+                let near = (derivative - difference).abs() < 1e-6 * difference.abs() + 1e-4;
+                assert!(
+                    near,
+                    "{output} by {input}: {derivative} is not {difference}, {parameters:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Derivatives of the outputs at the end of a step are those of steps that end 10 µs earlier and
+/// later: the inputs' own slopes at the end are part of them. Central differences err by
+/// (1e-5·1e3)²/6 = 2e-5 of the fastest part.
+#[test]
+fn analytic_output_derivatives_are_those_of_the_course() {
+    // Samples of the controller would be steps in the voltage.
+    for (parameters, mut unit) in units().into_iter().take(3) {
+        for n in 0..5 {
+            step(&mut unit, f64::from(n) * 1.3e-3, 1.3e-3);
+        }
+        unit.save().unwrap();
+        let time = 5.0 * 1.3e-3;
+        let d = 1e-5;
+        let [before, now, after] = [-d, 0.0, d].map(|more| {
+            unit.restore().unwrap();
+            step(&mut unit, time, 1.3e-3 + more);
+            outputs(&mut unit)
+        });
+        unit.restore().unwrap();
+        step(&mut unit, time, 1.3e-3);
+        for (k, output) in OUTPUTS.into_iter().enumerate() {
+            if output == "lateral_force" {
+                assert!(unit.output_derivative(output, 1).is_err());
+                continue;
+            }
+            let derivative = unit.output_derivative(output, 1).unwrap();
+            let difference = (after[k] - before[k]) / (2.0 * d);
+            let near = (derivative - difference).abs() < 1e-4 * difference.abs().max(1e-2);
+            assert!(near, "{output}: {derivative} is not {difference}, {parameters:?}");
+        }
+        let second = unit.output_derivative("force", 2).unwrap();
+        let difference = (after[0] - 2.0 * now[0] + before[0]) / (d * d);
+        assert!(
+            (second - difference).abs() < 1e-3 * difference.abs().max(1e5),
+            "{second} {difference}"
+        );
+    }
+}
+
+/// A saved state is complete: the run after it repeats bit for bit, with a gain changed in between,
+/// and in another instance that was started with other parameters.
+#[test]
+fn invariant_saved_states_are_complete() {
+    let run = |unit: &mut Instance| {
+        (5..25)
+            .map(|n| {
+                step(unit, f64::from(n) * 1.3e-3, 1.3e-3);
+                outputs(unit).map(f64::to_bits)
+            })
+            .collect::<Vec<_>>()
+    };
+    for (_, mut first) in units() {
+        for n in 0..5 {
+            step(&mut first, f64::from(n) * 1.3e-3, 1.3e-3);
+        }
+        first.set_real("gain_gap", 8.5).unwrap();
+        first.save().unwrap();
+        let bytes = first.serialize().unwrap();
+        let expected = run(&mut first);
+        first.set_real("gain_gap", 20.0).unwrap();
+        first.restore().unwrap();
+        assert_eq!(run(&mut first), expected);
+
+        let mut second = unit(&[("turns", 300.0)], &[]);
+        second.deserialize(&bytes).unwrap();
+        assert_eq!(run(&mut second), expected);
+
+        first.restore().unwrap();
+        first.set_real("gain_gap", 20.0).unwrap();
+        assert_ne!(run(&mut first), expected);
+    }
+}
+
+/// In initialization mode the static force moves the operating point, the acceleration nothing but
+/// the filter's rest.
+#[test]
+fn analytic_initial_values_follow_the_inputs() {
+    let mut unit = Instance::new::<Ems>("resources").unwrap();
+    unit.set_boolean("nonlinear", true).unwrap();
+    unit.enter_initialization(0.0).unwrap();
+    for (load, current) in [(5824.6875, 14.353), (4.0 * 5824.6875, 2.0 * 14.353)] {
+        unit.set_real("static_force", load).unwrap();
+        assert!((unit.real("force").unwrap() - load).abs() < 1e-9 * load);
+        assert!((unit.real("current").unwrap() - current).abs() < 1e-3);
+    }
+    let before = outputs(&mut unit);
+    unit.set_real("acceleration", 2.0).unwrap();
+    for (before, after) in before.iter().zip(outputs(&mut unit)) {
+        // The estimated acceleration is a difference of numbers of the size of 0.25·2.
+        assert!((before - after).abs() < 1e-15);
+    }
+}
+
+/// A gap that closes on the way is a step that a smaller one may replace; parameters that cannot be
+/// are an error that names them.
+#[test]
+fn analytic_refusals_say_why() {
+    let mut levitating = unit(&[], &[]);
+    levitating.set_real("gap", 0.008).unwrap();
+    levitating.set_input_derivative("gap", 1, -1.0).unwrap();
+    let failure = levitating.step(0.0, 0.01).unwrap_err();
+    assert_eq!(failure.status, fmi2Status::fmi2Discard);
+    assert!(failure.to_string().contains("reached the rail"), "{failure}");
+
+    let mut impossible = Instance::new::<Ems>("resources").unwrap();
+    impossible.set_real("pole_area", 0.0).unwrap();
+    let failure = impossible.initialize(0.0).unwrap_err();
+    assert!(failure.to_string().contains("pole area (m²) is 0"), "{failure}");
+}
