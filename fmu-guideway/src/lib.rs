@@ -10,11 +10,13 @@
 //! is merely held (no derivatives given) moves with the input `speed` and its derivatives, as long
 //! as the parameter `position_from_speed` is on. The outputs at the end of a step are those at the
 //! positions that the kit holds then; a position without derivatives is the old one until the
-//! importer sets it.
+//! importer sets it. Rates are always those of a magnet that moves with the input `speed`.
 
 mod model;
 mod parameters;
 mod table;
+#[cfg(test)]
+mod tests;
 
 pub use model::Track;
 

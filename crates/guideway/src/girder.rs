@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::description::{Girder as GirderDescription, TabulatedShape};
+use crate::propagator::NODES;
 use crate::{Error, Pole, Spline};
 
 /// Most modes of one span.
@@ -167,6 +168,37 @@ impl Girder {
         }
     }
 
+    /// The pole filter of sine modes.
+    pub(crate) fn sine_filter(&self) -> Option<&[f64]> {
+        match &self.shapes {
+            Shapes::Sine { filter } => Some(filter),
+            Shapes::Tables(_) => None,
+        }
+    }
+
+    /// `see(n, filterₙ·sin((n+1)πxⱼ/L))` at several places close together: one sine and cosine
+    /// in their middle, turned to each place.
+    pub(crate) fn sines_at_nodes(
+        &self,
+        places: [f64; NODES],
+        filter: &[f64],
+        mut see: impl FnMut(usize, [f64; NODES]),
+    ) {
+        let base = PI / self.length;
+        let middle = 0.5 * (places[0] + places[NODES - 1]);
+        let (sm, cm) = libm::sincos(base * middle);
+        let turn = places.map(|x| small_sincos(base * (x - middle)));
+        let s1: [f64; NODES] = std::array::from_fn(|j| sm * turn[j].1 + cm * turn[j].0);
+        let c1: [f64; NODES] = std::array::from_fn(|j| cm * turn[j].1 - sm * turn[j].0);
+        let (mut s, mut c) = (s1, c1);
+        for (n, w) in filter.iter().enumerate() {
+            see(n, s.map(|s| w * s));
+            for j in 0..NODES {
+                (s[j], c[j]) = (s[j] * c1[j] + c[j] * s1[j], c[j] * c1[j] - s[j] * s1[j]);
+            }
+        }
+    }
+
     /// sin(nθ) and its derivatives for θ = πx/L, by turning a unit vector n times by θ.
     fn sines(&self, x: f64, filter: Option<&[f64]>, row: &mut Row) {
         let base = PI / self.length;
@@ -181,6 +213,18 @@ impl Girder {
             (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
         }
     }
+}
+
+/// Sine and cosine, by their series for angles within a sub-step: the first terms left out are
+/// (1/8)¹¹/11! = 3e-18 and (1/8)¹⁰/10! = 3e-16.
+fn small_sincos(a: f64) -> (f64, f64) {
+    if a.abs() > 0.125 {
+        return libm::sincos(a);
+    }
+    let b = a * a;
+    let s = 1.0 - b / 6.0 * (1.0 - b / 20.0 * (1.0 - b / 42.0 * (1.0 - b / 72.0)));
+    let c = 1.0 - b / 2.0 * (1.0 - b / 12.0 * (1.0 - b / 30.0 * (1.0 - b / 56.0)));
+    (a * s, c)
 }
 
 fn positive(value: f64, path: &str, name: &str, unit: &str) -> Result<f64, Error> {

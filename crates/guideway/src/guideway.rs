@@ -2,6 +2,7 @@
 
 use crate::description::Description;
 use crate::girder::Row;
+use crate::propagator::NODES;
 use crate::{ChirpForce, Error, Girder, Initial, Mode, Pole, Profile};
 
 /// One span in its place.
@@ -151,6 +152,16 @@ impl Guideway {
         let next = self.spans.partition_point(|s| s.start <= x);
         let span = &self.spans[next.checked_sub(1)?];
         (x < span.end).then_some(span)
+    }
+
+    /// The span, with its pole filter, if poles centred at all of `places` lie wholly on it and its
+    /// modes are sines.
+    pub(crate) fn sines_under_poles(&self, places: &[f64; NODES]) -> Option<(&Span, &[f64])> {
+        let reach = self.pole.reach();
+        let span = self.span_at(places[0] - reach)?;
+        let filter = self.girders[span.girder].sine_filter()?;
+        let inside = |x: &f64| x - reach >= span.start && x + reach <= span.end;
+        places.iter().all(inside).then_some((span, filter))
     }
 
     /// Calls `visit(span, row, share)` for every span that the pole centred at x touches: Σ share

@@ -56,8 +56,8 @@ const MAX_SUBSTEPS: u32 = 1_000_000;
 #[derive(Debug, Clone)]
 pub struct Workspace {
     row: Row,
-    /// Modal forces at the nodes of a sub-step; the first row serves single times too.
-    forces: [Vec<f64>; NODES],
+    /// Per mode its force at the nodes of a sub-step.
+    forces: Vec<[f64; NODES]>,
     cache: Cache,
     substep_phase: f64,
 }
@@ -68,7 +68,7 @@ impl Workspace {
         let modes = guideway.modes().len();
         Self {
             row: Row::with_modes(guideway.most_modes()),
-            forces: std::array::from_fn(|_| vec![0.0; modes]),
+            forces: vec![[0.0; NODES]; modes],
             cache: Cache::new(modes),
             substep_phase: SUBSTEP_PHASE,
         }
@@ -207,17 +207,15 @@ impl Guideway {
         let propagator = work.cache.get(h, self.modes());
         for k in 0..count {
             let begin = h * f64::from(k);
-            for forces in &mut work.forces {
-                forces.fill(0.0);
-            }
+            work.forces.fill([0.0; NODES]);
             if standing {
                 self.add_standing_loads(work, loads, begin, h);
             } else {
                 self.add_moving_loads(work, loads, begin, h);
             }
             self.add_chirp(work, time + begin, h);
-            for (i, mode) in work.cache.entry(propagator).modes.iter().enumerate() {
-                let forces = std::array::from_fn(|j| work.forces[j][i]);
+            let modes = work.cache.entry(propagator).modes.iter().zip(&work.forces);
+            for (i, (mode, &forces)) in modes.enumerate() {
                 (state.q[i], state.v[i]) = mode.advance(state.q[i], state.v[i], forces);
             }
         }
@@ -252,25 +250,36 @@ impl Guideway {
         });
     }
 
-    /// Moving loads: shapes at every node.
+    /// Moving loads: shapes at every node, all nodes at once for a pole that stays on its span.
     fn add_moving_loads(&self, work: &mut Workspace, loads: &[Load], begin: f64, h: f64) {
-        for (node, forces) in nodes().into_iter().zip(&mut work.forces) {
-            let tau = begin + node * h;
-            for load in loads {
-                let (f, x) = (taylor(&load.force, tau), taylor(&load.position, tau));
-                self.add_load(x, &mut work.row, |i, phi| forces[i] -= f * phi);
+        let times = nodes().map(|node| begin + node * h);
+        let forces = &mut work.forces;
+        for load in loads {
+            let force = times.map(|tau| taylor(&load.force, tau));
+            let places = times.map(|tau| taylor(&load.position, tau));
+            if let Some((span, filter)) = self.sines_under_poles(&places) {
+                let local = places.map(|x| x - span.start);
+                self.girders()[span.girder].sines_at_nodes(local, filter, |n, phi| {
+                    let modal = &mut forces[span.first_mode + n];
+                    *modal = std::array::from_fn(|j| modal[j] - force[j] * phi[j]);
+                });
+                continue;
+            }
+            for (j, (x, force)) in places.into_iter().zip(force).enumerate() {
+                self.add_load(x, &mut work.row, |i, phi| forces[i][j] -= force * phi);
             }
         }
     }
 
     /// Standing loads: one evaluation of the shapes serves all nodes.
     fn add_standing_loads(&self, work: &mut Workspace, loads: &[Load], begin: f64, h: f64) {
+        let times = nodes().map(|node| begin + node * h);
+        let forces = &mut work.forces;
         for load in loads {
-            let force = nodes().map(|node| taylor(&load.force, begin + node * h));
-            let forces = &mut work.forces;
+            let force = times.map(|tau| taylor(&load.force, tau));
             self.add_load(load.position[0], &mut work.row, |i, phi| {
                 for j in 0..NODES {
-                    forces[j][i] -= force[j] * phi;
+                    forces[i][j] -= force[j] * phi;
                 }
             });
         }
@@ -283,7 +292,7 @@ impl Guideway {
         self.under_point(chirp.position(), &mut work.row, |span, row| {
             for n in 0..self.girders()[span.girder].modes().len() {
                 for j in 0..NODES {
-                    forces[j][span.first_mode + n] -= force[j] * row.value[n];
+                    forces[span.first_mode + n][j] -= force[j] * row.value[n];
                 }
             }
         });
