@@ -4,7 +4,7 @@ use std::{ffi::OsStr, fs, time::Instant};
 
 use anyhow::{Context, Result, bail};
 
-use crate::{codegen, package, python, workspace};
+use crate::{package, python, workspace};
 
 /// A named step of the whole check.
 type Step = (&'static str, fn() -> Result<()>);
@@ -68,7 +68,7 @@ fn python_tests() -> Result<()> {
 
 /// Writes, or with `check` compares, every generated file that is committed.
 pub fn codegen(check: bool) -> Result<()> {
-    codegen::run(check)?;
+    bindings(check)?;
     package::build()?;
     for unit in package::units()? {
         generated(&package::description_file(&unit), &package::describe(&unit)?, check)?;
@@ -81,6 +81,14 @@ pub fn codegen(check: bool) -> Result<()> {
         .with_context(|| format!("cannot start {}", maglev.display()))?;
     let schema = String::from_utf8(output.stdout)?;
     generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)
+}
+
+/// Generates the FMI bindings, in a program of its own: only that needs bindgen.
+fn bindings(check: bool) -> Result<()> {
+    let mut args = vec!["run", "--release", "--quiet", "--package", "xtask"];
+    args.extend(["--features", "codegen", "--bin", "bindings", "--"]);
+    args.extend(check.then_some("--check"));
+    cargo(&args)
 }
 
 /// Writes `content` to `file` where it differs; with `check` that is an error.
