@@ -1,1 +1,45 @@
-//! FMI 2.0 co-simulation master: loads, connects and steps units of any make
+//! FMI 2.0 co-simulation master: loads, connects and steps units of any make.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use master::run::{Job, Unobserved};
+//! use master::scenario::Scenario;
+//!
+//! let scenario = Scenario::load(Path::new("scenario.json"))?;
+//! let job =
+//!     Job { scenario: &scenario, name: "scenario", overrides: &[], folder: Path::new("results") };
+//! let summary = job.run(&mut Unobserved)?;
+//! println!("{} steps, {} times real time", summary.steps, summary.real_time_factor);
+//! # Ok::<(), master::error::Error>(())
+//! ```
+//!
+//! From the file to the results: [`scenario`] is read, its units are opened ([`archive`],
+//! [`description`], [`package`]), the [`system`] is checked ([`pattern`], [`graph`]), the
+//! binaries are loaded ([`library`], [`logger`], [`instance`]), [`initialize`]d, stepped by a
+//! [`coupling`] algorithm ([`participant`]), and written ([`record`], [`plot`], [`summary`]) by
+//! [`run`]. [`validate`] looks for defects of a unit. Nothing in here knows what the units model.
+
+#![expect(
+    clippy::result_large_err,
+    reason = "errors that say much are large; they end a run, and those of steps are boxed"
+)]
+
+pub mod archive;
+pub mod coupling;
+pub mod description;
+pub mod error;
+pub mod graph;
+pub mod initialize;
+pub mod instance;
+pub mod library;
+pub mod logger;
+pub mod package;
+pub mod participant;
+pub mod pattern;
+pub mod plot;
+pub mod record;
+pub mod run;
+pub mod scenario;
+pub mod summary;
+pub mod system;
+pub mod validate;

@@ -1,0 +1,34 @@
+//! One module per subcommand.
+
+pub mod inspect;
+pub mod run;
+pub mod validate;
+
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use master::error::Error;
+
+/// Prints to stdout; a reader that has gone away is no error.
+pub fn print(text: &str) -> Result<ExitCode, Error> {
+    match io::stdout().write_all(text.as_bytes()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::Output { path: "the terminal".into(), running: true, source })
+        }
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// Prints an error with its causes and how to mend it.
+pub fn report(error: &Error) {
+    let chain = error.chain();
+    for (depth, text) in chain.iter().enumerate() {
+        match depth {
+            0 => eprintln!("error: {text}"),
+            _ => eprintln!("{}because: {text}", "  ".repeat(depth)),
+        }
+    }
+    if let Some(help) = error.help() {
+        eprintln!("help: {help}");
+    }
+}

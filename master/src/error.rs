@@ -1,0 +1,205 @@
+//! What can go wrong with a run as a whole, and how to mend it.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::archive::ArchiveError;
+use crate::description::{DescriptionError, UnitMismatch};
+use crate::initialize::InitializeError;
+use crate::instance::{UnitError, UnitFault};
+use crate::library::LibraryError;
+use crate::package::PackageError;
+use crate::plot::PlotError;
+use crate::scenario::ScenarioError;
+use crate::system::SystemError;
+
+/// Why a run did not take place or did not end well.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// The scenario file.
+    #[error("the scenario cannot be used")]
+    Scenario(#[from] ScenarioError),
+    /// What the scenario describes.
+    #[error("the scenario does not make a system")]
+    System(#[from] SystemError),
+    /// A unit's archive.
+    #[error("the unit cannot be used")]
+    Package(#[from] PackageError),
+    /// A unit's binary.
+    #[error("a unit cannot be loaded")]
+    Library(#[from] LibraryError),
+    /// A unit that refuses to be instantiated.
+    #[error("a unit cannot be instantiated")]
+    Instantiate(#[source] UnitError),
+    /// Initialization.
+    #[error("the run could not start")]
+    Initialize(#[from] InitializeError),
+    /// Stepping.
+    #[error("the run failed at {time} s")]
+    Step {
+        /// Time at the beginning of the step (s).
+        time: f64,
+        /// Why.
+        #[source]
+        source: UnitError,
+    },
+    /// Results cannot be written.
+    #[error("the results cannot be written to {path}")]
+    Output {
+        /// Where.
+        path: PathBuf,
+        /// Whether the run had begun.
+        running: bool,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A picture cannot be drawn.
+    #[error("{file}")]
+    Plot {
+        /// Which picture.
+        file: String,
+        /// Why.
+        #[source]
+        source: PlotError,
+    },
+}
+
+impl Error {
+    /// 2 for bad usage or input, 1 for a run that failed.
+    #[must_use]
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Self::Initialize(_) | Self::Step { .. } | Self::Plot { .. } => 1,
+            Self::Output { running: true, .. } => 1,
+            _ => 2,
+        }
+    }
+
+    /// All causes, outermost first.
+    #[must_use]
+    pub fn chain(&self) -> Vec<String> {
+        let mut chain = Vec::new();
+        let mut next: Option<&dyn std::error::Error> = Some(self);
+        while let Some(error) = next {
+            chain.push(error.to_string());
+            next = error.source();
+        }
+        chain
+    }
+
+    /// How to mend it, where that can be said.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Scenario(error) => return scenario_help(error),
+            Self::System(error) => return system_help(error),
+            Self::Package(error) => return package_help(error),
+            Self::Library(error) => library_help(error),
+            Self::Instantiate(_) => {
+                "a unit refuses when its modelDescription.xml and its binary do not belong together \
+                 (different GUID) or its resources are missing; package it anew"
+            }
+            Self::Initialize(InitializeError::Loop { .. }) => {
+                "give start values nearer to the solution, or raise initialization.iterations or \
+                 initialization.tolerance in the scenario"
+            }
+            Self::Initialize(InitializeError::Unit(error)) | Self::Step { source: error, .. } => {
+                return unit_help(error);
+            }
+            Self::Output { .. } => "choose another folder with --out, or free space on the disk",
+            Self::Plot { .. } => "check the plot's signals and scale in the scenario",
+        })
+    }
+}
+
+fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
+    Some(match error {
+        ScenarioError::Read { .. } => "give the path of a scenario's .json file",
+        ScenarioError::Json { .. } => "`maglev schema` prints what a scenario may contain",
+        ScenarioError::StepDoesNotDivide { .. } => {
+            "choose stop and step such that stop - start is a whole number of steps"
+        }
+        ScenarioError::Interval { .. } => "choose a recording interval of a whole number of steps",
+        ScenarioError::Experiment { .. } => "stop must be greater than start, and step positive",
+        ScenarioError::Range { .. } => return None,
+    })
+}
+
+fn system_help(error: &SystemError) -> Option<&'static str> {
+    Some(match error {
+        SystemError::Package { source, .. } => return package_help(source),
+        SystemError::Unknown { what: "variable", .. } => {
+            "`maglev inspect UNIT.fmu` lists the variables of a unit"
+        }
+        SystemError::Unit { source, .. } => match source {
+            UnitMismatch::Dimension { .. } => "connect quantities of the same kind",
+            UnitMismatch::Undefined { .. } => "the unit's description should define its units",
+        },
+        SystemError::Unconnected { .. } => {
+            "connect it, or give it a value under \"start\" of its instance"
+        }
+        SystemError::DrivenTwice { .. } => "remove one of the connections",
+        SystemError::Causality { .. } => "connections go from an output to an input",
+        SystemError::Pattern { .. } => {
+            "both sides of a connection must stand for equally many signals, or the source for one"
+        }
+        SystemError::Form { .. } => "write instance.variable, such as motor.speed",
+        _ => return None,
+    })
+}
+
+fn package_help(error: &PackageError) -> Option<&'static str> {
+    Some(match error {
+        PackageError::Archive { source, .. } => match source {
+            ArchiveError::Open(_) => {
+                "check the path (units are looked for relative to the scenario), and build the unit"
+            }
+            ArchiveError::Zip(_) | ArchiveError::Entry { .. } => {
+                "the file is damaged or no FMU; build or download it anew"
+            }
+            ArchiveError::NoDescription | ArchiveError::NotText => {
+                "an FMU has a modelDescription.xml at its top level; pack the folder's contents, \
+                 not the folder"
+            }
+            ArchiveError::Write { .. } => "free space in the folder for temporary files (TMPDIR)",
+            _ => "do not run it unless you trust its origin; ask who exported it",
+        },
+        PackageError::Description { source, .. } => match source {
+            DescriptionError::Version(_) | DescriptionError::NoCoSimulation { .. } => {
+                "export it for co-simulation with FMI 2.0"
+            }
+            _ => "ask who exported it; `maglev validate` lists what is wrong",
+        },
+        PackageError::Folder { .. } => "set TMPDIR to a folder that can be written",
+    })
+}
+
+fn library_help(error: &LibraryError) -> &'static str {
+    match error {
+        LibraryError::Missing { .. } => "export or build the unit for this system",
+        LibraryError::NeedsTool { .. } => "export it as a stand-alone unit",
+        LibraryError::Load { .. } => {
+            "a binary for another processor, or one that needs a newer C library or other \
+             libraries, does not load; build it on this system"
+        }
+        LibraryError::Symbol { .. } => "export it for co-simulation, with all functions visible",
+        LibraryError::Version { .. } => "export it for FMI 2.0",
+        LibraryError::Copy { .. } => "free space in the folder for temporary files (TMPDIR)",
+    }
+}
+
+fn unit_help(error: &UnitError) -> Option<&'static str> {
+    Some(match error.fault() {
+        UnitFault::NotFinite { .. } => {
+            "the model has left the range that it is valid in: check parameters and start values, \
+             or take a smaller step"
+        }
+        UnitFault::Discarded { .. } => "take a smaller step (--step)",
+        UnitFault::Status { .. } => {
+            "check the unit's parameters and inputs; a smaller step may help"
+        }
+        _ => return None,
+    })
+}

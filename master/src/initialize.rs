@@ -1,0 +1,360 @@
+//! From fresh instances to the start of stepping.
+//!
+//! While instantiated, units get the experiment and their parameters; in initialization mode, their
+//! inputs, in the order of their dependencies (InitialUnknowns). Signals are handled in levels, so
+//! that each unit is asked once for many outputs. Signals that depend on each other in a loop are
+//! swept over, each sweep in the same levels, until nothing changes any more: a fixed-point
+//! iteration, which converges when a change carried once around the loop comes back smaller.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ffi::CString;
+
+use thiserror::Error;
+
+use crate::description::{Causality, Type};
+use crate::graph::SignalGraph;
+use crate::instance::{Instance, UnitError};
+use crate::scenario::{Experiment, Initialization};
+use crate::system::{Link, Port, System};
+
+/// Why the system cannot be initialized.
+#[derive(Debug, Error)]
+pub enum InitializeError {
+    /// A unit's.
+    #[error("initialization failed")]
+    Unit(#[from] UnitError),
+    /// A loop that does not settle.
+    #[error(
+        "initialization: the loop through {signals} did not settle in {iterations} sweeps: \
+         {worst} still changes by {change:e}"
+    )]
+    Loop {
+        /// Signals of the loop.
+        signals: String,
+        /// Number of sweeps made.
+        iterations: u32,
+        /// The signal that changed most in the last one.
+        worst: String,
+        /// By how much.
+        change: f64,
+    },
+}
+
+/// A loop that was solved.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct SolvedLoop {
+    /// Its signals.
+    pub signals: String,
+    /// Sweeps that it took.
+    pub sweeps: u32,
+}
+
+/// Initializes all instances and leaves them ready to step.
+///
+/// # Errors
+/// A unit fails, or a loop does not settle.
+pub fn initialize(
+    system: &System,
+    instances: &mut [Instance],
+    experiment: Experiment,
+    settings: Initialization,
+) -> Result<Vec<SolvedLoop>, InitializeError> {
+    for (plan, instance) in system.instances.iter().zip(instances.iter_mut()) {
+        instance.setup_experiment(experiment.start, experiment.stop)?;
+        for (variable, value) in &plan.parameters {
+            instance.set(*variable, value)?;
+        }
+        instance.enter_initialization_mode()?;
+        for (variable, value) in &plan.inputs {
+            instance.set(*variable, value)?;
+        }
+    }
+    let loops = Solver::new(system, instances, experiment.start).solve(settings)?;
+    for instance in instances.iter_mut() {
+        instance.exit_initialization_mode()?;
+    }
+    Ok(loops)
+}
+
+/// Outputs to read and the connections to serve with them, at the same depth.
+#[derive(Default)]
+struct Level {
+    /// per instance the outputs to read
+    reads: BTreeMap<usize, Vec<usize>>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Transported {
+    Real(f64),
+    Integer(i32),
+    Boolean(i32),
+    String(CString),
+}
+
+struct Solver<'a> {
+    system: &'a System,
+    instances: &'a mut [Instance],
+    start: f64,
+    values: HashMap<Port, Transported>,
+    targets: HashMap<Port, Vec<Link>>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(system: &'a System, instances: &'a mut [Instance], start: f64) -> Self {
+        let mut targets: HashMap<Port, Vec<Link>> = HashMap::new();
+        for link in &system.links {
+            targets.entry(link.from).or_default().push(*link);
+        }
+        Self { system, instances, start, values: HashMap::new(), targets }
+    }
+
+    fn solve(mut self, settings: Initialization) -> Result<Vec<SolvedLoop>, InitializeError> {
+        let signals = SignalGraph::initial(self.system);
+        let mut solved = Vec::new();
+        for stage in stages(&signals) {
+            match stage {
+                Stage::Once(level) => {
+                    self.transport(&level)?;
+                }
+                Stage::Loop { nodes, levels } => {
+                    let names = signals.names(self.system, &nodes);
+                    let sweeps = self.sweep(&names, &levels, settings)?;
+                    solved.push(SolvedLoop { signals: names, sweeps });
+                }
+            }
+        }
+        Ok(solved)
+    }
+
+    fn sweep(
+        &mut self,
+        names: &str,
+        levels: &[Level],
+        settings: Initialization,
+    ) -> Result<u32, InitializeError> {
+        let mut worst = (String::new(), f64::INFINITY);
+        for sweep in 1..=settings.iterations {
+            // change in units of what is allowed, the signal, and the change itself
+            let mut largest = (0.0, None, 0.0);
+            for level in levels {
+                let change = self.transport_measured(level, settings.tolerance)?;
+                if change.0 > largest.0 {
+                    largest = change;
+                }
+            }
+            if largest.0 <= 1.0 {
+                return Ok(sweep);
+            }
+            if let Some(port) = largest.1 {
+                worst = (self.system.port_name(port), largest.2);
+            }
+        }
+        Err(InitializeError::Loop {
+            signals: names.to_owned(),
+            iterations: settings.iterations,
+            worst: worst.0,
+            change: worst.1,
+        })
+    }
+
+    fn transport(&mut self, level: &Level) -> Result<(), UnitError> {
+        self.transport_measured(level, 1.0).map(|_| ())
+    }
+
+    /// Reads the level's outputs, hands them on, and returns the largest change: relative to what
+    /// the tolerance allows, where, and absolute.
+    fn transport_measured(
+        &mut self,
+        level: &Level,
+        tolerance: f64,
+    ) -> Result<(f64, Option<Port>, f64), UnitError> {
+        let mut largest = (0.0, None, 0.0);
+        let mut sets: BTreeMap<usize, Vec<(usize, Transported)>> = BTreeMap::new();
+        for (&instance, variables) in &level.reads {
+            for (variable, value) in self.read(instance, variables)? {
+                let port = Port { instance, variable };
+                let (relative, absolute) = self.change(port, &value, tolerance);
+                if relative > largest.0 {
+                    largest = (relative, Some(port), absolute);
+                }
+                for link in self.targets.get(&port).into_iter().flatten() {
+                    let converted = match &value {
+                        Transported::Real(x) => {
+                            Transported::Real(link.conversion.factor * x + link.conversion.offset)
+                        }
+                        other => other.clone(),
+                    };
+                    sets.entry(link.to.instance).or_default().push((link.to.variable, converted));
+                }
+                self.values.insert(port, value);
+            }
+        }
+        for (instance, values) in sets {
+            self.write(instance, &values)?;
+        }
+        Ok(largest)
+    }
+
+    fn change(&self, port: Port, new: &Transported, tolerance: f64) -> (f64, f64) {
+        match (self.values.get(&port), new) {
+            (Some(Transported::Real(old)), Transported::Real(new)) => {
+                let nominal = self.system.variable(port).nominal.unwrap_or(1.0).abs();
+                let scale = new.abs().max(1e-3 * nominal);
+                let change = (new - old).abs();
+                (change / (tolerance * scale), change)
+            }
+            (Some(old), new) if old == new => (0.0, 0.0),
+            _ => (f64::INFINITY, f64::INFINITY),
+        }
+    }
+
+    fn read(
+        &mut self,
+        instance: usize,
+        variables: &[usize],
+    ) -> Result<Vec<(usize, Transported)>, UnitError> {
+        let description = self.system.instances[instance].description();
+        let of = |kinds: &[Type]| -> (Vec<usize>, Vec<u32>) {
+            variables
+                .iter()
+                .filter(|&&variable| kinds.contains(&description.variables[variable].kind))
+                .map(|&variable| (variable, description.variables[variable].value_reference))
+                .unzip()
+        };
+        let unit = &mut self.instances[instance];
+        let mut read = Vec::with_capacity(variables.len());
+        let (indices, references) = of(&[Type::Real]);
+        let mut reals = vec![0.0; references.len()];
+        unit.get_real(&references, &mut reals)?;
+        for (&variable, &value) in indices.iter().zip(&reals) {
+            if !value.is_finite() {
+                return Err(unit.not_finite(variable, value, self.start).into());
+            }
+            read.push((variable, Transported::Real(value)));
+        }
+        let (indices, references) = of(&[Type::Integer, Type::Enumeration]);
+        let mut integers = vec![0; references.len()];
+        unit.get_integer(&references, &mut integers)?;
+        read.extend(indices.into_iter().zip(integers.into_iter().map(Transported::Integer)));
+        let (indices, references) = of(&[Type::Boolean]);
+        let mut booleans = vec![0; references.len()];
+        unit.get_boolean(&references, &mut booleans)?;
+        read.extend(indices.into_iter().zip(booleans.into_iter().map(Transported::Boolean)));
+        let (indices, references) = of(&[Type::String]);
+        for (variable, reference) in indices.into_iter().zip(references) {
+            read.push((variable, Transported::String(unit.get_string(reference)?)));
+        }
+        Ok(read)
+    }
+
+    fn write(&mut self, instance: usize, values: &[(usize, Transported)]) -> Result<(), UnitError> {
+        let description = self.system.instances[instance].description();
+        let unit = &mut self.instances[instance];
+        let (mut references, mut reals) = (Vec::new(), Vec::new());
+        for (variable, value) in values {
+            debug_assert_eq!(description.variables[*variable].causality, Causality::Input);
+            let reference = description.variables[*variable].value_reference;
+            match value {
+                Transported::Real(value) => {
+                    references.push(reference);
+                    reals.push(*value);
+                }
+                Transported::Integer(value) => unit.set_integer(&[reference], &[*value])?,
+                Transported::Boolean(value) => unit.set_boolean(&[reference], &[*value])?,
+                Transported::String(value) => unit.set_string(reference, value)?,
+            }
+        }
+        unit.set_real(&references, &reals)
+    }
+}
+
+enum Stage {
+    Once(Level),
+    Loop { nodes: Vec<usize>, levels: Vec<Level> },
+}
+
+/// Groups the signals: outputs of equal depth together, each loop on its own.
+fn stages(signals: &SignalGraph) -> Vec<Stage> {
+    let components = signals.graph.components();
+    let mut home = vec![0; signals.ports.len()];
+    for (k, component) in components.iter().enumerate() {
+        for &node in component {
+            home[node] = k;
+        }
+    }
+    // depth counts outputs passed, and puts every loop on a depth of its own
+    let mut depth = vec![0_usize; components.len()];
+    for (k, component) in components.iter().enumerate() {
+        let passed = component.iter().any(|&node| !signals.is_input[node]);
+        for &node in component {
+            for &to in &signals.graph.next[node] {
+                if home[to] != k {
+                    depth[home[to]] = depth[home[to]].max(depth[k] + usize::from(passed));
+                }
+            }
+        }
+    }
+    let mut once: BTreeMap<usize, Level> = BTreeMap::new();
+    let mut loops: BTreeMap<usize, Vec<Stage>> = BTreeMap::new();
+    for (k, component) in components.iter().enumerate() {
+        if signals.graph.is_loop(component) {
+            let levels = loop_levels(signals, component);
+            let stage = Stage::Loop { nodes: component.clone(), levels };
+            loops.entry(depth[k]).or_default().push(stage);
+        } else if let [node] = component[..]
+            && !signals.is_input[node]
+        {
+            let port = signals.ports[node];
+            let level = once.entry(depth[k]).or_default();
+            level.reads.entry(port.instance).or_default().push(port.variable);
+        }
+    }
+    let deepest = depth.iter().copied().max().unwrap_or(0);
+    let mut stages = Vec::new();
+    for d in 0..=deepest {
+        stages.extend(once.remove(&d).map(Stage::Once));
+        stages.extend(loops.remove(&d).into_iter().flatten());
+    }
+    stages
+}
+
+/// Levels of a sweep over a loop: breadth first from the loop's outputs of the first instance.
+fn loop_levels(signals: &SignalGraph, component: &[usize]) -> Vec<Level> {
+    let inside: std::collections::HashSet<usize> = component.iter().copied().collect();
+    let outputs: Vec<usize> =
+        component.iter().copied().filter(|&node| !signals.is_input[node]).collect();
+    let mut level: HashMap<usize, usize> = HashMap::new();
+    let first = outputs.iter().map(|&node| signals.ports[node].instance).min();
+    let mut wave: Vec<usize> = outputs
+        .iter()
+        .copied()
+        .filter(|&node| Some(signals.ports[node].instance) == first)
+        .collect();
+    let mut depth = 0;
+    while !wave.is_empty() {
+        for &node in &wave {
+            level.insert(node, depth);
+        }
+        let mut next: Vec<usize> = wave
+            .iter()
+            .flat_map(|&node| &signals.graph.next[node])
+            .filter(|input| inside.contains(input))
+            .flat_map(|&input| &signals.graph.next[input])
+            .copied()
+            .filter(|output| inside.contains(output) && !level.contains_key(output))
+            .collect();
+        next.sort_unstable();
+        next.dedup();
+        wave = next;
+        depth += 1;
+    }
+    let mut levels: Vec<Level> = Vec::new();
+    levels.resize_with(depth, Level::default);
+    for node in outputs {
+        let port = signals.ports[node];
+        // a component is strongly connected: the waves reach every output
+        let at = level.get(&node).copied().unwrap_or(0);
+        levels[at].reads.entry(port.instance).or_default().push(port.variable);
+    }
+    levels
+}

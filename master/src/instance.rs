@@ -1,0 +1,691 @@
+//! One instance of a unit: a safe wrapper around its C functions.
+//!
+//! Every status of every call is looked at. `fmi2Warning` goes on (and is told once),
+//! `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`UnitError`], `fmi2Pending` is polled. After
+//! `fmi2Fatal` nothing of the unit is called any more, not even to free it.
+
+use std::cell::Cell;
+use std::ffi::{CStr, CString, c_void};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use fmi2_sys as sys;
+use thiserror::Error;
+
+use crate::description::Value;
+use crate::library::Functions;
+use crate::logger::{Message, Sink};
+use crate::package::Package;
+
+/// A step that is still pending after this time counts as hanging.
+pub const PENDING_LIMIT: Duration = Duration::from_secs(600);
+
+/// A [`UnitFault`], boxed since it is rare and large.
+#[derive(Debug, Error)]
+#[error(transparent)]
+pub struct UnitError(Box<UnitFault>);
+
+impl UnitError {
+    /// What went wrong.
+    #[must_use]
+    pub fn fault(&self) -> &UnitFault {
+        &self.0
+    }
+}
+
+impl From<UnitFault> for UnitError {
+    fn from(fault: UnitFault) -> Self {
+        Self(Box::new(fault))
+    }
+}
+
+#[cold]
+fn fail<T>(fault: UnitFault) -> Result<T, UnitError> {
+    Err(fault.into())
+}
+
+/// What went wrong inside of a unit.
+#[derive(Debug, Error)]
+pub enum UnitFault {
+    /// `fmi2Instantiate` returned nothing.
+    #[error("unit {instance} refused to be instantiated{}", said(messages))]
+    Refused {
+        /// Name of the instance.
+        instance: String,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// A call ended with Error, Fatal or an unknown status.
+    #[error(
+        "unit {instance}: {call} returned {status}{}{}{}",
+        at(*time), about(variables), said(messages)
+    )]
+    Status {
+        /// Name of the instance.
+        instance: String,
+        /// The C function.
+        call: &'static str,
+        /// Its status by name.
+        status: String,
+        /// Simulated time of the call (s), from the start on.
+        time: Option<f64>,
+        /// Variables that the call was about, if few.
+        variables: Vec<String>,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// A step was discarded.
+    #[error(
+        "unit {instance}: fmi2DoStep returned fmi2Discard at {time} s: it could not finish the step \
+         of {size} s{}{}{}",
+        last_successful.map(|t| format!("; it got to {t} s")).unwrap_or_default(),
+        if *.terminated { "; it asks to end the simulation" } else { "" },
+        said(messages)
+    )]
+    Discarded {
+        /// Name of the instance.
+        instance: String,
+        /// Time at the step's beginning (s).
+        time: f64,
+        /// The step (s).
+        size: f64,
+        /// Until when the unit got (s), if it says so.
+        last_successful: Option<f64>,
+        /// Whether the unit asks to end the simulation.
+        terminated: bool,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// A step was still pending after [`PENDING_LIMIT`].
+    #[error(
+        "unit {instance}: fmi2DoStep at {time} s is still pending after {} s", PENDING_LIMIT.as_secs()
+    )]
+    Hanging {
+        /// Name of the instance.
+        instance: String,
+        /// Time at the step's beginning (s).
+        time: f64,
+    },
+    /// An output is NaN or infinite.
+    #[error("unit {instance}: {variable} is {value} at {time} s{}", said(messages))]
+    NotFinite {
+        /// Name of the instance.
+        instance: String,
+        /// Name of the variable.
+        variable: String,
+        /// NaN, inf or -inf.
+        value: f64,
+        /// When (s).
+        time: f64,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// The unit lacks a function that is needed.
+    #[error("unit {instance} lacks the function {call}, which is needed here")]
+    Lacks {
+        /// Name of the instance.
+        instance: String,
+        /// The C function.
+        call: &'static str,
+    },
+    /// A text cannot be a C string.
+    #[error("unit {instance}: {what} contains a zero byte")]
+    ZeroByte {
+        /// Name of the instance.
+        instance: String,
+        /// Which text.
+        what: String,
+    },
+    /// A fatal error of another instance of the same unit.
+    #[error("unit {instance} cannot be used any more after a fatal error of its library")]
+    Dead {
+        /// Name of the instance.
+        instance: String,
+    },
+}
+
+fn at(time: Option<f64>) -> String {
+    time.map(|time| format!(" at {time} s")).unwrap_or_default()
+}
+
+fn about(variables: &[String]) -> String {
+    if variables.is_empty() { String::new() } else { format!(" for {}", variables.join(", ")) }
+}
+
+fn said(messages: &[Message]) -> String {
+    let grave: Vec<_> = messages.iter().filter(|message| message.grave).collect();
+    let shown = if grave.is_empty() { messages.iter().collect() } else { grave };
+    let texts: Vec<String> =
+        shown.iter().rev().take(3).rev().map(|message| message.text.clone()).collect();
+    if texts.is_empty() { String::new() } else { format!("; it says: {}", texts.join("; ")) }
+}
+
+/// A running instance. Freed when dropped, unless its library failed fatally.
+pub struct Instance {
+    name: String,
+    package: Rc<Package>,
+    functions: Functions,
+    component: *mut c_void,
+    // the unit holds their addresses as long as it lives
+    sink: Box<Sink>,
+    _callbacks: Box<sys::fmi2CallbackFunctions>,
+    /// shared by all instances of a library
+    dead: Rc<Cell<bool>>,
+    warned: bool,
+    running: bool,
+    stepping: Duration,
+    steps: u64,
+    time: Option<f64>,
+}
+
+macro_rules! call {
+    ($self:ident, $field:ident, $name:literal $(, $argument:expr)* $(,)?) => {{
+        let Some(function) = $self.functions.$field else {
+            return fail(UnitFault::Lacks { instance: $self.name.clone(), call: $name });
+        };
+        $self.alive()?;
+        // SAFETY: the component is what the same library's fmi2Instantiate returned; pointers
+        // come from slices of the length that is passed with them and outlive the call
+        unsafe { function($self.component $(, $argument)*) }
+    }};
+}
+
+impl Instance {
+    /// Creates an instance of the package's unit.
+    ///
+    /// # Errors
+    /// The unit refuses, for instance because its binary expects another GUID.
+    pub fn new(
+        package: &Rc<Package>,
+        functions: Functions,
+        dead: &Rc<Cell<bool>>,
+        name: &str,
+    ) -> Result<Self, UnitError> {
+        let sink = Box::new(Sink::default());
+        let callbacks = Box::new(sink.callbacks());
+        let text = |what: &str, text: &str| {
+            CString::new(text).map_err(|_| {
+                UnitError::from(UnitFault::ZeroByte {
+                    instance: name.to_owned(),
+                    what: what.to_owned(),
+                })
+            })
+        };
+        let c_name = text("its name", name)?;
+        let guid = text("the GUID", &package.description().guid)?;
+        let resources = text("the resource location", &package.resource_location())?;
+        let Some(instantiate) = functions.instantiate else {
+            return fail(UnitFault::Lacks { instance: name.to_owned(), call: "fmi2Instantiate" });
+        };
+        // SAFETY: all pointers are valid C strings; the callbacks are boxed and stay where they
+        // are until the instance is freed
+        let component = unsafe {
+            instantiate(
+                c_name.as_ptr(),
+                sys::fmi2Type::fmi2CoSimulation,
+                guid.as_ptr(),
+                resources.as_ptr(),
+                &raw const *callbacks,
+                0,
+                0,
+            )
+        };
+        let mut instance = Self {
+            name: name.to_owned(),
+            package: Rc::clone(package),
+            functions,
+            component,
+            sink,
+            _callbacks: callbacks,
+            dead: Rc::clone(dead),
+            warned: false,
+            running: false,
+            stepping: Duration::ZERO,
+            steps: 0,
+            time: None,
+        };
+        if component.is_null() {
+            let messages = instance.take_messages();
+            return fail(UnitFault::Refused { instance: name.to_owned(), messages });
+        }
+        Ok(instance)
+    }
+
+    /// Name of the instance.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The unit that it is an instance of.
+    #[must_use]
+    pub fn package(&self) -> &Package {
+        &self.package
+    }
+
+    /// Wall time spent in `fmi2DoStep`.
+    #[must_use]
+    pub fn stepping(&self) -> Duration {
+        self.stepping
+    }
+
+    /// Number of finished steps.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Takes the messages that arrived since the last call.
+    pub fn take_messages(&mut self) -> Vec<Message> {
+        self.sink.take(self.package.description())
+    }
+
+    /// Tells the unit about the span of time.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), UnitError> {
+        let status = call!(self, setup_experiment, "fmi2SetupExperiment", 0, 0.0, start, 1, stop);
+        self.check(status, "fmi2SetupExperiment", &[])
+    }
+
+    /// Begins initialization.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn enter_initialization_mode(&mut self) -> Result<(), UnitError> {
+        let status = call!(self, enter_initialization_mode, "fmi2EnterInitializationMode");
+        self.check(status, "fmi2EnterInitializationMode", &[])
+    }
+
+    /// Ends initialization: the unit is ready to step.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), UnitError> {
+        let status = call!(self, exit_initialization_mode, "fmi2ExitInitializationMode");
+        self.check(status, "fmi2ExitInitializationMode", &[])?;
+        self.running = true;
+        Ok(())
+    }
+
+    /// Ends the run.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn terminate(&mut self) -> Result<(), UnitError> {
+        if !std::mem::take(&mut self.running) {
+            return Ok(());
+        }
+        let status = call!(self, terminate, "fmi2Terminate");
+        self.check(status, "fmi2Terminate", &[])
+    }
+
+    /// Reads Reals.
+    ///
+    /// # Errors
+    /// The unit's.
+    #[inline]
+    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), UnitError> {
+        debug_assert_eq!(references.len(), values.len());
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(values.len());
+        let status =
+            call!(self, get_real, "fmi2GetReal", references.as_ptr(), n, values.as_mut_ptr());
+        self.check(status, "fmi2GetReal", references)
+    }
+
+    /// Reads Integers and Enumerations.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(values.len());
+        let status =
+            call!(self, get_integer, "fmi2GetInteger", references.as_ptr(), n, values.as_mut_ptr());
+        self.check(status, "fmi2GetInteger", references)
+    }
+
+    /// Reads Booleans: 0 or 1.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(values.len());
+        let status =
+            call!(self, get_boolean, "fmi2GetBoolean", references.as_ptr(), n, values.as_mut_ptr());
+        self.check(status, "fmi2GetBoolean", references)
+    }
+
+    /// Reads one String; null reads as empty.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn get_string(&mut self, reference: u32) -> Result<CString, UnitError> {
+        let mut pointer: sys::fmi2String = std::ptr::null();
+        let status =
+            call!(self, get_string, "fmi2GetString", &raw const reference, 1, &raw mut pointer);
+        self.check(status, "fmi2GetString", &[reference])?;
+        if pointer.is_null() {
+            return Ok(CString::default());
+        }
+        // SAFETY: not null; the standard keeps the string alive until the next call
+        Ok(unsafe { CStr::from_ptr(pointer) }.to_owned())
+    }
+
+    /// Sets Reals.
+    ///
+    /// # Errors
+    /// The unit's.
+    #[inline]
+    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(values.len());
+        let status = call!(self, set_real, "fmi2SetReal", references.as_ptr(), n, values.as_ptr());
+        self.check(status, "fmi2SetReal", references)
+    }
+
+    /// Sets Integers and Enumerations.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(values.len());
+        let status =
+            call!(self, set_integer, "fmi2SetInteger", references.as_ptr(), n, values.as_ptr());
+        self.check(status, "fmi2SetInteger", references)
+    }
+
+    /// Sets Booleans: 0 or 1.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(values.len());
+        let status =
+            call!(self, set_boolean, "fmi2SetBoolean", references.as_ptr(), n, values.as_ptr());
+        self.check(status, "fmi2SetBoolean", references)
+    }
+
+    /// Sets one String.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn set_string(&mut self, reference: u32, value: &CStr) -> Result<(), UnitError> {
+        let pointer = value.as_ptr();
+        let status =
+            call!(self, set_string, "fmi2SetString", &raw const reference, 1, &raw const pointer);
+        self.check(status, "fmi2SetString", &[reference])
+    }
+
+    /// Sets one variable of any type.
+    ///
+    /// # Errors
+    /// The unit's, or a text with a zero byte.
+    pub fn set(&mut self, variable: usize, value: &Value) -> Result<(), UnitError> {
+        let reference = self.package.description().variables[variable].value_reference;
+        match value {
+            Value::Real(value) => self.set_real(&[reference], &[*value]),
+            Value::Integer(value) => self.set_integer(&[reference], &[*value]),
+            Value::Boolean(value) => self.set_boolean(&[reference], &[i32::from(*value)]),
+            Value::String(value) => {
+                let text = CString::new(value.as_str()).map_err(|_| UnitFault::ZeroByte {
+                    instance: self.name.clone(),
+                    what: self.package.description().variables[variable].name.clone(),
+                })?;
+                self.set_string(reference, &text)
+            }
+        }
+    }
+
+    /// Sets derivatives of inputs for the coming step.
+    ///
+    /// # Errors
+    /// The unit's.
+    #[inline]
+    pub fn set_real_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(orders.len()).min(values.len());
+        let status = call!(
+            self,
+            set_real_input_derivatives,
+            "fmi2SetRealInputDerivatives",
+            references.as_ptr(),
+            n,
+            orders.as_ptr(),
+            values.as_ptr()
+        );
+        self.check(status, "fmi2SetRealInputDerivatives", references)
+    }
+
+    /// Reads derivatives of outputs at the end of the last step.
+    ///
+    /// # Errors
+    /// The unit's.
+    #[inline]
+    pub fn get_real_output_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &mut [f64],
+    ) -> Result<(), UnitError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len().min(orders.len()).min(values.len());
+        let status = call!(
+            self,
+            get_real_output_derivatives,
+            "fmi2GetRealOutputDerivatives",
+            references.as_ptr(),
+            n,
+            orders.as_ptr(),
+            values.as_mut_ptr()
+        );
+        self.check(status, "fmi2GetRealOutputDerivatives", references)
+    }
+
+    /// Steps from `time` over `size`.
+    ///
+    /// # Errors
+    /// Discarded, hanging, or the unit's.
+    #[inline]
+    pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        self.time = Some(time);
+        let begin = Instant::now();
+        let mut status = call!(self, do_step, "fmi2DoStep", time, size, 1);
+        if status == sys::fmi2Status::fmi2Pending {
+            status = self.poll(begin, time)?;
+        }
+        self.stepping += begin.elapsed();
+        if status == sys::fmi2Status::fmi2Discard {
+            return fail(self.discarded(time, size));
+        }
+        self.check(status, "fmi2DoStep", &[])?;
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// Waits until a pending step has ended.
+    #[cold]
+    fn poll(&mut self, begin: Instant, time: f64) -> Result<sys::fmi2Status, UnitError> {
+        let mut pause = Duration::from_micros(10);
+        loop {
+            let mut status = sys::fmi2Status::fmi2Pending;
+            let answer = call!(
+                self,
+                get_status,
+                "fmi2GetStatus",
+                sys::fmi2StatusKind::fmi2DoStepStatus,
+                &raw mut status
+            );
+            self.check(answer, "fmi2GetStatus", &[])?;
+            if status != sys::fmi2Status::fmi2Pending {
+                return Ok(status);
+            }
+            if begin.elapsed() > PENDING_LIMIT {
+                return fail(UnitFault::Hanging { instance: self.name.clone(), time });
+            }
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(10));
+        }
+    }
+
+    #[cold]
+    fn discarded(&mut self, time: f64, size: f64) -> UnitFault {
+        let (mut last, mut ended) = (f64::NAN, 0);
+        let mut last_successful = None;
+        if let Some(function) = self.functions.get_real_status {
+            // SAFETY: a live component and a valid address
+            let status = unsafe {
+                function(self.component, sys::fmi2StatusKind::fmi2LastSuccessfulTime, &raw mut last)
+            };
+            last_successful =
+                (status == sys::fmi2Status::fmi2OK && last.is_finite()).then_some(last);
+        }
+        if let Some(function) = self.functions.get_boolean_status {
+            // SAFETY: a live component and a valid address
+            let status = unsafe {
+                function(self.component, sys::fmi2StatusKind::fmi2Terminated, &raw mut ended)
+            };
+            if status != sys::fmi2Status::fmi2OK {
+                ended = 0;
+            }
+        }
+        UnitFault::Discarded {
+            instance: self.name.clone(),
+            time,
+            size,
+            last_successful,
+            terminated: ended != 0,
+            messages: self.take_messages(),
+        }
+    }
+
+    /// An error that says which variable is not finite.
+    #[cold]
+    pub(crate) fn not_finite(&mut self, variable: usize, value: f64, time: f64) -> UnitFault {
+        UnitFault::NotFinite {
+            instance: self.name.clone(),
+            variable: self.package.description().variables[variable].name.clone(),
+            value,
+            time,
+            messages: self.take_messages(),
+        }
+    }
+
+    /// Whether the unit may still be called.
+    ///
+    /// # Errors
+    /// Its library has failed fatally.
+    pub fn still_alive(&self) -> Result<(), UnitError> {
+        self.alive()
+    }
+
+    #[inline]
+    fn alive(&self) -> Result<(), UnitError> {
+        if self.dead.get() {
+            return fail(UnitFault::Dead { instance: self.name.clone() });
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn check(
+        &mut self,
+        status: sys::fmi2Status,
+        call: &'static str,
+        references: &[u32],
+    ) -> Result<(), UnitError> {
+        if status == sys::fmi2Status::fmi2OK {
+            return Ok(());
+        }
+        self.judge(status, call, references)
+    }
+
+    #[cold]
+    fn judge(
+        &mut self,
+        status: sys::fmi2Status,
+        call: &'static str,
+        references: &[u32],
+    ) -> Result<(), UnitError> {
+        if status == sys::fmi2Status::fmi2Warning {
+            self.warned = true;
+            return Ok(());
+        }
+        if status == sys::fmi2Status::fmi2Fatal {
+            self.dead.set(true);
+        }
+        fail(UnitFault::Status {
+            instance: self.name.clone(),
+            call,
+            status: status.to_string(),
+            time: self.time,
+            variables: self.names(call, references),
+            messages: self.take_messages(),
+        })
+    }
+
+    /// Whether a call has returned `fmi2Warning` so far.
+    #[must_use]
+    pub fn warned(&self) -> bool {
+        self.warned
+    }
+
+    fn names(&self, call: &str, references: &[u32]) -> Vec<String> {
+        if references.len() > 3 {
+            return vec![format!("{} variables", references.len())];
+        }
+        let letter = if call.contains("Integer") {
+            'i'
+        } else if call.contains("Boolean") {
+            'b'
+        } else if call.contains("String") {
+            's'
+        } else {
+            'r'
+        };
+        references
+            .iter()
+            .filter_map(|&reference| {
+                self.package.description().name_of(letter, reference).map(str::to_owned)
+            })
+            .collect()
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if self.component.is_null() || self.dead.get() {
+            return;
+        }
+        if let Some(free) = self.functions.free_instance {
+            // SAFETY: the component is alive and not used after this
+            unsafe { free(self.component) };
+        }
+    }
+}

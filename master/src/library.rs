@@ -1,0 +1,306 @@
+//! A unit's binary: loaded with its full path, its functions looked up once.
+//!
+//! Libraries stay loaded until the process ends, since unloading crashes some of them.
+
+use std::ffi::CStr;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use fmi2_sys as sys;
+use libloading::Library;
+use object::{Object as _, ObjectSymbol as _};
+use thiserror::Error;
+
+use crate::package::{PLATFORM, Package};
+
+/// Why a binary cannot be used.
+#[derive(Debug, Error)]
+pub enum LibraryError {
+    /// The archive has no binary for this system.
+    #[error(
+        "unit {unit} has no binary for {PLATFORM} ({file} is missing); it has binaries for: {}",
+        if platforms.is_empty() { "nothing".to_owned() } else { platforms.join(", ") }
+    )]
+    Missing {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// Name of the file that should be there.
+        file: String,
+        /// Systems that there are binaries for.
+        platforms: Vec<String>,
+    },
+    /// The unit only talks to another program.
+    #[error("unit {unit} needs another program to run in ({tool})")]
+    NeedsTool {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// What exported it.
+        tool: String,
+    },
+    /// The system's loader refuses it.
+    #[error("unit {unit}: the binary ({binary}) cannot be loaded")]
+    Load {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// What kind of file the binary is.
+        binary: String,
+        /// What the loader says.
+        #[source]
+        source: libloading::Error,
+    },
+    /// A function is missing.
+    #[error("unit {unit}: the binary ({binary}) lacks the function {symbol}")]
+    Symbol {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// What kind of file the binary is.
+        binary: String,
+        /// Name of the function.
+        symbol: &'static str,
+    },
+    /// It is made for another version or platform.
+    #[error("unit {unit}: {function} says \"{answer}\", expected was \"{expected}\"")]
+    Version {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// The function asked.
+        function: &'static str,
+        /// What it answered.
+        answer: String,
+        /// What fits.
+        expected: &'static str,
+    },
+    /// Copy for another instance failed.
+    #[error("unit {unit}: its binary cannot be copied for another instance")]
+    Copy {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+}
+
+macro_rules! functions {
+    ($(#[$doc:meta])* $visibility:vis struct $name:ident { $($field:ident: $symbol:ident as $type:ident,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy)]
+        #[expect(dead_code, reason = "the whole interface is looked up; not all of it is called yet")]
+        $visibility struct $name { $(pub(crate) $field: sys::$type,)* }
+
+        impl $name {
+            fn find(library: &Library) -> Self {
+                Self {
+                    $($field: {
+                        // SAFETY: a function of this name has this type by the FMI 2.0 standard,
+                        // which the description has promised to follow; null stays `None`
+                        unsafe { library.get::<sys::$type>(concat!(stringify!($symbol), "\0").as_bytes()) }
+                            .map_or(None, |symbol| *symbol)
+                    },)*
+                }
+            }
+        }
+
+        /// Names of all functions that a co-simulation unit exports.
+        pub const SYMBOLS: &[&str] = &[$(stringify!($symbol)),*];
+    };
+}
+
+functions! {
+    /// The functions of a loaded unit; `None` where the binary lacks one.
+    pub struct Functions {
+        get_types_platform: fmi2GetTypesPlatform as fmi2GetTypesPlatformTYPE,
+        get_version: fmi2GetVersion as fmi2GetVersionTYPE,
+        set_debug_logging: fmi2SetDebugLogging as fmi2SetDebugLoggingTYPE,
+        instantiate: fmi2Instantiate as fmi2InstantiateTYPE,
+        free_instance: fmi2FreeInstance as fmi2FreeInstanceTYPE,
+        setup_experiment: fmi2SetupExperiment as fmi2SetupExperimentTYPE,
+        enter_initialization_mode: fmi2EnterInitializationMode as fmi2EnterInitializationModeTYPE,
+        exit_initialization_mode: fmi2ExitInitializationMode as fmi2ExitInitializationModeTYPE,
+        terminate: fmi2Terminate as fmi2TerminateTYPE,
+        reset: fmi2Reset as fmi2ResetTYPE,
+        get_real: fmi2GetReal as fmi2GetRealTYPE,
+        get_integer: fmi2GetInteger as fmi2GetIntegerTYPE,
+        get_boolean: fmi2GetBoolean as fmi2GetBooleanTYPE,
+        get_string: fmi2GetString as fmi2GetStringTYPE,
+        set_real: fmi2SetReal as fmi2SetRealTYPE,
+        set_integer: fmi2SetInteger as fmi2SetIntegerTYPE,
+        set_boolean: fmi2SetBoolean as fmi2SetBooleanTYPE,
+        set_string: fmi2SetString as fmi2SetStringTYPE,
+        get_fmu_state: fmi2GetFMUstate as fmi2GetFMUstateTYPE,
+        set_fmu_state: fmi2SetFMUstate as fmi2SetFMUstateTYPE,
+        free_fmu_state: fmi2FreeFMUstate as fmi2FreeFMUstateTYPE,
+        serialized_fmu_state_size: fmi2SerializedFMUstateSize as fmi2SerializedFMUstateSizeTYPE,
+        serialize_fmu_state: fmi2SerializeFMUstate as fmi2SerializeFMUstateTYPE,
+        deserialize_fmu_state: fmi2DeSerializeFMUstate as fmi2DeSerializeFMUstateTYPE,
+        get_directional_derivative: fmi2GetDirectionalDerivative as fmi2GetDirectionalDerivativeTYPE,
+        set_real_input_derivatives: fmi2SetRealInputDerivatives as fmi2SetRealInputDerivativesTYPE,
+        get_real_output_derivatives: fmi2GetRealOutputDerivatives as fmi2GetRealOutputDerivativesTYPE,
+        do_step: fmi2DoStep as fmi2DoStepTYPE,
+        cancel_step: fmi2CancelStep as fmi2CancelStepTYPE,
+        get_status: fmi2GetStatus as fmi2GetStatusTYPE,
+        get_real_status: fmi2GetRealStatus as fmi2GetRealStatusTYPE,
+        get_integer_status: fmi2GetIntegerStatus as fmi2GetIntegerStatusTYPE,
+        get_boolean_status: fmi2GetBooleanStatus as fmi2GetBooleanStatusTYPE,
+        get_string_status: fmi2GetStringStatus as fmi2GetStringStatusTYPE,
+    }
+}
+
+/// Functions without which no instance can be stepped; the others are missed when needed.
+fn indispensable(functions: &Functions) -> [(bool, &'static str); 8] {
+    [
+        (functions.get_version.is_some(), "fmi2GetVersion"),
+        (functions.instantiate.is_some(), "fmi2Instantiate"),
+        (functions.free_instance.is_some(), "fmi2FreeInstance"),
+        (functions.setup_experiment.is_some(), "fmi2SetupExperiment"),
+        (functions.enter_initialization_mode.is_some(), "fmi2EnterInitializationMode"),
+        (functions.exit_initialization_mode.is_some(), "fmi2ExitInitializationMode"),
+        (functions.terminate.is_some(), "fmi2Terminate"),
+        (functions.do_step.is_some(), "fmi2DoStep"),
+    ]
+}
+
+impl Functions {
+    /// Loads the unit's binary and finds its functions.
+    ///
+    /// # Errors
+    /// No binary for this system, the loader refuses it, indispensable functions are missing, or
+    /// it follows another version of the standard.
+    pub fn load(package: &Package) -> Result<Self, LibraryError> {
+        let description = package.description();
+        if description.co_simulation.needs_execution_tool {
+            return Err(LibraryError::NeedsTool {
+                unit: package.path().to_owned(),
+                tool: description
+                    .generation_tool
+                    .clone()
+                    .unwrap_or_else(|| "its description does not say which".to_owned()),
+            });
+        }
+        let binary = package.binary();
+        if !binary.is_file() {
+            return Err(LibraryError::Missing {
+                unit: package.path().to_owned(),
+                file: format!(
+                    "binaries/{PLATFORM}/{}",
+                    binary.file_name().unwrap_or_default().to_string_lossy()
+                ),
+                platforms: package.platforms().into_iter().map(str::to_owned).collect(),
+            });
+        }
+        Self::open(package, &binary)
+    }
+
+    /// Loads a copy of the unit's binary, for units that allow one instance per process and
+    /// loaded library.
+    ///
+    /// # Errors
+    /// As [`Functions::load`], and the copy may fail.
+    pub fn load_copy(package: &Package) -> Result<Self, LibraryError> {
+        static COPIES: AtomicU32 = AtomicU32::new(1);
+        let binary = package.binary();
+        let number = COPIES.fetch_add(1, Ordering::Relaxed);
+        let stem = binary.file_stem().unwrap_or_default().to_string_lossy();
+        let end = binary.extension().unwrap_or_default().to_string_lossy();
+        let copy = binary.with_file_name(format!("{stem}-copy{number}.{end}"));
+        std::fs::copy(&binary, &copy)
+            .map_err(|source| LibraryError::Copy { unit: package.path().to_owned(), source })?;
+        Self::open(package, &copy)
+    }
+
+    fn open(package: &Package, binary: &Path) -> Result<Self, LibraryError> {
+        let unit = || package.path().to_owned();
+        // SAFETY: loading runs the library's initialisers; running the unit's code is what the
+        // user asked for
+        let library = unsafe { open_library(binary) }.map_err(|source| LibraryError::Load {
+            unit: unit(),
+            binary: binary_kind(binary),
+            source,
+        })?;
+        let functions = Self::find(&library);
+        // never unloaded: units may have started threads or registered exit handlers
+        std::mem::forget(library);
+        for (found, symbol) in indispensable(&functions) {
+            if !found {
+                let binary = binary_kind(binary);
+                return Err(LibraryError::Symbol { unit: unit(), binary, symbol });
+            }
+        }
+        let answers = [
+            (functions.get_version, "fmi2GetVersion", "2.0"),
+            (functions.get_types_platform, "fmi2GetTypesPlatform", "default"),
+        ];
+        for (function, name, expected) in answers {
+            let Some(function) = function else { continue };
+            // SAFETY: both functions take nothing and return a static C string
+            let pointer = unsafe { function() };
+            let answer = if pointer.is_null() {
+                String::new()
+            } else {
+                // SAFETY: not null; the standard says that it is a C string
+                unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
+            };
+            if answer != expected {
+                return Err(LibraryError::Version {
+                    unit: unit(),
+                    function: name,
+                    answer,
+                    expected,
+                });
+            }
+        }
+        Ok(functions)
+    }
+}
+
+/// Opens a library so that it finds all its symbols now and shows none to others.
+///
+/// # Safety
+/// Runs the library's initialisers.
+#[cfg(unix)]
+unsafe fn open_library(path: &Path) -> Result<Library, libloading::Error> {
+    use libloading::os::unix::{Library as Unix, RTLD_LOCAL, RTLD_NOW};
+    // SAFETY: the caller's
+    unsafe { Unix::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
+}
+
+/// Opens a library.
+///
+/// # Safety
+/// Runs the library's initialisers.
+#[cfg(not(unix))]
+unsafe fn open_library(path: &Path) -> Result<Library, libloading::Error> {
+    // SAFETY: the caller's
+    unsafe { Library::new(path) }
+}
+
+/// Format and processor of a binary, for messages.
+#[must_use]
+pub fn binary_kind(path: &Path) -> String {
+    let Ok(bytes) = std::fs::read(path) else { return "unreadable".to_owned() };
+    match object::File::parse(&*bytes) {
+        Ok(file) => format!("{:?}, {:?}", file.format(), file.architecture()),
+        Err(_) => "no binary of a known format".to_owned(),
+    }
+}
+
+/// Names of the co-simulation functions that the binary does not export, without loading it.
+///
+/// # Errors
+/// The file cannot be read or is of no known format.
+pub fn missing_symbols(binary: &[u8]) -> Result<Vec<&'static str>, object::Error> {
+    let file = object::File::parse(binary)?;
+    let exported: std::collections::HashSet<String> = match file.exports() {
+        Ok(exports) if !exports.is_empty() => exports
+            .iter()
+            .map(|export| String::from_utf8_lossy(export.name()).into_owned())
+            .collect(),
+        _ => file
+            .dynamic_symbols()
+            .filter(|symbol| symbol.is_definition())
+            .filter_map(|symbol| symbol.name().ok().map(str::to_owned))
+            .collect(),
+    };
+    let has = |name: &str| exported.contains(name) || exported.contains(&format!("_{name}"));
+    Ok(SYMBOLS.iter().copied().filter(|name| !has(name)).collect())
+}

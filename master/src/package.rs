@@ -1,0 +1,186 @@
+//! A unit on disk: the .fmu file unpacked into a folder of its own, its description read.
+
+use std::path::{Path, PathBuf};
+
+use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
+use tempfile::TempDir;
+use thiserror::Error;
+
+use crate::archive::{Archive, ArchiveError};
+use crate::description::{Description, DescriptionError, Finding, Severity};
+
+/// Folder under `binaries/` for the system that this program runs on.
+pub const PLATFORM: &str = if cfg!(target_os = "windows") {
+    if cfg!(target_pointer_width = "64") { "win64" } else { "win32" }
+} else if cfg!(target_os = "macos") {
+    "darwin64"
+} else if cfg!(target_pointer_width = "64") {
+    "linux64"
+} else {
+    "linux32"
+};
+
+/// Ending of a binary's name on this system.
+pub const BINARY_EXTENSION: &str = if cfg!(target_os = "windows") {
+    "dll"
+} else if cfg!(target_os = "macos") {
+    "dylib"
+} else {
+    "so"
+};
+
+/// Characters that a path in a URI must not hold as they are (RFC 3986, `pchar` and `/` may).
+const ESCAPED: &AsciiSet = &CONTROLS
+    .add(b' ')
+    .add(b'"')
+    .add(b'#')
+    .add(b'%')
+    .add(b'<')
+    .add(b'>')
+    .add(b'?')
+    .add(b'[')
+    .add(b'\\')
+    .add(b']')
+    .add(b'^')
+    .add(b'`')
+    .add(b'{')
+    .add(b'|')
+    .add(b'}');
+
+/// Why a .fmu file cannot be used.
+#[derive(Debug, Error)]
+pub enum PackageError {
+    /// The archive is unusable.
+    #[error("unit {path}: cannot be opened")]
+    Archive {
+        /// The .fmu file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: ArchiveError,
+    },
+    /// The description is unusable.
+    #[error("unit {path}: cannot be used")]
+    Description {
+        /// The .fmu file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: DescriptionError,
+    },
+    /// No temporary folder.
+    #[error("cannot make a temporary folder to unpack {path}")]
+    Folder {
+        /// The .fmu file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+}
+
+/// An unpacked unit. Its folder is removed when this is dropped.
+#[derive(Debug)]
+pub struct Package {
+    path: PathBuf,
+    description: Description,
+    files: Vec<String>,
+    findings: Vec<Finding>,
+    folder: TempDir,
+}
+
+impl Package {
+    /// Opens, checks and unpacks a .fmu file (binaries for this system and resources).
+    ///
+    /// # Errors
+    /// The archive or its description is unusable, or the temporary folder cannot be written.
+    pub fn open(path: &Path) -> Result<Self, PackageError> {
+        let archived = |source| PackageError::Archive { path: path.to_owned(), source };
+        let mut archive = Archive::open(path).map_err(archived)?;
+        let text = archive.description().map_err(archived)?;
+        let description = Description::parse(&text)
+            .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
+        let folder = tempfile::Builder::new()
+            .prefix("fmu-")
+            .tempdir()
+            .map_err(|source| PackageError::Folder { path: path.to_owned(), source })?;
+        let binaries = format!("binaries/{PLATFORM}/");
+        archive
+            .unpack(folder.path(), |name| {
+                name.starts_with(&binaries) || name.starts_with("resources/")
+            })
+            .map_err(archived)?;
+        let findings = archive
+            .warnings()
+            .iter()
+            .map(|message| Finding {
+                rule: "archive-name",
+                severity: Severity::Warning,
+                message: message.clone(),
+            })
+            .chain(description.findings.iter().cloned())
+            .collect();
+        let files = archive.files().map(str::to_owned).collect();
+        Ok(Self { path: path.to_owned(), description, files, findings, folder })
+    }
+
+    /// The .fmu file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the unit says about itself.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// All files in the archive.
+    #[must_use]
+    pub fn files(&self) -> &[String] {
+        &self.files
+    }
+
+    /// Defects that were tolerated while opening.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// The binary for this system, whether or not it exists.
+    #[must_use]
+    pub fn binary(&self) -> PathBuf {
+        let name =
+            format!("{}.{BINARY_EXTENSION}", self.description.co_simulation.model_identifier);
+        self.folder.path().join("binaries").join(PLATFORM).join(name)
+    }
+
+    /// Names of the systems that the archive has a binary for.
+    #[must_use]
+    pub fn platforms(&self) -> Vec<&str> {
+        let identifier = &self.description.co_simulation.model_identifier;
+        let mut platforms: Vec<&str> = self
+            .files
+            .iter()
+            .filter_map(|file| file.strip_prefix("binaries/")?.split_once('/'))
+            .filter(|(_, name)| {
+                name.rsplit_once('.').is_some_and(|(stem, end)| {
+                    stem == identifier && ["so", "dll", "dylib"].contains(&end)
+                })
+            })
+            .map(|(platform, _)| platform)
+            .collect();
+        platforms.sort_unstable();
+        platforms
+    }
+
+    /// URI of the unpacked resources, as instances receive it.
+    #[must_use]
+    pub fn resource_location(&self) -> String {
+        let path = self.folder.path().join("resources");
+        let text = path.to_string_lossy().replace('\\', "/");
+        let slash = if text.starts_with('/') { "" } else { "/" };
+        format!("file://{slash}{}", utf8_percent_encode(&text, ESCAPED))
+    }
+}

@@ -1,0 +1,269 @@
+//! Index patterns: one line of a scenario for a whole row of signals.
+//!
+//! `ems_[01..64].gap` stands for `ems_01.gap`, `ems_02.gap` … `ems_64.gap`. A number keeps the
+//! zero padding of the range's first bound. Several ranges in one pattern count like nested
+//! loops, the last one fastest. Anything else, brackets included (`x[1]`), is taken literally.
+//! Where names are picked out of a known list (`record`, plots, `--set`, `order`), `*` also
+//! stands for any run of characters.
+
+use thiserror::Error;
+
+/// More names than this from one pattern is taken for a slip of the pen.
+pub const MAX_NAMES: usize = 1_000_000;
+
+/// Why a pattern cannot be expanded.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum PatternError {
+    /// The last number of the range is below the first.
+    #[error("in \"{pattern}\" the range [{first}..{last}] runs backwards")]
+    Backwards {
+        /// The whole pattern.
+        pattern: String,
+        /// First bound as written.
+        first: String,
+        /// Last bound as written.
+        last: String,
+    },
+    /// The pattern stands for more than [`MAX_NAMES`] names.
+    #[error("\"{pattern}\" stands for more than {MAX_NAMES} names")]
+    TooMany {
+        /// The whole pattern.
+        pattern: String,
+    },
+    /// Two sides of a connection stand for different numbers of signals.
+    #[error("\"{from}\" stands for {from_count} signals and \"{to}\" for {to_count}")]
+    Lengths {
+        /// The source pattern.
+        from: String,
+        /// How many signals it stands for.
+        from_count: usize,
+        /// The target pattern.
+        to: String,
+        /// How many signals it stands for.
+        to_count: usize,
+    },
+}
+
+enum Part<'a> {
+    Text(&'a str),
+    Range { first: u64, last: u64, width: usize },
+}
+
+/// All names that the pattern stands for, in order.
+///
+/// ```
+/// let names = master::pattern::expand("ems_[09..11].gap")?;
+/// assert_eq!(names, ["ems_09.gap", "ems_10.gap", "ems_11.gap"]);
+/// # Ok::<(), master::pattern::PatternError>(())
+/// ```
+///
+/// # Errors
+/// A range that runs backwards, or more than [`MAX_NAMES`] names.
+pub fn expand(pattern: &str) -> Result<Vec<String>, PatternError> {
+    let parts = split(pattern)?;
+    let mut count = 1_usize;
+    for part in &parts {
+        if let Part::Range { first, last, .. } = part {
+            count = usize::try_from(last - first)
+                .ok()
+                .and_then(|n| n.checked_add(1))
+                .and_then(|n| count.checked_mul(n))
+                .filter(|&n| n <= MAX_NAMES)
+                .ok_or_else(|| PatternError::TooMany { pattern: pattern.to_owned() })?;
+        }
+    }
+    let mut names = vec![String::new()];
+    for part in &parts {
+        match part {
+            Part::Text(text) => names.iter_mut().for_each(|name| name.push_str(text)),
+            Part::Range { first, last, width } => {
+                names = names
+                    .iter()
+                    .flat_map(|name| {
+                        (*first..=*last).map(move |n| format!("{name}{n:0width$}", width = *width))
+                    })
+                    .collect();
+            }
+        }
+    }
+    Ok(names)
+}
+
+/// Pairs two patterns: equally many names pair off in order, one source feeds many targets.
+///
+/// # Errors
+/// Different numbers of names, or either pattern cannot be expanded.
+pub fn zip(from: &str, to: &str) -> Result<Vec<(String, String)>, PatternError> {
+    let sources = expand(from)?;
+    let targets = expand(to)?;
+    match (sources.len(), targets.len()) {
+        (n, m) if n == m => Ok(sources.into_iter().zip(targets).collect()),
+        (1, _) => Ok(targets.into_iter().map(|target| (sources[0].clone(), target)).collect()),
+        (from_count, to_count) => Err(PatternError::Lengths {
+            from: from.to_owned(),
+            from_count,
+            to: to.to_owned(),
+            to_count,
+        }),
+    }
+}
+
+/// Whether the name fits the glob, in which `*` stands for any run of characters.
+#[must_use]
+pub fn matches(glob: &str, name: &str) -> bool {
+    let mut pieces = glob.split('*');
+    let Some(first) = pieces.next() else { return false };
+    let Some(mut rest) = name.strip_prefix(first) else { return false };
+    let Some(last) = glob.rfind('*').map(|at| &glob[at + 1..]) else { return rest.is_empty() };
+    for piece in pieces {
+        match rest.find(piece) {
+            Some(at) => rest = &rest[at + piece.len()..],
+            None => return false,
+        }
+    }
+    // the greedy walk may have used the tail already: the name must end with it outright
+    name.len() >= first.len() + last.len() && name.ends_with(last)
+}
+
+/// Whether the text holds a range or a star.
+#[must_use]
+pub fn is_pattern(text: &str) -> bool {
+    text.contains('*') || split(text).is_ok_and(|parts| parts.len() > 1)
+}
+
+fn split(pattern: &str) -> Result<Vec<Part<'_>>, PatternError> {
+    let mut parts = Vec::new();
+    let mut rest = pattern;
+    let mut literal = 0;
+    while let Some(open) = rest[literal..].find('[').map(|at| at + literal) {
+        let Some(range) = range_at(pattern, &rest[open + 1..])? else {
+            literal = open + 1;
+            continue;
+        };
+        if open > 0 {
+            parts.push(Part::Text(&rest[..open]));
+        }
+        rest = &rest[open + 1 + range.1..];
+        literal = 0;
+        parts.push(range.0);
+    }
+    if !rest.is_empty() || parts.is_empty() {
+        parts.push(Part::Text(rest));
+    }
+    Ok(parts)
+}
+
+/// Reads `01..64]` and returns it with its length, or nothing where this is plain text.
+fn range_at<'a>(pattern: &str, text: &str) -> Result<Option<(Part<'a>, usize)>, PatternError> {
+    let Some(close) = text.find(']') else { return Ok(None) };
+    let Some((low, high)) = text[..close].split_once("..") else { return Ok(None) };
+    let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
+    if !digits(low) || !digits(high) {
+        return Ok(None);
+    }
+    let number = |s: &str| {
+        s.parse::<u64>().map_err(|_| PatternError::TooMany { pattern: pattern.to_owned() })
+    };
+    let (first, last) = (number(low)?, number(high)?);
+    if last < first {
+        return Err(PatternError::Backwards {
+            pattern: pattern.to_owned(),
+            first: low.to_owned(),
+            last: high.to_owned(),
+        });
+    }
+    let width = if low.starts_with('0') { low.len() } else { 1 };
+    Ok(Some((Part::Range { first, last, width }, close + 1)))
+}
+
+/// The candidate closest in spelling, if any is close enough to be meant.
+#[must_use]
+pub fn suggest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .filter(|(distance, candidate)| {
+            *distance <= 1 + name.chars().count().max(candidate.chars().count()) / 4
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn analytic_ranges_keep_padding() {
+        assert_eq!(expand("a_[01..03].x").unwrap(), ["a_01.x", "a_02.x", "a_03.x"]);
+        assert_eq!(expand("a[8..11]").unwrap(), ["a8", "a9", "a10", "a11"]);
+        assert_eq!(expand("[1..2]_[1..2]").unwrap(), ["1_1", "1_2", "2_1", "2_2"]);
+        assert_eq!(expand("plain").unwrap(), ["plain"]);
+        assert_eq!(expand("x[1].y[2..]").unwrap(), ["x[1].y[2..]"]);
+        assert_eq!(expand("x[1]_[1..2]").unwrap(), ["x[1]_1", "x[1]_2"]);
+        assert_eq!(expand("").unwrap(), [""]);
+    }
+
+    #[test]
+    fn analytic_bad_ranges_are_refused() {
+        assert!(matches!(expand("a_[3..1]"), Err(PatternError::Backwards { .. })));
+        assert!(matches!(expand("[0..99999]_[0..99999]"), Err(PatternError::TooMany { .. })));
+        assert!(matches!(
+            expand("[0..99999999999999999999999]"),
+            Err(PatternError::TooMany { .. })
+        ));
+        assert!(matches!(zip("a_[1..2]", "b_[1..3]"), Err(PatternError::Lengths { .. })));
+    }
+
+    #[test]
+    fn analytic_zip_pairs_or_fans_out() {
+        let pairs = zip("v.g_[1..2]", "e_[1..2].g").unwrap();
+        assert_eq!(
+            pairs,
+            [("v.g_1".into(), "e_1.g".into()), ("v.g_2".to_owned(), "e_2.g".to_owned())]
+        );
+        assert_eq!(zip("v.s", "e_[1..3].s").unwrap().len(), 3);
+    }
+
+    #[test]
+    fn analytic_globs() {
+        assert!(matches("a*", "abc") && matches("*", "") && matches("a*c*e", "abcde"));
+        assert!(!matches("a*c", "abcd") && !matches("ab", "abc") && !matches("ab*ba", "aba"));
+        assert!(matches("ems_*.gap", "ems_01.gap") && !matches("ems_*.gap", "ems_01.gap_rate"));
+        assert!(matches("a*bc", "abcbc"));
+    }
+
+    #[test]
+    fn analytic_suggestions_are_close_or_absent() {
+        assert_eq!(suggest("gpa", ["gap", "force"]), Some("gap"));
+        assert_eq!(suggest("temperature", ["gap", "force"]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn invariant_expansion_has_the_length_of_its_range(first in 0_u64..500, count in 0_u64..500) {
+            let last = first + count;
+            let names = expand(&format!("u_[{first:04}..{last:04}].y")).unwrap();
+            prop_assert_eq!(names.len() as u64, count + 1);
+            prop_assert_eq!(names.last().unwrap(), &format!("u_{last:04}.y"));
+        }
+
+        #[test]
+        fn invariant_any_text_expands_or_fails_cleanly(text in "[a-z\\[\\]\\.0-9\\*ü]{0,12}") {
+            // at most three digits fit between brackets twice: a bounded expansion
+            let _ = expand(&text);
+            let _ = is_pattern(&text);
+            let _ = matches(&text, "abc_01.gap");
+        }
+
+        #[test]
+        fn invariant_every_name_matches_itself_and_star(name in "[a-z_0-9\\.]{0,12}") {
+            prop_assert!(matches(&name, &name));
+            prop_assert!(matches("*", &name));
+            let (head, tail) = name.split_at(name.len() / 2);
+            let globbed = format!("{head}*{tail}");
+            prop_assert!(matches(&globbed, &name));
+        }
+    }
+}

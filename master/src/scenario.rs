@@ -1,0 +1,569 @@
+//! The scenario file: which units, how connected, how stepped, what to record.
+//!
+//! JSON, described by the schema that `maglev schema` prints and `scenarios/schema.json` holds.
+//! Unknown and doubled keys are errors, and every error names the JSON path it concerns.
+
+use std::fmt;
+use std::hash::Hash;
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "Co-simulation scenario")]
+pub struct Scenario {
+    /// Where the schema of this file is, for editors.
+    #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
+    /// A line that names the scenario.
+    #[serde(default)]
+    pub title: String,
+    /// What it shows, for whoever reads the file.
+    #[serde(default)]
+    pub description: String,
+    /// The .fmu files by the names that instances use; relative to the scenario file.
+    #[serde(deserialize_with = "unique")]
+    #[schemars(with = "IndexMap<String, PathBuf>")]
+    pub units: IndexMap<String, PathBuf>,
+    /// Instances by name; `ems_[01..64]` makes 64 alike.
+    #[serde(deserialize_with = "unique")]
+    #[schemars(with = "IndexMap<String, Instance>")]
+    pub instances: IndexMap<String, Instance>,
+    /// From outputs to inputs.
+    #[serde(default)]
+    pub connections: Vec<Connection>,
+    /// Start, stop and communication step.
+    pub experiment: Experiment,
+    /// How the units are coupled.
+    #[serde(default)]
+    pub algorithm: Algorithm,
+    /// How loops between units are solved before the start.
+    #[serde(default)]
+    pub initialization: Initialization,
+    /// What is written to results.csv.
+    #[serde(default)]
+    pub record: Record,
+    /// Pictures to draw.
+    #[serde(default)]
+    pub plots: Vec<Plot>,
+}
+
+/// One instance of a unit, or an array of equal ones.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Instance {
+    /// Key in `units`.
+    pub unit: String,
+    /// Values of the unit's parameters. Names may be patterns (`gain_[1..5]`).
+    #[serde(default, deserialize_with = "unique", skip_serializing_if = "IndexMap::is_empty")]
+    #[schemars(with = "IndexMap<String, Setting>")]
+    pub parameters: IndexMap<String, Setting>,
+    /// Start values of inputs, and of other variables that accept one.
+    #[serde(default, deserialize_with = "unique", skip_serializing_if = "IndexMap::is_empty")]
+    #[schemars(with = "IndexMap<String, Setting>")]
+    pub start: IndexMap<String, Setting>,
+    /// A remark, not used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comment: Option<String>,
+}
+
+/// A value for a variable: a number, true, false or a text.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number, true, false or a text")]
+pub enum Setting {
+    /// For Boolean variables.
+    Boolean(bool),
+    /// For Real, Integer and Enumeration variables.
+    Number(f64),
+    /// For String variables.
+    Text(String),
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Boolean(value) => write!(f, "{value}"),
+            Self::Number(value) => write!(f, "{value}"),
+            Self::Text(value) => write!(f, "{value:?}"),
+        }
+    }
+}
+
+impl Setting {
+    /// Reads a value from the command line: true, false, a number, else a text.
+    #[must_use]
+    pub fn from_text(text: &str) -> Self {
+        match text {
+            "true" => Self::Boolean(true),
+            "false" => Self::Boolean(false),
+            _ => match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => Self::Number(number),
+                _ => Self::Text(text.trim_matches('"').to_owned()),
+            },
+        }
+    }
+}
+
+/// Signals that flow from one unit to others.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Connection {
+    /// `instance.output`, patterns allowed.
+    pub from: String,
+    /// `instance.input`, or several; each stands for as many signals as `from`, or `from` is one
+    /// signal that feeds all.
+    pub to: Targets,
+    /// A remark, not used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comment: Option<String>,
+}
+
+/// One or several targets of a connection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"instance.input\" or a list of these")]
+pub enum Targets {
+    /// One target.
+    One(String),
+    /// Several.
+    Many(Vec<String>),
+}
+
+impl Targets {
+    /// All targets.
+    #[must_use]
+    pub fn as_slice(&self) -> &[String] {
+        match self {
+            Self::One(target) => std::slice::from_ref(target),
+            Self::Many(targets) => targets,
+        }
+    }
+}
+
+/// The span of time and its division.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Start time (s).
+    #[serde(default)]
+    pub start: f64,
+    /// Stop time (s).
+    pub stop: f64,
+    /// Communication step (s); `stop - start` must be a multiple of it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub step: f64,
+}
+
+impl Experiment {
+    /// Number of communication steps.
+    ///
+    /// # Errors
+    /// The numbers make no sense, or the step does not divide the span within 1e-9 relative.
+    pub fn steps(&self) -> Result<u64, ScenarioError> {
+        let Self { start, stop, step } = *self;
+        let span = stop - start;
+        if !(step > 0.0 && step.is_finite() && span.is_finite() && span > 0.0) {
+            return Err(ScenarioError::Experiment { start, stop, step });
+        }
+        let count = (span / step).round();
+        // 2^53: beyond it, not every integer is a float
+        if count > 9.007_199_254_740_992e15 {
+            return Err(ScenarioError::Experiment { start, stop, step });
+        }
+        if count < 1.0 || (count * step - span).abs() > 1e-9 * span {
+            return Err(ScenarioError::StepDoesNotDivide { start, stop, step });
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 2^53")]
+        Ok(count as u64)
+    }
+}
+
+/// Name of a coupling algorithm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlgorithmName {
+    /// All units step at once, on inputs extrapolated from the step's beginning.
+    Jacobi,
+    /// The units step one after the other; inputs whose source has stepped are interpolated.
+    #[default]
+    GaussSeidel,
+}
+
+impl AlgorithmName {
+    /// All algorithms.
+    pub const ALL: [Self; 2] = [Self::Jacobi, Self::GaussSeidel];
+
+    /// The name as scenarios write it.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Jacobi => "jacobi",
+            Self::GaussSeidel => "gauss-seidel",
+        }
+    }
+}
+
+impl std::str::FromStr for AlgorithmName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|name| name.as_str() == text).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|name| name.as_str()).collect();
+            format!("there is no algorithm \"{text}\"; there are {}", names.join(" and "))
+        })
+    }
+}
+
+/// How the units are coupled.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Algorithm {
+    /// Which algorithm.
+    pub name: AlgorithmName,
+    /// Degree of the polynomials that inputs are extrapolated with: 0 holds them.
+    #[schemars(range(min = 0, max = 3))]
+    pub extrapolation: u8,
+    /// Use derivatives of outputs where units offer them; otherwise history alone.
+    pub derivatives: bool,
+    /// Sequence of a Gauss-Seidel step: instance names, patterns allowed. Instances left out
+    /// follow in the order that the dependencies suggest.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<String>,
+}
+
+impl Default for Algorithm {
+    fn default() -> Self {
+        Self {
+            name: AlgorithmName::default(),
+            extrapolation: 2,
+            derivatives: true,
+            order: Vec::new(),
+        }
+    }
+}
+
+/// How loops between units are solved before the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Initialization {
+    /// A loop is solved when every value changes by less than this, relative to itself or to a
+    /// thousandth of its nominal value, whichever is larger.
+    pub tolerance: f64,
+    /// Sweeps over a loop before it counts as not solvable.
+    pub iterations: u32,
+}
+
+impl Default for Initialization {
+    fn default() -> Self {
+        Self { tolerance: 1e-9, iterations: 100 }
+    }
+}
+
+/// What is written to results.csv.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Record {
+    /// Interval between rows (s), a multiple of the step; left out: every step. Statistics are
+    /// taken at every communication point all the same.
+    pub interval: Option<f64>,
+    /// `instance.variable`, patterns and `*` allowed.
+    pub signals: Vec<String>,
+}
+
+/// One picture: panels above each other over a common time axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Plot {
+    /// File name in the results folder, ending in .svg.
+    pub file: String,
+    /// Heading.
+    #[serde(default)]
+    pub title: String,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+/// One panel of a picture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// Label of the vertical axis, with the unit after `scale`.
+    #[serde(default)]
+    pub ylabel: String,
+    /// Factor from SI units to what is drawn.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Signals to draw, patterns and `*` allowed.
+    pub signals: Vec<String>,
+    /// Legend texts in the order of the signals; left out: their names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<String>,
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Why a scenario cannot be used.
+#[derive(Debug, Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("the scenario {path} cannot be read")]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The JSON is not what a scenario should be.
+    #[error("{path}: at {at}: {message}")]
+    Json {
+        /// Which file.
+        path: PathBuf,
+        /// JSON path.
+        at: String,
+        /// What is wrong, with line and column.
+        message: String,
+    },
+    /// Start, stop or step make no sense.
+    #[error("experiment: start {start} s, stop {stop} s, step {step} s do not make a run")]
+    Experiment {
+        /// Start time (s).
+        start: f64,
+        /// Stop time (s).
+        stop: f64,
+        /// Step (s).
+        step: f64,
+    },
+    /// The span is no multiple of the step.
+    #[error(
+        "experiment: the step {step} s does not divide the span from {start} s to {stop} s: \
+         {} steps", (stop - start) / step
+    )]
+    StepDoesNotDivide {
+        /// Start time (s).
+        start: f64,
+        /// Stop time (s).
+        stop: f64,
+        /// Step (s).
+        step: f64,
+    },
+    /// The recording interval is no multiple of the step.
+    #[error("record.interval {interval} s is not a multiple of the step {step} s")]
+    Interval {
+        /// Interval (s).
+        interval: f64,
+        /// Step (s).
+        step: f64,
+    },
+    /// A setting is outside of its range.
+    #[error("{what} is {value}, which is outside of {range}")]
+    Range {
+        /// JSON path of the setting.
+        what: String,
+        /// Its value.
+        value: String,
+        /// What is allowed.
+        range: &'static str,
+    },
+}
+
+impl Scenario {
+    /// Reads and checks a scenario file. Paths of units become relative to the working directory.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no valid scenario.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
+        let mut scenario = Self::parse(&text, path)?;
+        let folder = path.parent().unwrap_or_else(|| Path::new(""));
+        for unit in scenario.units.values_mut() {
+            *unit = folder.join(&*unit);
+        }
+        Ok(scenario)
+    }
+
+    /// Reads a scenario's text; `path` is for messages only.
+    ///
+    /// # Errors
+    /// The text is no valid scenario.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ScenarioError> {
+        let mut json = serde_json::Deserializer::from_str(text);
+        let scenario: Self = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+            let at = match error.path().to_string() {
+                top if top == "." => "the top level".to_owned(),
+                at => at,
+            };
+            ScenarioError::Json {
+                path: path.to_owned(),
+                at,
+                message: error.into_inner().to_string(),
+            }
+        })?;
+        json.end().map_err(|error| ScenarioError::Json {
+            path: path.to_owned(),
+            at: "the end".to_owned(),
+            message: error.to_string(),
+        })?;
+        Ok(scenario)
+    }
+
+    /// Checks what the types cannot: ranges and multiples.
+    ///
+    /// # Errors
+    /// A value is out of its range.
+    pub fn check(&self) -> Result<(), ScenarioError> {
+        let range = |what: &str, value: String, range| ScenarioError::Range {
+            what: what.to_owned(),
+            value,
+            range,
+        };
+        self.experiment.steps()?;
+        self.stride()?;
+        let order = self.algorithm.extrapolation;
+        if order > 3 {
+            return Err(range("algorithm.extrapolation", order.to_string(), "0 to 3"));
+        }
+        let tolerance = self.initialization.tolerance;
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            let value = tolerance.to_string();
+            return Err(range("initialization.tolerance", value, "0 to 1, both exclusive"));
+        }
+        for (k, plot) in self.plots.iter().enumerate() {
+            let name = Path::new(&plot.file);
+            let plain = name.file_name().is_some_and(|only| only == name.as_os_str());
+            if !plain || name.extension().is_none_or(|end| end != "svg") {
+                let what = format!("plots[{k}].file");
+                return Err(range(&what, plot.file.clone(), "plain file names ending in .svg"));
+            }
+            for (j, panel) in plot.panels.iter().enumerate() {
+                if !panel.scale.is_finite() || panel.scale == 0.0 {
+                    let what = format!("plots[{k}].panels[{j}].scale");
+                    let value = panel.scale.to_string();
+                    return Err(range(&what, value, "finite numbers other than zero"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of steps between two recorded rows.
+    ///
+    /// # Errors
+    /// `record.interval` is no multiple of the step.
+    pub fn stride(&self) -> Result<u64, ScenarioError> {
+        let step = self.experiment.step;
+        let Some(interval) = self.record.interval else { return Ok(1) };
+        let count = (interval / step).round();
+        let fits =
+            (1.0..9e15).contains(&count) && (count * step - interval).abs() <= 1e-9 * interval;
+        if !fits {
+            return Err(ScenarioError::Interval { interval, step });
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 9e15")]
+        Ok(count as u64)
+    }
+
+    /// The JSON schema of a scenario file, as text with a final line feed.
+    #[must_use]
+    pub fn schema() -> String {
+        let schema = schemars::schema_for!(Self);
+        // a schema is a plain JSON value, which always prints
+        let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+}
+
+/// Reads a map and refuses doubled keys, of which serde would silently keep the last.
+fn unique<'de, D, K, V>(deserializer: D) -> Result<IndexMap<K, V>, D::Error>
+where
+    D: Deserializer<'de>,
+    K: Deserialize<'de> + Eq + Hash + fmt::Display,
+    V: Deserialize<'de>,
+{
+    struct Unique<K, V>(PhantomData<(K, V)>);
+    impl<'de, K, V> Visitor<'de> for Unique<K, V>
+    where
+        K: Deserialize<'de> + Eq + Hash + fmt::Display,
+        V: Deserialize<'de>,
+    {
+        type Value = IndexMap<K, V>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("an object")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut access: A) -> Result<Self::Value, A::Error> {
+            let mut map = IndexMap::new();
+            while let Some(key) = access.next_key::<K>()? {
+                if map.contains_key(&key) {
+                    return Err(de::Error::custom(format!("the key \"{key}\" occurs twice")));
+                }
+                let value = access.next_value()?;
+                map.insert(key, value);
+            }
+            Ok(map)
+        }
+    }
+    deserializer.deserialize_map(Unique(PhantomData))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MINIMAL: &str = r#"{"units": {"a": "a.fmu"}, "instances": {"a": {"unit": "a"}},
+        "experiment": {"stop": 1.0, "step": 0.1}}"#;
+
+    fn parse(text: &str) -> Result<Scenario, ScenarioError> {
+        Scenario::parse(text, Path::new("s.json"))
+    }
+
+    #[test]
+    fn issue_unknown_and_doubled_keys_name_their_path() {
+        let error = parse(&MINIMAL.replace("\"unit\"", "\"unti\"")).unwrap_err().to_string();
+        assert!(error.contains("instances.a") && error.contains("unti"), "{error}");
+        let doubled = MINIMAL.replace("\"a\": \"a.fmu\"", "\"a\": \"a.fmu\", \"a\": \"b.fmu\"");
+        let error = parse(&doubled).unwrap_err().to_string();
+        assert!(error.contains("units") && error.contains("twice"), "{error}");
+        let error = parse(&format!("{MINIMAL} x")).unwrap_err().to_string();
+        assert!(error.contains("trailing"), "{error}");
+    }
+
+    #[test]
+    fn analytic_steps_are_counted() {
+        let steps = |start, stop, step| Experiment { start, stop, step }.steps();
+        assert_eq!(steps(0.0, 75.0, 0.001).unwrap(), 75_000);
+        assert_eq!(steps(0.1, 0.4, 0.1).unwrap(), 3);
+        assert!(matches!(steps(0.0, 1.0, 0.3), Err(ScenarioError::StepDoesNotDivide { .. })));
+        assert!(matches!(steps(0.0, 1.0, 3.0), Err(ScenarioError::StepDoesNotDivide { .. })));
+        for (stop, step) in [(0.0, 0.1), (1.0, 0.0), (1.0, -0.1), (f64::NAN, 0.1), (1e300, 1e-300)]
+        {
+            assert!(matches!(steps(0.0, stop, step), Err(ScenarioError::Experiment { .. })));
+        }
+    }
+
+    #[test]
+    fn invariant_scenarios_survive_a_round_trip() {
+        let scenario = parse(MINIMAL).unwrap();
+        let text = serde_json::to_string(&scenario).unwrap();
+        assert_eq!(parse(&text).unwrap(), scenario);
+    }
+
+    #[test]
+    fn golden_published_schema_is_current() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/schema.json");
+        let published = std::fs::read_to_string(path).unwrap();
+        let current = published == Scenario::schema();
+        assert!(current, "stale; run: maglev schema > scenarios/schema.json");
+    }
+}

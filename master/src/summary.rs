@@ -1,0 +1,153 @@
+//! summary.json: what ran, how it ended, how long it took, and the statistics of the signals.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::initialize::SolvedLoop;
+use crate::record::Statistics;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// At its stop time.
+    Finished,
+    /// By the user.
+    Interrupted,
+    /// By an error.
+    Failed,
+}
+
+/// An error as text.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Failure {
+    /// What happened, outermost first.
+    pub causes: Vec<String>,
+    /// How to mend it.
+    pub help: Option<String>,
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Self {
+        Self { causes: error.chain(), help: error.help().map(str::to_owned) }
+    }
+}
+
+/// A unit that took part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnitSummary {
+    /// The .fmu file.
+    pub path: String,
+    /// Name of the model.
+    pub model: String,
+    /// Version of the model.
+    pub version: Option<String>,
+    /// Fingerprint.
+    pub guid: String,
+    /// What exported it.
+    pub generation_tool: Option<String>,
+    /// Number of instances.
+    pub instances: usize,
+    /// Finished steps of all instances.
+    pub steps: u64,
+    /// Wall time in `fmi2DoStep` of all instances (s).
+    pub step_seconds: f64,
+}
+
+/// The algorithm as it ran.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct AlgorithmSummary {
+    /// Its name.
+    pub name: String,
+    /// Degree of the extrapolation.
+    pub extrapolation: u8,
+    /// Whether output derivatives were asked for.
+    pub derivatives: bool,
+    /// Sequence of the instances, for algorithms that have one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<String>,
+    /// Signals in loops of direct feed-through, which are cut by extrapolation.
+    pub algebraic_loops: Vec<String>,
+}
+
+/// Wall times (s).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct WallTime {
+    /// From opening the units to the end.
+    pub total_seconds: f64,
+    /// Opening, loading, instantiating and initializing.
+    pub start_seconds: f64,
+    /// Stepping, with recording.
+    pub run_seconds: f64,
+    /// Thereof in the units' `fmi2DoStep`.
+    pub units_seconds: f64,
+    /// Thereof in the master: exchange, recording, calls.
+    pub master_seconds: f64,
+}
+
+/// A recorded signal.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SignalSummary {
+    /// Its unit, in SI base units where the description defines it.
+    pub unit: Option<String>,
+    /// Statistics over every communication point.
+    #[serde(flatten)]
+    pub statistics: Option<Statistics>,
+}
+
+/// A message of a unit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct UnitMessage {
+    /// Which instance.
+    pub instance: String,
+    /// Status by its name in the standard.
+    pub status: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Everything in summary.json.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Its title.
+    pub title: String,
+    /// How the run ended.
+    pub status: Status,
+    /// Why, if it failed.
+    pub error: Option<Failure>,
+    /// Start time (s).
+    pub start: f64,
+    /// Intended stop time (s).
+    pub stop: f64,
+    /// Communication step (s).
+    pub step: f64,
+    /// Finished communication steps.
+    pub steps: u64,
+    /// Simulated time at the end (s).
+    pub reached: f64,
+    /// Rows in results.csv.
+    pub rows: u64,
+    /// Simulated time over wall time of the stepping.
+    pub real_time_factor: f64,
+    /// How units were coupled.
+    pub algorithm: AlgorithmSummary,
+    /// Loops solved before the start.
+    pub initial_loops: Vec<SolvedLoop>,
+    /// Wall times.
+    pub wall_time: WallTime,
+    /// Version of this program.
+    pub master_version: String,
+    /// Settings given on the command line.
+    pub overrides: Vec<String>,
+    /// Units by their name in the scenario.
+    pub units: IndexMap<String, UnitSummary>,
+    /// Recorded signals.
+    pub signals: IndexMap<String, SignalSummary>,
+    /// The units' first messages.
+    pub messages: Vec<UnitMessage>,
+    /// Pictures in the results folder.
+    pub pictures: Vec<String>,
+}
