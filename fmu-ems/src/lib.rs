@@ -1,6 +1,6 @@
 //! FMI 2.0 co-simulation unit `ems`: one levitation electromagnet with its controller (eqs 1-5).
 //!
-//! The physics is in the crate `magnet`; here is its interface: [`table`] declares the variables,
+//! The physics is in the crate `magnet`; here is its interface: `table` declares the variables,
 //! [`Ems`] maps them on the physics.
 
 mod model;
