@@ -7,6 +7,9 @@
 #[macro_export]
 macro_rules! export {
     ($model:ty) => {
+        #[cfg(panic = "abort")]
+        compile_error!("a unit needs panic = \"unwind\": a panic must not take the importer down");
+
         #[allow(
             missing_docs,
             non_snake_case,

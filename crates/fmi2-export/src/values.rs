@@ -124,8 +124,18 @@ impl<T: Copy> From<Var<T>> for Vars<T> {
 }
 
 /// UTF-8 text that C can read in place: always ends with a NUL and has no other.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CText(String);
+
+impl Clone for CText {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.0.clone_from(&source.0);
+    }
+}
 
 impl CText {
     /// `None` when the text has a NUL inside.

@@ -1,6 +1,6 @@
 //! A model with a variable of every kind, and trouble on demand.
 
-#![allow(dead_code, reason = "every test program uses a part of it")]
+#![allow(dead_code, clippy::panic, reason = "a test model; every test program uses a part of it")]
 
 use fmi2_export::*;
 use serde::{Deserialize, Serialize};
