@@ -1,6 +1,6 @@
 //! The 34 C functions of an FMI 2.0 co-simulation unit, as [`export!`](crate::export) wires them.
 //!
-//! Every function of an instance goes through [`enter`]: null check, allowed-state check, panics
+//! Every function of an instance goes through one guard: null check, allowed-state check, panics
 //! caught, reason logged, status mapped. Nothing else crosses the C border.
 //!
 //! # Safety
