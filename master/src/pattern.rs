@@ -179,9 +179,13 @@ fn range_at<'a>(pattern: &str, text: &str) -> Result<Option<(Part<'a>, usize)>, 
 /// The candidate closest in spelling, if any is close enough to be meant.
 #[must_use]
 pub fn suggest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = name.to_lowercase();
     candidates
         .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .map(|candidate| {
+            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
+            (distance, candidate)
+        })
         .filter(|(distance, candidate)| {
             *distance <= 1 + name.chars().count().max(candidate.chars().count()) / 4
         })
@@ -237,6 +241,7 @@ mod tests {
     #[test]
     fn analytic_suggestions_are_close_or_absent() {
         assert_eq!(suggest("gpa", ["gap", "force"]), Some("gap"));
+        assert_eq!(suggest("Y", ["u", "y"]), Some("y"));
         assert_eq!(suggest("temperature", ["gap", "force"]), None);
     }
 

@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
     /// Stop time (s) instead of the scenario's.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     stop: Option<f64>,
     /// Communication step (s) instead of the scenario's.
     #[arg(long, value_name = "H")]

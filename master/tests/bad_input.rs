@@ -1,0 +1,315 @@
+//! Whatever is wrong with the input, the command says what, where and how to mend it, and ends
+//! with status 2; a run that fails ends with 1 and keeps its results.
+
+mod support;
+
+use std::fs;
+
+use serde_json::json;
+use support::{Bench, DESCRIPTION, ring};
+
+#[test]
+fn issue_missing_scenario() {
+    Bench::new().run(&[]).fails(2, &["scenario.json cannot be read", "No such file", "help:"]);
+}
+
+#[test]
+fn issue_missing_unit() {
+    let bench = Bench::new();
+    let mut scenario = ring();
+    scenario["units"]["unit"] = json!("nowhere/motor.fmu");
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["units.unit", "motor.fmu", "No such file", "help: check the path"]);
+}
+
+#[test]
+fn issue_broken_zip() {
+    let bench = Bench::new();
+    fs::write(bench.path("unit.fmu"), b"PK\x03\x04 this is no archive").unwrap();
+    bench.scenario(&ring());
+    bench
+        .run(&[])
+        .fails(2, &["unit.fmu", "not a readable zip archive", "help: the file is damaged"]);
+}
+
+#[test]
+fn issue_truncated_zip() {
+    let bench = Bench::new();
+    let bytes = fs::read(bench.path("unit.fmu")).unwrap();
+    fs::write(bench.path("unit.fmu"), &bytes[..bytes.len() / 2]).unwrap();
+    bench.scenario(&ring());
+    bench.run(&[]).fails(2, &["unit.fmu", "not a readable zip archive"]);
+}
+
+#[test]
+fn issue_entry_that_leaves_the_folder() {
+    let bench = Bench::new();
+    let files: [(&str, &[u8]); 2] =
+        [("modelDescription.xml", DESCRIPTION.as_bytes()), ("resources/../../evil", b"x")];
+    bench.pack("unit.fmu", &files);
+    bench.scenario(&ring());
+    bench.run(&[]).fails(2, &["resources/../../evil", "outside of the unit's folder", "help:"]);
+}
+
+#[test]
+fn issue_missing_description() {
+    let bench = Bench::new();
+    bench.pack("unit.fmu", &[("readme.txt", b"hello")]);
+    bench.scenario(&ring());
+    bench.run(&[]).fails(2, &["unit.fmu", "no modelDescription.xml", "help:"]);
+}
+
+#[test]
+fn issue_document_type_declaration() {
+    let bench = Bench::new();
+    let bomb = "<!DOCTYPE x [<!ENTITY a \"b\">]><fmiModelDescription/>";
+    bench.pack("unit.fmu", &[("modelDescription.xml", bomb.as_bytes())]);
+    bench.scenario(&ring());
+    bench.run(&[]).fails(2, &["document type declaration"]);
+}
+
+#[test]
+fn issue_other_versions_and_kinds_of_units() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    for (old, new, text) in [
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "made for FMI 3.0"),
+        ("<CoSimulation", "<ModelExchange", "model exchange only"),
+        ("valueReference=\"0\"", "valueReference=\"x\"", "line 11: valueReference=\"x\""),
+        ("name=\"y\"", "name=\"u\"", "\"u\" occurs twice"),
+        ("</ModelStructure>", "", "not well-formed"),
+        ("modelIdentifier=\"unit\"", "modelIdentifier=\"../../x\"", "not a C identifier"),
+    ] {
+        let changed = DESCRIPTION.replacen(old, new, 1);
+        bench.pack("unit.fmu", &[("modelDescription.xml", changed.as_bytes())]);
+        bench.run(&[]).fails(2, &["unit.fmu", text]);
+    }
+}
+
+#[test]
+fn issue_wrong_guid() {
+    let bench = Bench::new();
+    bench.unit("unit.fmu", DESCRIPTION, &["-DGUID=\"another\""]);
+    bench.scenario(&ring());
+    bench.run(&[]).fails(
+        2,
+        &["unit a refused to be instantiated", "it says: GUID test-unit does not fit", "help:"],
+    );
+}
+
+#[test]
+fn issue_binary_missing_or_wrong() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    let text = DESCRIPTION.as_bytes();
+    bench.pack("unit.fmu", &[("modelDescription.xml", text), ("binaries/win64/unit.dll", b"MZ")]);
+    bench.run(&[]).fails(2, &["no binary for linux64", "it has binaries for: win64", "help:"]);
+    let place = "binaries/linux64/unit.so";
+    bench.pack("unit.fmu", &[("modelDescription.xml", text), (place, b"no library")]);
+    bench.run(&[]).fails(2, &["cannot be loaded", "no binary of a known format"]);
+    let binary = bench.compile(&["-DfmiDoStep=x", "-Dfmi2DoStep=fmi2DoStop"]);
+    bench.pack("unit.fmu", &[("modelDescription.xml", text), (place, &binary)]);
+    bench.run(&[]).fails(2, &["lacks the function fmi2DoStep", "X86_64"]);
+    let tool = DESCRIPTION.replace("canInter", "needsExecutionTool=\"true\" canInter");
+    bench.unit("unit.fmu", &tool, &[]);
+    bench.run(&[]).fails(2, &["needs another program to run in (hand)"]);
+}
+
+#[test]
+fn issue_names_in_connections() {
+    let bench = Bench::new();
+    let connect = |from: &str, to: &str| {
+        let mut scenario = ring();
+        scenario["connections"] = json!([{ "from": from, "to": to }]);
+        bench.scenario(&scenario);
+        bench.run(&[])
+    };
+    connect("a.Y", "b.u").fails(
+        2,
+        &[
+            "connections[0]",
+            "no variable \"Y\" in a (unit integrator)",
+            "did you mean \"y\"?",
+            "help:",
+        ],
+    );
+    connect("aa.y", "b.u").fails(2, &["no instance \"aa\"", "did you mean \"a\"?"]);
+    connect("ay", "b.u").fails(2, &["\"ay\" is not of the form instance.variable"]);
+    connect("a.[1..2]", "b.[1..3]").fails(2, &["stands for 2 signals", "for 3"]);
+    connect("a.[3..1]", "b.u").fails(2, &["[3..1] runs backwards"]);
+}
+
+#[test]
+fn issue_causality_type_and_double_sources() {
+    let bench = Bench::new();
+    let connect = |pairs: &[(&str, &str)]| {
+        let mut scenario = ring();
+        scenario["connections"] =
+            pairs.iter().map(|(from, to)| json!({ "from": from, "to": to })).collect();
+        bench.scenario(&scenario);
+        bench.run(&[])
+    };
+    connect(&[("a.u", "b.u")]).fails(2, &["a.u is an input, not an output", "help:"]);
+    connect(&[("a.y", "b.gain")]).fails(2, &["b.gain is a parameter, not an input"]);
+    connect(&[("a.m", "b.u")]).fails(2, &["a.m is of type Integer, b.u of type Real"]);
+    connect(&[("a.y", "b.u"), ("a.z", "b.u")])
+        .fails(2, &["connections[1]", "b.u is already fed by a.y", "help:"]);
+}
+
+#[test]
+fn issue_units_of_measurement_that_do_not_fit() {
+    let bench = Bench::new();
+    bench.unit("unit.fmu", &DESCRIPTION.replacen("unit=\"m\"", "unit=\"s\"", 1), &[]);
+    bench.scenario(&ring());
+    bench.run(&[]).fails(
+        2,
+        &[
+            "units of measurement of a.y and b.u do not fit",
+            "m is m in base units, s is s",
+            "help:",
+        ],
+    );
+}
+
+#[test]
+fn issue_unconnected_input_without_start() {
+    let bench = Bench::new();
+    bench.unit("unit.fmu", &DESCRIPTION.replacen("start=\"0\" unit", "unit", 1), &[]);
+    let mut scenario = ring();
+    scenario["connections"] = json!([{ "from": "a.y", "to": "b.u" }]);
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["a.u is not connected and has no start value", "help: connect it"]);
+    bench.run(&["--set", "a.u=1"]).succeeds();
+}
+
+#[test]
+fn issue_values_that_do_not_fit() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    for (set, text) in [
+        ("a.gain=11", "11 is outside of the range of a.gain: -10 to 10"),
+        ("a.gain=much", "\"much\" is no value for a.gain, which is of type Real"),
+        ("a.fault=1.5", "1.5 is no value for a.fault, which is of type Integer"),
+        ("a.y=1", "a.y cannot be set"),
+        ("a.gian=1", "did you mean \"gain\"?"),
+        ("x_*.gain=1", "matches nothing"),
+    ] {
+        bench.run(&["--set", set]).fails(2, &[text, "--set"]);
+    }
+    bench.run(&["--set", "nonsense"]).fails(2, &["instance.variable=value"]);
+    let mut scenario = ring();
+    scenario["instances"]["a"]["parameters"] = json!({ "u": 1.0 });
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["instances.a.parameters", "it belongs under \"start\""]);
+}
+
+#[test]
+fn issue_step_that_does_not_divide() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    bench
+        .run(&["--step", "0.3"])
+        .fails(2, &["the step 0.3 s does not divide", "help: choose stop"]);
+    bench
+        .run(&["--record-interval", "0.25"])
+        .fails(2, &["record.interval 0.25 s is not a multiple"]);
+    bench.run(&["--stop", "-1"]).fails(2, &["do not make a run"]);
+}
+
+#[test]
+fn issue_unknown_key_and_type_name_their_path() {
+    let bench = Bench::new();
+    let mut scenario = ring();
+    scenario["record"]["sginals"] = json!([]);
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["at record", "unknown field `sginals`", "help: `maglev schema`"]);
+    let mut scenario = ring();
+    scenario["experiment"]["step"] = json!("fast");
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["at experiment.step", "expected f64"]);
+    let mut scenario = ring();
+    scenario["algorithm"] = json!({ "name": "magic" });
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["at algorithm.name", "`jacobi` or `gauss-seidel`"]);
+}
+
+#[test]
+fn issue_results_folder_that_cannot_be_written() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    fs::write(bench.path("out"), "a file is in the way").unwrap();
+    bench
+        .run(&[])
+        .fails(2, &["the results cannot be written to out", "help: choose another folder"]);
+}
+
+#[test]
+fn issue_bad_usage() {
+    let bench = Bench::new();
+    bench.maglev(&["fly"]).fails(2, &["unrecognized subcommand"]);
+    bench.maglev(&["inspect", "missing.fmu"]).fails(2, &["missing.fmu", "No such file"]);
+}
+
+/// Until the fault at 0.5 s everything is kept; the report names unit, call and time.
+#[test]
+fn issue_faults_while_stepping_end_the_run_and_keep_its_results() {
+    for (fault, texts) in [
+        (1, &["the run failed at 0.4 s", "unit a: y is NaN at 0.5 s", "help:"][..]),
+        (3, &["fmi2Discard at 0.4 s", "it got to 0.499 s", "asks to end", "smaller step"][..]),
+        (4, &["unit a: fmi2DoStep returned fmi2Error at 0.4 s", "it says: the model broke"][..]),
+        (5, &["fmi2Fatal at 0.4 s"][..]),
+        (8, &["unknown status 99 at 0.4 s"][..]),
+    ] {
+        let bench = Bench::new();
+        bench.scenario(&ring());
+        let fault = format!("a.fault={fault}");
+        let ran = bench.run(&["--set", &fault, "--set", "a.fail_time=0.45"]);
+        ran.fails(1, texts);
+        assert_eq!(bench.rows().len(), 5, "0.0 to 0.4 s");
+        let summary = bench.summary();
+        assert_eq!(summary["status"], "failed");
+        assert_eq!(summary["steps"], 4);
+        assert!(summary["error"]["causes"][1].as_str().unwrap().contains("unit a"));
+        assert!(!bench.path("out/results.csv.partial").exists());
+    }
+}
+
+#[test]
+fn issue_failure_while_initializing() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    bench.run(&["--set", "b.fault=7"]).fails(
+        1,
+        &["the run could not start", "unit b: fmi2ExitInitializationMode returned fmi2Error"],
+    );
+}
+
+#[test]
+fn issue_warnings_go_on_and_pending_is_polled() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    let ran = bench.run(&["--set", "a.fault=2", "--set", "a.fail_time=0.5"]);
+    ran.succeeds();
+    assert_eq!(ran.stderr().matches("unit a warns: u is odd at 100 #").count(), 1);
+    assert_eq!(bench.summary()["messages"][0]["status"], "fmi2Warning");
+    bench.run(&["--set", "a.fault=6", "--set", "a.fail_time=0.5"]).succeeds();
+    assert_eq!(bench.rows().len(), 11);
+}
+
+/// z = gain·u: a ring of two with gains of 2 has no fixed point that an iteration finds.
+#[test]
+fn issue_initial_loop_that_does_not_settle() {
+    let bench = Bench::new();
+    let mut scenario = ring();
+    scenario["connections"] =
+        json!([{ "from": "a.z", "to": "b.u" }, { "from": "b.z", "to": "a.u" }]);
+    scenario["instances"]["a"]["start"] = json!({ "u": 1.0 });
+    scenario["instances"]["a"]["parameters"] = json!({ "gain": 2.0 });
+    scenario["instances"]["b"]["parameters"] = json!({ "gain": 2.0 });
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(1, &["the loop through a.z, b.z did not settle in 100 sweeps", "help:"]);
+    let ran = bench.run(&["--set", "a.gain=0.5", "--set", "b.gain=0.5"]);
+    ran.succeeds();
+    assert!(ran.stderr().contains("algebraic loop, cut by extrapolation: a.z, b.z"));
+    assert!(bench.summary()["initial_loops"][0]["sweeps"].as_u64().unwrap() > 5);
+}

@@ -1,0 +1,220 @@
+/* A unit for tests: an integrator x' = u with exact steps for polynomial inputs, outputs of every
+ * type, and faults on demand. Written against the FMI 2.0 standard's text. */
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef void *component;
+typedef unsigned int vref;
+typedef int status; /* OK, Warning, Discard, Error, Fatal, Pending */
+enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING };
+typedef void (*logger)(void *, const char *, status, const char *, const char *, ...);
+typedef struct {
+    logger log;
+    void *(*allocate)(size_t, size_t);
+    void (*release)(void *);
+    void (*finished)(void *, status);
+    void *environment;
+} callbacks;
+
+enum { U, Y, Z, FAIL_TIME, GAIN, REALS };
+enum { FAULT, N, M, INTEGERS };
+
+typedef struct {
+    const callbacks *call;
+    char name[64];
+    double real[REALS], derivative[3], time;
+    int integer[INTEGERS], boolean[2];
+    char string[2][64];
+    int pending, dead;
+} unit;
+
+#ifndef GUID
+#define GUID "test-unit"
+#endif
+
+static void say(unit *it, status s, const char *text)
+{
+    it->call->log(it->call->environment, it->name, s, "logStatus", "%s", text);
+}
+
+const char *fmi2GetTypesPlatform(void) { return "default"; }
+const char *fmi2GetVersion(void) { return "2.0"; }
+status fmi2SetDebugLogging(component c, int on, size_t n, const char *const names[]) { return OK; }
+
+component fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
+                          const callbacks *call, int visible, int logging)
+{
+    unit *it;
+    if (strcmp(guid, GUID)) {
+        call->log(call->environment, name, ERROR, NULL, "GUID %s does not fit, expected %s", guid,
+                  GUID);
+        return NULL;
+    }
+    it = calloc(1, sizeof *it);
+    it->call = call;
+    strncpy(it->name, name, sizeof it->name - 1);
+    it->real[FAIL_TIME] = 1e300;
+    it->real[GAIN] = 1;
+    return it;
+}
+
+void fmi2FreeInstance(component c)
+{
+    unit *it = c;
+    if (it && it->dead)
+        abort(); /* nothing may be called after fmi2Fatal */
+    free(c);
+}
+
+status fmi2SetupExperiment(component c, int t, double tol, double start, int s, double stop)
+{
+    ((unit *)c)->time = start;
+    return OK;
+}
+status fmi2EnterInitializationMode(component c) { return OK; }
+status fmi2ExitInitializationMode(component c)
+{
+    return ((unit *)c)->integer[FAULT] == 7 ? ERROR : OK;
+}
+status fmi2Terminate(component c) { return OK; }
+#ifndef WITHOUT_RESET
+status fmi2Reset(component c) { return OK; }
+#endif
+
+static void outputs(unit *it)
+{
+    it->real[Z] = it->real[GAIN] * it->real[U];
+    it->integer[M] = it->integer[N];
+    it->boolean[1] = it->boolean[0];
+    strcpy(it->string[1], it->string[0]);
+}
+
+status fmi2GetReal(component c, const vref *r, size_t n, double *v)
+{
+    unit *it = c;
+    outputs(it);
+    for (size_t i = 0; i < n; i++)
+        v[i] = r[i] == Y && it->integer[FAULT] == 1 && it->time >= it->real[FAIL_TIME]
+                   ? NAN
+                   : it->real[r[i]];
+    return OK;
+}
+status fmi2GetInteger(component c, const vref *r, size_t n, int *v)
+{
+    outputs(c);
+    for (size_t i = 0; i < n; i++)
+        v[i] = ((unit *)c)->integer[r[i]];
+    return OK;
+}
+status fmi2GetBoolean(component c, const vref *r, size_t n, int *v)
+{
+    outputs(c);
+    for (size_t i = 0; i < n; i++)
+        v[i] = ((unit *)c)->boolean[r[i]];
+    return OK;
+}
+status fmi2GetString(component c, const vref *r, size_t n, const char **v)
+{
+    outputs(c);
+    for (size_t i = 0; i < n; i++)
+        v[i] = ((unit *)c)->string[r[i]];
+    return OK;
+}
+status fmi2SetReal(component c, const vref *r, size_t n, const double *v)
+{
+    for (size_t i = 0; i < n; i++) {
+        ((unit *)c)->real[r[i]] = v[i];
+        if (r[i] == U)
+            memset(((unit *)c)->derivative, 0, sizeof ((unit *)c)->derivative);
+    }
+    return OK;
+}
+status fmi2SetInteger(component c, const vref *r, size_t n, const int *v)
+{
+    for (size_t i = 0; i < n; i++)
+        ((unit *)c)->integer[r[i]] = v[i];
+    return OK;
+}
+status fmi2SetBoolean(component c, const vref *r, size_t n, const int *v)
+{
+    for (size_t i = 0; i < n; i++)
+        ((unit *)c)->boolean[r[i]] = v[i];
+    return OK;
+}
+status fmi2SetString(component c, const vref *r, size_t n, const char *const *v)
+{
+    for (size_t i = 0; i < n; i++)
+        strncpy(((unit *)c)->string[r[i]], v[i], 63);
+    return OK;
+}
+status fmi2GetFMUstate(component c, void **s) { return ERROR; }
+status fmi2SetFMUstate(component c, void *s) { return ERROR; }
+status fmi2FreeFMUstate(component c, void **s) { return ERROR; }
+status fmi2SerializedFMUstateSize(component c, void *s, size_t *n) { return ERROR; }
+status fmi2SerializeFMUstate(component c, void *s, char *b, size_t n) { return ERROR; }
+status fmi2DeSerializeFMUstate(component c, const char *b, size_t n, void **s) { return ERROR; }
+status fmi2GetDirectionalDerivative(component c, const vref *u, size_t nu, const vref *k, size_t nk,
+                                    const double *dk, double *du)
+{
+    return ERROR;
+}
+status fmi2SetRealInputDerivatives(component c, const vref *r, size_t n, const int *order,
+                                   const double *v)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (r[i] != U || order[i] > MAX_INPUT_ORDER)
+            return DISCARD;
+        ((unit *)c)->derivative[order[i] - 1] = v[i];
+    }
+    return OK;
+}
+status fmi2GetRealOutputDerivatives(component c, const vref *r, size_t n, const int *order,
+                                    double *v)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (r[i] != Y || order[i] != 1)
+            return DISCARD;
+        v[i] = ((unit *)c)->real[U];
+    }
+    return OK;
+}
+status fmi2DoStep(component c, double t, double h, int no)
+{
+    unit *it = c;
+    double *u = it->real + U, *d = it->derivative;
+    it->real[Y] += h * (*u + h / 2 * (d[0] + h / 3 * (d[1] + h / 4 * d[2])));
+    *u += h * (d[0] + h / 2 * (d[1] + h / 3 * d[2]));
+    memset(d, 0, sizeof it->derivative);
+    it->time = t + h;
+    if (it->time < it->real[FAIL_TIME])
+        return OK;
+    switch (it->integer[FAULT]) {
+    case 2: say(it, WARNING, "#r0# is odd at 100 ##"); return WARNING;
+    case 3: return DISCARD;
+    case 4: say(it, ERROR, "the model broke"); return ERROR;
+    case 5: it->dead = 1; return FATAL;
+    case 6: it->pending = 3; return PENDING;
+    case 8: return 99;
+    default: return OK;
+    }
+}
+status fmi2CancelStep(component c) { return ERROR; }
+status fmi2GetStatus(component c, int kind, status *v)
+{
+    *v = ((unit *)c)->pending-- > 0 ? PENDING : OK;
+    return OK;
+}
+status fmi2GetRealStatus(component c, int kind, double *v)
+{
+    *v = ((unit *)c)->time - 0.001;
+    return OK;
+}
+status fmi2GetIntegerStatus(component c, int kind, int *v) { return DISCARD; }
+status fmi2GetBooleanStatus(component c, int kind, int *v)
+{
+    *v = kind == 3;
+    return OK;
+}
+status fmi2GetStringStatus(component c, int kind, const char **v) { return DISCARD; }
