@@ -19,6 +19,14 @@ use crate::state::{BodyState, State};
 const MOST_CORRECTIONS: usize = 12;
 /// A correction that leaves more than this share asks for new factors.
 const SLOW: f64 = 0.1;
+/// Share of the tolerance that is aimed at. Near singular positions what is left of a violation is
+/// amplified, so corrections go on towards rounding as long as they help.
+const AIM: f64 = 0.01;
+
+/// Whether corrections may end: at the aim, or within the tolerance once rounding stops progress.
+fn closed(violation: f64, before: f64, tolerance: f64) -> bool {
+    violation <= AIM * tolerance || (violation <= tolerance && violation > 0.5 * before)
+}
 
 /// Forces on the magnets as polynomials in the time τ since the start of the step:
 /// u + u' τ + u'' τ²/2 + u''' τ³/6.
@@ -171,7 +179,7 @@ impl Model {
         let mut before = f64::INFINITY;
         for iteration in 0.. {
             let (violation, joint) = self.residuals(ws);
-            if violation <= self.tolerances.position {
+            if closed(violation, before, self.tolerances.position) {
                 break;
             }
             self.give_up(iteration, violation, joint, time)?;
@@ -192,7 +200,7 @@ impl Model {
         fresh = false;
         for iteration in 0.. {
             let (violation, joint) = self.rates(bodies, ws);
-            if violation <= self.tolerances.velocity {
+            if closed(violation, before, self.tolerances.velocity) {
                 break;
             }
             self.give_up(iteration, violation, joint, time)?;

@@ -28,6 +28,8 @@ mod model;
 mod observe;
 mod ordering;
 mod state;
+#[cfg(test)]
+mod tests;
 pub mod train;
 
 pub use check::MEETING_TOLERANCE;

@@ -1,0 +1,183 @@
+//! Bad vehicle files: each refused with the place and what is wrong.
+#![allow(clippy::unwrap_used)] // helpers outside the test functions
+
+mod common;
+
+use common::{body, empty, joint};
+use multibody::{Description, Error, JointKind, LoadCourse, Model, train};
+
+fn complaint(change: impl FnOnce(&mut serde_json::Value)) -> String {
+    let mut value = serde_json::to_value(train::one_bogie()).unwrap();
+    change(&mut value);
+    Model::from_json(&value.to_string()).unwrap_err().to_string()
+}
+
+fn assert_says(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
+}
+
+#[test]
+fn invariant_bad_files_are_refused_with_their_json_path() {
+    let text = complaint(|v| v["joints"][2]["body_b"] = "nobody".into());
+    assert_says(&text, &["joints[2].body_b", "nobody"]);
+    let text = complaint(|v| v["bodies"][3]["mass"] = (-5.0).into());
+    assert_says(&text, &["bodies[3].mass", "positive", "-5"]);
+    let text = complaint(|v| v["bodies"][1]["inertia"] = vec![1.0, -1.0, 1.0].into());
+    assert_says(&text, &["bodies[1].inertia", "positive definite"]);
+    let text = complaint(|v| v["bodies"][1]["inertia"] = vec![1.0, 1.0, 3.0].into());
+    assert_says(&text, &["bodies[1].inertia", "exceeds the sum"]);
+    let text = complaint(|v| v["bodies"][1]["name"] = v["bodies"][0]["name"].clone());
+    assert_says(&text, &["bodies[1].name", "already bodies[0]"]);
+    let text = complaint(|v| v["bodies"][0]["colour"] = "red".into());
+    assert_says(&text, &["bodies[0]", "colour"]);
+    let text = complaint(|v| v["joints"][0]["axis"] = vec![0.0, 0.0, 0.0].into());
+    assert_says(&text, &["joints[0].axis", "zero"]);
+    let text = complaint(|v| v["joints"][0]["kind"] = "glue".into());
+    assert_says(&text, &["joints[0].kind", "glue"]);
+    let text = complaint(|v| v["bushings"][0]["rotational_stiffness"][1] = (-1.0).into());
+    assert_says(&text, &["bushings[0].rotational_stiffness", "negative"]);
+    let text = complaint(|v| v["magnets"][4]["body"] = "ground".into());
+    assert_says(&text, &["magnets[4].body", "ground"]);
+    let text = complaint(|v| v["joint_forces"][0]["joint"] = "none".into());
+    assert_says(&text, &["joint_forces[0].joint", "none"]);
+    let text = complaint(|v| v["bodies"][0]["position"] = vec![0.0, 1.0].into());
+    assert_says(&text, &["bodies[0].position"]);
+}
+
+#[test]
+fn invariant_truncated_text_is_refused() {
+    let text = train::one_magnet().to_json().unwrap();
+    for end in [0, 1, 50, text.len() / 2, text.len() - 3] {
+        assert!(matches!(Model::from_json(&text[..end]), Err(Error::Read { .. })), "{end}");
+    }
+    assert!(matches!(Model::from_json(&format!("{text} x")), Err(Error::Read { .. })));
+}
+
+#[test]
+fn invariant_written_files_read_back_the_same() {
+    for name in train::NAMES {
+        let description = train::by_name(name).unwrap();
+        let back = Description::from_json(&description.to_json().unwrap()).unwrap();
+        assert_eq!(back, description);
+    }
+}
+
+#[test]
+fn invariant_joints_that_do_not_meet_are_named() {
+    let mut d = empty("apart");
+    d.bodies.push(body("a", 1.0, [1.0; 3], [0.0; 3]));
+    d.bodies.push(body("b", 1.0, [1.0; 3], [1.0, 0.0, 0.0]));
+    let mut ball = joint("ball", JointKind::Spherical, ["a", "b"], [0.0; 3], None);
+    ball.position = None;
+    ball.local_a = Some([0.5, 0.0, 0.0]);
+    ball.local_b = Some([-0.4, 0.0, 0.0]);
+    d.joints.push(ball);
+    let text = Model::new(&d).unwrap_err().to_string();
+    assert_says(&text, &["joints[0]", "`ball`", "1.000e-1 m apart"]);
+    d.joints[0].local_b = Some([-0.5, 0.0, 0.0]);
+    assert_eq!(Model::new(&d).unwrap().counts().degrees_of_freedom, 9);
+}
+
+/// Four parallel beams between two side frames tie pitch twice: lengths of parallel rods.
+#[test]
+fn invariant_redundant_parallel_beams_are_named() {
+    let mut d = train::one_bogie();
+    for joint in d.joints.iter_mut().filter(|j| j.kind == JointKind::Spherical) {
+        let beam = d.bodies.iter().find(|b| b.name == joint.body_b).unwrap();
+        // straighten the beam: its ends get the x of its middle
+        joint.position = joint.position.map(|p| [beam.position[0], p[1], p[2]]);
+    }
+    let error = Model::new(&d).unwrap_err();
+    let Error::Redundant(found) = &error else { panic!("{error}") };
+    assert_eq!(found.len(), 1, "{error}");
+    assert_says(&found[0].joint, &["beam"]);
+    assert_says(&found[0].direction, &["translation along (0, 1, 0)"]);
+    // all four beams take part, with both ends
+    assert_eq!(found[0].together_with.len(), 7, "{error}");
+}
+
+#[test]
+fn invariant_repeated_fixed_joints_are_named() {
+    let mut d = empty("twice");
+    d.bodies.push(body("a", 1.0, [1.0; 3], [0.0; 3]));
+    d.bodies.push(body("b", 1.0, [1.0; 3], [1.0, 0.0, 0.0]));
+    d.joints.push(joint("weld", JointKind::Bracket, ["a", "b"], [0.5, 0.0, 0.0], None));
+    d.joints.push(joint("ball", JointKind::Spherical, ["b", "a"], [0.0; 3], None));
+    assert_says(&Model::new(&d).unwrap_err().to_string(), &["`ball`", "already"]);
+    d.joints[1] = joint("weld 2", JointKind::Bracket, ["b", "a"], [0.0; 3], None);
+    assert_says(&Model::new(&d).unwrap_err().to_string(), &["`weld 2`", "already"]);
+}
+
+/// A planar four-bar with four parallel hinges: three equations too many in space.
+#[test]
+fn invariant_redundant_hinges_of_a_planar_loop_are_counted() {
+    let y = Some([0.0, 1.0, 0.0]);
+    let mut d = empty("four-bar");
+    let moments = [0.1; 3];
+    d.bodies.push(body("a", 1.0, moments, [0.0, 0.0, 0.5]));
+    d.bodies.push(body("b", 1.0, moments, [0.5, 0.0, 1.0]));
+    d.bodies.push(body("c", 1.0, moments, [1.0, 0.0, 0.5]));
+    for (name, ends, at) in [
+        ("1", ["ground", "a"], [0.0, 0.0, 0.0]),
+        ("2", ["a", "b"], [0.0, 0.0, 1.0]),
+        ("3", ["b", "c"], [1.0, 0.0, 1.0]),
+        ("4", ["c", "ground"], [1.0, 0.0, 0.0]),
+    ] {
+        d.joints.push(joint(name, JointKind::Revolute, ends, at, y));
+    }
+    let error = Model::new(&d).unwrap_err();
+    let Error::Redundant(found) = &error else { panic!("{error}") };
+    assert_eq!(found.len(), 3, "{error}");
+}
+
+#[test]
+fn invariant_forces_that_are_no_numbers_are_named() {
+    let model = Model::new(&train::one_magnet()).unwrap();
+    let mut ws = model.workspace();
+    let mut state = model.initial_state();
+    let course = LoadCourse { vertical: &[[f64::NAN, 0.0, 0.0, 0.0]], lateral: &[[0.0; 4]] };
+    let error = model.step(&mut state, 1e-3, 1e-3, &course, &mut ws).unwrap_err();
+    assert_says(&error.to_string(), &["the force on magnet 1", "t = 0 s"]);
+    let fine = LoadCourse { vertical: &[[0.0; 4]], lateral: &[[0.0; 4]] };
+    for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let mut state = model.initial_state();
+        assert!(matches!(
+            model.step(&mut state, size, 1e-3, &fine, &mut ws),
+            Err(Error::Argument { .. })
+        ));
+    }
+    let none = LoadCourse { vertical: &[], lateral: &[] };
+    let mut state = model.initial_state();
+    assert!(matches!(
+        model.step(&mut state, 1e-3, 1e-3, &none, &mut ws),
+        Err(Error::Argument { .. })
+    ));
+}
+
+/// A slider-crank in its dead centre: stretched crank and coupler repeat what the guide does.
+/// Started in it, the model is refused by name rather than stepped.
+#[test]
+fn invariant_singular_start_is_refused_by_name() {
+    let y = Some([0.0, 1.0, 0.0]);
+    let mut d = empty("folded");
+    // crank and coupler stretched along x, the far end slides along z: neither can fix the other
+    d.bodies.push(body("crank", 1.0, [0.01, 0.1, 0.1], [0.5, 0.0, 0.0]));
+    d.bodies.push(body("coupler", 1.0, [0.01, 0.1, 0.1], [1.5, 0.0, 0.0]));
+    d.bodies.push(body("slider", 1.0, [0.1; 3], [2.0, 0.0, 0.0]));
+    d.joints.push(joint("pivot", JointKind::Revolute, ["ground", "crank"], [0.0; 3], y));
+    d.joints.push(joint("knee", JointKind::Spherical, ["crank", "coupler"], [1.0, 0.0, 0.0], None));
+    d.joints.push(joint("pin", JointKind::Spherical, ["coupler", "slider"], [2.0, 0.0, 0.0], None));
+    d.joints.push(joint(
+        "guide",
+        JointKind::Translational,
+        ["ground", "slider"],
+        [2.0, 0.0, 0.0],
+        Some([0.0, 0.0, 1.0]),
+    ));
+    let error = Model::new(&d).unwrap_err();
+    let Error::Redundant(found) = &error else { panic!("{error}") };
+    assert_eq!(found.len(), 1, "{error}");
+    assert_says(&found[0].direction, &["translation along (1, 0, 0)"]);
+}
