@@ -46,6 +46,8 @@ pub struct State {
     x: f64,
     steps: i32,
     told: f64,
+    /// The gain at the beginning.
+    gain: f64,
     history: Vec<f64>,
 }
 
@@ -116,7 +118,7 @@ impl Model for Everything {
         }
         let product = values.real(self.gain) * f64::from(values.integer(self.count));
         values.set_real(self.product, product);
-        Ok(State { x: time, ..State::default() })
+        Ok(State { x: time, gain: values.real(self.gain), ..State::default() })
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, _: f64) -> Result<(), Error> {
@@ -136,7 +138,7 @@ impl Model for Everything {
             let z = state.x * values.reals(self.v)[k];
             values.reals_mut(self.z)[k] = z;
         }
-        values.set_real(self.power, state.x * u);
+        values.set_real(self.power, state.x * u + state.gain);
         values.set_real(self.told, state.told);
         values.set_integer(self.steps, state.steps);
         values.set_boolean(self.odd, state.steps % 2 != 0);
