@@ -6,6 +6,7 @@ mod description;
 mod error;
 mod export;
 pub mod ffi;
+mod guard;
 mod instance;
 mod interface;
 mod location;
