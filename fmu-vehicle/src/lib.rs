@@ -13,6 +13,8 @@
 
 mod model;
 mod table;
+#[cfg(test)]
+mod tests;
 
 pub use model::Vehicle;
 
