@@ -1,7 +1,7 @@
 //! The 34 C functions of an FMI 2.0 co-simulation unit, as [`export!`](crate::export) wires them.
 //!
-//! Every function of an instance goes through one guard (`guard.rs`): null check, allowed-state check, panics
-//! caught, reason logged, status mapped. Nothing else crosses the C border.
+//! Every function of an instance goes through one guard (`guard.rs`): null check, allowed-state
+//! check, panics caught, reason logged, status mapped. Nothing else crosses the C border.
 //!
 //! # Safety
 //! All functions ask what the FMI standard asks of an importer: a component comes from
