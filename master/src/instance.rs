@@ -173,7 +173,6 @@ pub struct Instance {
     dead: Rc<Cell<bool>>,
     warned: bool,
     running: bool,
-    stepping: Duration,
     steps: u64,
     time: Option<f64>,
 }
@@ -240,7 +239,6 @@ impl Instance {
             dead: Rc::clone(dead),
             warned: false,
             running: false,
-            stepping: Duration::ZERO,
             steps: 0,
             time: None,
         };
@@ -261,12 +259,6 @@ impl Instance {
     #[must_use]
     pub fn package(&self) -> &Package {
         &self.package
-    }
-
-    /// Wall time spent in `fmi2DoStep`.
-    #[must_use]
-    pub fn stepping(&self) -> Duration {
-        self.stepping
     }
 
     /// Number of finished steps.
@@ -515,12 +507,10 @@ impl Instance {
     #[inline]
     pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
         self.time = Some(time);
-        let begin = Instant::now();
         let mut status = call!(self, do_step, "fmi2DoStep", time, size, 1);
         if status == sys::fmi2Status::fmi2Pending {
-            status = self.poll(begin, time)?;
+            status = self.poll(time)?;
         }
-        self.stepping += begin.elapsed();
         if status == sys::fmi2Status::fmi2Discard {
             return fail(self.discarded(time, size));
         }
@@ -531,7 +521,8 @@ impl Instance {
 
     /// Waits until a pending step has ended.
     #[cold]
-    fn poll(&mut self, begin: Instant, time: f64) -> Result<sys::fmi2Status, UnitError> {
+    fn poll(&mut self, time: f64) -> Result<sys::fmi2Status, UnitError> {
+        let begin = Instant::now();
         let mut pause = Duration::from_micros(10);
         loop {
             let mut status = sys::fmi2Status::fmi2Pending;

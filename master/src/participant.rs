@@ -1,8 +1,69 @@
 //! An instance as coupling algorithms see it: fixed lists of what is sent and read in each step.
 
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
 use crate::coupling::{Inputs, Outputs, Unit};
 use crate::description::Type;
 use crate::instance::{Instance, UnitError};
+
+/// Every so many steps are timed: reading the clock costs as much as a small unit's step. A prime,
+/// so that it does not beat with a unit's own rhythm.
+const TIMED: u64 = 7;
+
+/// Wall time of an instance, extrapolated from every seventh step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Timing {
+    timed: u64,
+    sent: u64,
+    now: bool,
+    stepping: Duration,
+    exchanging: Duration,
+}
+
+/// Seconds that a timed section of no content seems to take: the clock's own part.
+fn clock_cost() -> f64 {
+    static COST: OnceLock<f64> = OnceLock::new();
+    *COST.get_or_init(|| {
+        let shortest = (0..200).map(|_| Instant::now().elapsed()).min();
+        shortest.unwrap_or_default().as_secs_f64()
+    })
+}
+
+impl Timing {
+    fn scaled(&self, time: Duration, sections: u64) -> f64 {
+        if self.timed == 0 {
+            return 0.0;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "counts of steps")]
+        let (timed, sent, sections) = (self.timed as f64, self.sent as f64, sections as f64);
+        let net = time.as_secs_f64() - timed * sections * clock_cost();
+        net.max(0.0) * sent / timed
+    }
+
+    /// Seconds in `fmi2DoStep`.
+    #[must_use]
+    pub fn step_seconds(&self) -> f64 {
+        self.scaled(self.stepping, 1)
+    }
+
+    /// Seconds in the calls that set inputs and get outputs.
+    #[must_use]
+    pub fn exchange_seconds(&self) -> f64 {
+        self.scaled(self.exchanging, 2)
+    }
+
+    fn begin_step(&mut self) {
+        self.now = self.sent.is_multiple_of(TIMED);
+        self.sent += 1;
+        self.timed += u64::from(self.now);
+    }
+
+    #[inline]
+    fn begin(&self) -> Option<Instant> {
+        self.now.then(Instant::now)
+    }
+}
 
 /// What one instance exchanges; variables by their index in the description.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +92,7 @@ pub struct Traffic {
 pub struct Participant {
     instance: Instance,
     traffic: Traffic,
+    timing: Timing,
     real_inputs: Vec<u32>,
     input_values: Vec<f64>,
     derivative_inputs: Vec<u32>,
@@ -115,6 +177,7 @@ impl Participant {
             booleans,
             instance,
             traffic,
+            timing: Timing::default(),
         };
         participant.lay_out_derivatives();
         participant
@@ -197,6 +260,12 @@ impl Participant {
         Ok(self.traffic.real_inputs.iter().map(|(_, highest)| *highest).collect())
     }
 
+    /// Where its wall time went.
+    #[must_use]
+    pub fn timing(&self) -> &Timing {
+        &self.timing
+    }
+
     /// The instance itself.
     #[must_use]
     pub fn instance(&self) -> &Instance {
@@ -234,13 +303,19 @@ impl Unit for Participant {
     type Error = UnitError;
 
     fn send(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
+        self.timing.begin_step();
         let mut at = 0;
         for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
             let p = inputs.reals[k];
             self.input_values[k] = p[0];
-            self.derivative_values[at..at + highest].copy_from_slice(&p[1..=*highest]);
+            // at most three: a loop is faster than a call to copy memory
+            for (value, derivative) in self.derivative_values[at..].iter_mut().zip(&p[1..=*highest])
+            {
+                *value = *derivative;
+            }
             at += highest;
         }
+        let begin = self.timing.begin();
         let instance = &mut self.instance;
         instance.set_real(&self.real_inputs, &self.input_values)?;
         instance.set_integer(&self.integer_inputs, &inputs.integers)?;
@@ -252,23 +327,58 @@ impl Unit for Participant {
             &self.derivative_inputs,
             &self.derivative_orders,
             &self.derivative_values,
-        )
+        )?;
+        if let Some(begin) = begin {
+            self.timing.exchanging += begin.elapsed();
+        }
+        Ok(())
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
-        self.instance.do_step(time, size)
+        let begin = self.timing.begin();
+        self.instance.do_step(time, size)?;
+        if let Some(begin) = begin {
+            self.timing.stepping += begin.elapsed();
+        }
+        Ok(())
     }
 
     fn receive(&mut self, time: f64, outputs: &mut Outputs) -> Result<(), UnitError> {
-        let instance = &mut self.instance;
-        instance.get_real(&self.real_references, &mut self.real_values)?;
-        // one sum tells whether any value is not finite: NaN and infinity survive additions of 0·x
+        let begin = self.timing.begin();
+        self.get_all(outputs)?;
+        if let Some(begin) = begin {
+            self.timing.exchanging += begin.elapsed();
+        }
+        // 0·x is zero unless x is NaN or infinite: one sum tells of all values
         let suspicious: f64 = self.real_values.iter().map(|x| x * 0.0).sum();
         if suspicious != 0.0
             && let Some(k) = self.real_values.iter().position(|x| !x.is_finite())
         {
-            return Err(instance.not_finite(self.reals[k], self.real_values[k], time).into());
+            return Err(self.instance.not_finite(self.reals[k], self.real_values[k], time).into());
         }
+        let mut derivatives = self.output_derivatives.iter();
+        for (k, &(variable, highest)) in self.traffic.real_outputs.iter().enumerate() {
+            let point = &mut outputs.reals[k];
+            point[0] = self.real_values[k];
+            for (place, &value) in point[1..=highest].iter_mut().zip(&mut derivatives) {
+                if !value.is_finite() {
+                    return Err(self.instance.not_finite(variable, value, time).into());
+                }
+                *place = value;
+            }
+        }
+        let feeding = outputs.integers.len();
+        outputs.integers.copy_from_slice(&self.integer_values[..feeding]);
+        let feeding = outputs.booleans.len();
+        outputs.booleans.copy_from_slice(&self.boolean_values[..feeding]);
+        Ok(())
+    }
+}
+
+impl Participant {
+    fn get_all(&mut self, outputs: &mut Outputs) -> Result<(), UnitError> {
+        let instance = &mut self.instance;
+        instance.get_real(&self.real_references, &mut self.real_values)?;
         instance.get_real_output_derivatives(
             &self.output_references,
             &self.output_orders,
@@ -279,21 +389,6 @@ impl Unit for Participant {
         for (text, &reference) in outputs.strings.iter_mut().zip(&self.strings) {
             *text = instance.get_string(reference)?;
         }
-        let mut at = 0;
-        for (k, &(variable, highest)) in self.traffic.real_outputs.iter().enumerate() {
-            let point = &mut outputs.reals[k];
-            point[0] = self.real_values[k];
-            let derivatives = &self.output_derivatives[at..at + highest];
-            if let Some(&bad) = derivatives.iter().find(|x| !x.is_finite()) {
-                return Err(instance.not_finite(variable, bad, time).into());
-            }
-            point[1..=highest].copy_from_slice(derivatives);
-            at += highest;
-        }
-        let feeding = outputs.integers.len();
-        outputs.integers.copy_from_slice(&self.integer_values[..feeding]);
-        let feeding = outputs.booleans.len();
-        outputs.booleans.copy_from_slice(&self.boolean_values[..feeding]);
         Ok(())
     }
 }

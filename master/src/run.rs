@@ -248,7 +248,10 @@ impl Job<'_> {
             .collect();
         let experiment = self.scenario.experiment;
         let units = units(self.scenario, system, participants);
-        let units_seconds = units.values().map(|unit| unit.step_seconds).sum();
+        let units_seconds: f64 = units
+            .values()
+            .map(|unit: &UnitSummary| unit.step_seconds + unit.exchange_seconds)
+            .sum();
         let run_seconds = progress.run.as_secs_f64();
         let simulated = progress.time - experiment.start;
         let summary = Summary {
@@ -270,7 +273,7 @@ impl Job<'_> {
                 start_seconds: progress.start.as_secs_f64(),
                 run_seconds,
                 units_seconds,
-                master_seconds: run_seconds - units_seconds,
+                master_seconds: (run_seconds - units_seconds).max(0.0),
             },
             master_version: env!("CARGO_PKG_VERSION").to_owned(),
             overrides: self
@@ -720,12 +723,7 @@ fn units(
             continue;
         };
         let description = first.description();
-        let mine = || {
-            participants
-                .iter()
-                .map(Participant::instance)
-                .filter(|instance| instance.package().path() == path)
-        };
+        let mine = || participants.iter().filter(|it| it.instance().package().path() == path);
         units.insert(
             name.clone(),
             UnitSummary {
@@ -739,8 +737,9 @@ fn units(
                     .iter()
                     .filter(|plan| plan.package.path() == path)
                     .count(),
-                steps: mine().map(Instance::steps).sum(),
-                step_seconds: mine().map(|instance| instance.stepping().as_secs_f64()).sum(),
+                steps: mine().map(|it| it.instance().steps()).sum(),
+                step_seconds: mine().map(|it| it.timing().step_seconds()).sum(),
+                exchange_seconds: mine().map(|it| it.timing().exchange_seconds()).sum(),
             },
         );
     }

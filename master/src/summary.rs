@@ -51,8 +51,10 @@ pub struct UnitSummary {
     pub instances: usize,
     /// Finished steps of all instances.
     pub steps: u64,
-    /// Wall time in `fmi2DoStep` of all instances (s).
+    /// Wall time in `fmi2DoStep` of all instances (s), extrapolated from every seventh step.
     pub step_seconds: f64,
+    /// Wall time in calls that set inputs and get outputs (s), extrapolated likewise.
+    pub exchange_seconds: f64,
 }
 
 /// The algorithm as it ran.
@@ -80,9 +82,9 @@ pub struct WallTime {
     pub start_seconds: f64,
     /// Stepping, with recording.
     pub run_seconds: f64,
-    /// Thereof in the units' `fmi2DoStep`.
+    /// Thereof in the units' code.
     pub units_seconds: f64,
-    /// Thereof in the master: exchange, recording, calls.
+    /// Thereof in the master: coupling, recording, drawing of progress.
     pub master_seconds: f64,
 }
 

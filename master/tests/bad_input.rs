@@ -1,6 +1,8 @@
 //! Whatever is wrong with the input, the command says what, where and how to mend it, and ends
 //! with status 2; a run that fails ends with 1 and keeps its results.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test program")]
+
 mod support;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! Runs of real units through the command: results, conversions, all types, determinism.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test program")]
+
 mod support;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! Builds small units from C source and runs the `maglev` command on scenarios made of them.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
