@@ -1,5 +1,7 @@
 //! summary.json: what ran, how it ended, how long it took, and the statistics of the signals.
 
+use std::path::Path;
+
 use indexmap::IndexMap;
 use serde::Serialize;
 
@@ -152,4 +154,16 @@ pub struct Summary {
     pub messages: Vec<UnitMessage>,
     /// Pictures in the results folder.
     pub pictures: Vec<String>,
+}
+
+impl Summary {
+    /// Writes summary.json into the folder.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, folder: &Path) -> std::io::Result<()> {
+        let mut text = serde_json::to_string_pretty(self)?;
+        text.push('\n');
+        std::fs::write(folder.join("summary.json"), text)
+    }
 }

@@ -76,6 +76,12 @@ pub struct Override {
     pub value: String,
 }
 
+impl std::fmt::Display for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.target, self.value)
+    }
+}
+
 /// Why the parts of a scenario do not make a system.
 #[derive(Debug, Error)]
 pub enum SystemError {

@@ -152,10 +152,9 @@ fn unit(variable: &Variable) -> String {
 fn range(variable: &Variable) -> String {
     match (variable.min, variable.max) {
         (None, None) => String::new(),
-        (min, max) => {
-            let bound = |bound: Option<f64>| bound.map(|x| x.to_string()).unwrap_or_default();
-            format!("[{} … {}]", bound(min), bound(max))
-        }
+        (Some(min), None) => format!("≥ {min}"),
+        (None, Some(max)) => format!("≤ {max}"),
+        (Some(min), Some(max)) => format!("[{min} … {max}]"),
     }
 }
 

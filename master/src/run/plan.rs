@@ -1,0 +1,154 @@
+//! From the checked system to instances with their traffic laid out.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use super::selection::Selection;
+use crate::coupling::{Algorithm, Exchange, Links, RealLink};
+use crate::description::Type;
+use crate::error::Error;
+use crate::graph;
+use crate::instance::{Instance, UnitError};
+use crate::library::Functions;
+use crate::participant::{Participant, Traffic};
+use crate::scenario::Scenario;
+use crate::system::{Link, System};
+
+/// Makes all instances; each library is loaded once.
+pub(super) fn instantiate(system: &System) -> Result<Vec<Instance>, Error> {
+    let mut loaded: HashMap<PathBuf, (Functions, Rc<Cell<bool>>)> = HashMap::new();
+    let mut instances = Vec::with_capacity(system.instances.len());
+    for plan in &system.instances {
+        let package = &plan.package;
+        // keyed by the unpacked binary: one file under two names is unpacked, and loaded, twice
+        let binary = package.binary();
+        let once = package.description().co_simulation.can_be_instantiated_only_once_per_process;
+        let (functions, dead) = match loaded.get(&binary) {
+            Some(known) if !once => known.clone(),
+            Some(_) => (Functions::load_copy(package)?, Rc::default()),
+            None => {
+                let fresh: (Functions, Rc<Cell<bool>>) = (Functions::load(package)?, Rc::default());
+                loaded.insert(binary, fresh.clone());
+                fresh
+            }
+        };
+        let instance =
+            Instance::new(package, functions, &dead, &plan.name).map_err(Error::Instantiate)?;
+        instances.push(instance);
+    }
+    Ok(instances)
+}
+
+/// The sequence of the instances: the scenario's, completed by the dependencies.
+pub(super) fn sequence(scenario: &Scenario, system: &System) -> Result<Vec<usize>, Error> {
+    let mut first = Vec::new();
+    for (k, pattern) in scenario.algorithm.order.iter().enumerate() {
+        first.extend(system.select_instances(&format!("algorithm.order[{k}]"), pattern)?);
+    }
+    Ok(graph::sequence(system, &first))
+}
+
+/// Lays out what every instance exchanges and joins the instances to it.
+pub(super) fn plan(
+    scenario: &Scenario,
+    system: &System,
+    selection: &Selection,
+    instances: Vec<Instance>,
+    algorithm: &dyn Algorithm<Participant>,
+) -> Result<(Vec<Participant>, Exchange), UnitError> {
+    let degree = usize::from(scenario.algorithm.extrapolation);
+    let n = instances.len();
+    let mut traffic = vec![Traffic::default(); n];
+    let mut links = vec![Links::default(); n];
+    for port in &selection.ports {
+        traffic[port.instance].watched.push(port.variable);
+    }
+    for link in &system.links {
+        connect(scenario, system, algorithm, degree, link, &mut traffic, &mut links);
+    }
+    let mut participants = Vec::with_capacity(n);
+    for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
+        let mut participant = Participant::new(instance, traffic);
+        links[k].offered = participant.probe_outputs()?;
+        participants.push(participant);
+    }
+    Ok((participants, Exchange::new(links, degree)))
+}
+
+/// Enters one connection into the traffic of both ends.
+fn connect(
+    scenario: &Scenario,
+    system: &System,
+    algorithm: &dyn Algorithm<Participant>,
+    degree: usize,
+    link: &Link,
+    traffic: &mut [Traffic],
+    links: &mut [Links],
+) {
+    let (from, to) = (link.from, link.to);
+    /// position of a variable in a list, appended if new
+    fn place(list: &mut Vec<usize>, variable: usize) -> usize {
+        list.iter().position(|&it| it == variable).unwrap_or_else(|| {
+            list.push(variable);
+            list.len() - 1
+        })
+    }
+    let target = &system.instances[to.instance].description().co_simulation;
+    match system.variable(from).kind {
+        Type::Real => {
+            let source = &system.instances[from.instance].description().co_simulation;
+            let interpolates = algorithm.interpolates(from.instance, to.instance);
+            let useful = if interpolates { degree.max(1) } else { degree };
+            let wanted = if scenario.algorithm.derivatives {
+                useful.min(source.max_output_derivative_order as usize)
+            } else {
+                0
+            };
+            let outputs = &mut traffic[from.instance].real_outputs;
+            let output = match outputs.iter().position(|(it, _)| *it == from.variable) {
+                Some(k) => {
+                    outputs[k].1 = outputs[k].1.max(wanted);
+                    k
+                }
+                None => {
+                    outputs.push((from.variable, wanted));
+                    outputs.len() - 1
+                }
+            };
+            // interpolation may be cubic (Hermite) whatever the extrapolation's degree
+            let limit = match (target.can_interpolate_inputs, interpolates) {
+                (false, _) => 0,
+                (true, true) => 3,
+                (true, false) => degree,
+            };
+            traffic[to.instance].real_inputs.push((to.variable, limit));
+            links[to.instance].reals.push(RealLink {
+                unit: from.instance,
+                output,
+                factor: link.conversion.factor,
+                offset: link.conversion.offset,
+                limit,
+            });
+        }
+        Type::Integer | Type::Enumeration => {
+            let output = place(&mut traffic[from.instance].integer_outputs, from.variable);
+            traffic[to.instance].integer_inputs.push(to.variable);
+            links[to.instance].integers.push((from.instance, output));
+            links[from.instance].integer_outputs = traffic[from.instance].integer_outputs.len();
+        }
+        Type::Boolean => {
+            let output = place(&mut traffic[from.instance].boolean_outputs, from.variable);
+            traffic[to.instance].boolean_inputs.push(to.variable);
+            links[to.instance].booleans.push((from.instance, output));
+            links[from.instance].boolean_outputs = traffic[from.instance].boolean_outputs.len();
+        }
+        Type::String => {
+            let output = place(&mut traffic[from.instance].string_outputs, from.variable);
+            traffic[to.instance].string_inputs.push(to.variable);
+            links[to.instance].strings.push((from.instance, output));
+            links[from.instance].string_outputs = traffic[from.instance].string_outputs.len();
+        }
+    }
+}

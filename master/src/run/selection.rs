@@ -1,0 +1,91 @@
+//! The signals that a run is about: what is recorded and what is drawn.
+
+use crate::description::Type;
+use crate::error::Error;
+use crate::participant::{Participant, Slot};
+use crate::scenario::Scenario;
+use crate::system::{Port, System, SystemError};
+
+/// Signals of interest: those recorded first, then those only drawn.
+pub(super) struct Selection {
+    pub(super) ports: Vec<Port>,
+    pub(super) recorded: usize,
+    /// per plot, per panel: positions in `ports`
+    pub(super) plots: Vec<Vec<Vec<usize>>>,
+}
+
+impl Selection {
+    pub(super) fn new(scenario: &Scenario, system: &System) -> Result<Self, Error> {
+        let mut ports: Vec<Port> = Vec::new();
+        for (k, pattern) in scenario.record.signals.iter().enumerate() {
+            for port in Self::select(system, &format!("record.signals[{k}]"), pattern)? {
+                if !ports.contains(&port) {
+                    ports.push(port);
+                }
+            }
+        }
+        let recorded = ports.len();
+        let mut plots = Vec::new();
+        for (k, plot) in scenario.plots.iter().enumerate() {
+            let mut panels = Vec::new();
+            for (j, panel) in plot.panels.iter().enumerate() {
+                let mut curves = Vec::new();
+                for pattern in &panel.signals {
+                    let place = format!("plots[{k}].panels[{j}].signals");
+                    for port in Self::select(system, &place, pattern)? {
+                        let known = ports.iter().position(|it| *it == port);
+                        curves.push(known.unwrap_or_else(|| {
+                            ports.push(port);
+                            ports.len() - 1
+                        }));
+                    }
+                }
+                panels.push(curves);
+            }
+            plots.push(panels);
+        }
+        Ok(Self { ports, recorded, plots })
+    }
+
+    /// Signals that have numbers; a star passes over texts, naming one is an error.
+    fn select(system: &System, place: &str, pattern: &str) -> Result<Vec<Port>, SystemError> {
+        let mut ports = system.select(place, pattern)?;
+        if pattern.contains('*') {
+            ports.retain(|port| system.variable(*port).kind != Type::String);
+        }
+        if let Some(text) = ports.iter().find(|port| system.variable(**port).kind == Type::String) {
+            return Err(SystemError::NotNumeric {
+                place: place.to_owned(),
+                port: system.port_name(*text),
+            });
+        }
+        Ok(ports)
+    }
+
+    pub(super) fn slots(&self, participants: &[Participant]) -> Vec<(usize, Slot)> {
+        self.ports
+            .iter()
+            .filter_map(|port| {
+                Some((port.instance, participants[port.instance].slot(port.variable)?))
+            })
+            .collect()
+    }
+}
+
+/// Factor and offset to SI base units.
+pub(super) fn to_base(system: &System, port: Port) -> (f64, f64) {
+    let description = system.instances[port.instance].description();
+    description
+        .unit_of(port.variable)
+        .and_then(|unit| unit.base.as_ref())
+        .map_or((1.0, 0.0), |base| (base.factor, base.offset))
+}
+
+pub(super) fn base_unit(system: &System, port: Port) -> Option<String> {
+    let description = system.instances[port.instance].description();
+    match description.unit_of(port.variable).and_then(|unit| Some((unit, unit.base.as_ref()?))) {
+        Some((unit, base)) if base.factor == 1.0 && base.offset == 0.0 => Some(unit.name.clone()),
+        Some((_, base)) => Some(base.expression()),
+        None => system.variable(port).unit.clone(),
+    }
+}
