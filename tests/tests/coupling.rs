@@ -1,0 +1,61 @@
+//! How the coupling error of the shipped system shrinks with the communication step.
+
+use std::path::Path;
+
+use system_tests::{Run, scenario};
+
+/// Gaps of one magnet under the shaken girder at common times, for one communication step.
+fn gap(file: &Path, step: f64, algorithm: &str, extrapolation: u32) -> Vec<f64> {
+    let (step, order) = (step.to_string(), extrapolation.to_string());
+    let options = [
+        ["--stop", "2"],
+        ["--record-interval", "0.004"],
+        ["--step", &step],
+        ["--algorithm", algorithm],
+        ["--extrapolation", &order],
+    ];
+    let run = Run::of(file, options.as_flattened()).unwrap();
+    run.columns().unwrap().remove("vehicle.gap_01").unwrap()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    (a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// Extrapolation of order p leaves an input error of h^(p+1), hence a result of order p + 1, as far
+/// as the units give derivatives. A held input must show order 1: no better, no worse.
+#[test]
+fn order_of_both_algorithms_on_one_magnet() {
+    let file = scenario("one-magnet.json");
+    let reference = gap(&file, 1.25e-4, "gauss-seidel", 3);
+    for algorithm in ["jacobi", "gauss-seidel"] {
+        for extrapolation in 0..=2 {
+            let error = |step| distance(&gap(&file, step, algorithm, extrapolation), &reference);
+            let (coarse, fine) = (error(2e-3), error(1e-3));
+            let order = (coarse / fine).log2();
+            let expected = f64::from(extrapolation + 1);
+            // asymptotic orders show to a few per cent at these steps
+            assert!(
+                (order - expected).abs() < 0.15,
+                "{algorithm}, extrapolation {extrapolation}: {coarse} -> {fine}, order {order}"
+            );
+        }
+    }
+}
+
+/// Every shipped scenario starts and steps with its own settings.
+#[test]
+fn issue_every_scenario_runs() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(scenario("")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if name == "schema.json" || path.extension().is_none_or(|e| e != "json") {
+            continue;
+        }
+        let run = Run::of(&path, &["--stop", "0.1"]).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(run.summary["status"], "finished", "{name}");
+        count += 1;
+    }
+    assert!(count >= 3);
+}
