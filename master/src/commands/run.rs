@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
     })?;
     if !arguments.quiet {
-        print_end(&summary, &folder);
+        print_end(&summary, &folder)?;
     }
     Ok(match summary.status {
         Status::Finished => ExitCode::SUCCESS,
@@ -98,27 +98,28 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     })
 }
 
-fn print_end(summary: &Summary, folder: &Path) {
+fn print_end(summary: &Summary, folder: &Path) -> Result<(), Error> {
     let wall = summary.wall_time;
     if summary.status == Status::Interrupted {
         eprintln!("interrupted at {} s; what was recorded is kept", summary.reached);
     }
-    println!(
+    #[expect(clippy::cast_precision_loss, reason = "for people to read")]
+    let steps = summary.steps.max(1) as f64;
+    let mut text = format!(
         "{} steps of {} s in {:.2} s ({:.1} times real time; {:.0} % in the units, {:.2} µs per step \
-         in the master)",
+         in the master)\n",
         summary.steps,
         summary.step,
         wall.run_seconds,
         summary.real_time_factor,
         100.0 * wall.units_seconds / wall.run_seconds.max(f64::MIN_POSITIVE),
-        1e6 * wall.master_seconds / (summary.steps.max(1) as f64),
+        1e6 * wall.master_seconds / steps,
     );
-    for name in ["results.csv", "summary.json"]
-        .into_iter()
-        .chain(summary.pictures.iter().map(String::as_str))
-    {
-        println!("{}", folder.join(name).display());
+    let files = ["results.csv", "summary.json"].into_iter();
+    for name in files.chain(summary.pictures.iter().map(String::as_str)) {
+        text += &format!("{}\n", folder.join(name).display());
     }
+    super::print(&text).map(|_| ())
 }
 
 /// Progress on a terminal, notices as lines.
