@@ -1,5 +1,5 @@
 //! The `maglev` command: runs scenarios, inspects and validates units.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command talks to its user")]
+#![expect(clippy::print_stderr, reason = "a command talks to its user")]
 #![expect(clippy::result_large_err, reason = "an error ends the command")]
 
 mod commands;
