@@ -13,7 +13,7 @@ use crate::error::{Error, Redundancy};
 use crate::joint::{Joint, Row};
 use crate::math::{Mat3, Vec3, complement, conjugate, multiply, rotation_matrix};
 use crate::model::{Anchor, Counts, DriveForce, Model, Places, Tolerances, Watched};
-use crate::ordering::{Dependency, Ordering, Sample, analyse};
+use crate::ordering::{Dependency, Failure, Ordering, SAFE_WHILE_MOVING, Sample, analyse};
 use crate::state::Kinematics;
 
 impl Model {
@@ -29,8 +29,8 @@ impl Model {
         let rows = joints.iter().map(Joint::equations).sum();
         let kin = kinematics(&merged.composites);
         let sample = sample(&merged.composites, &joints, &kin);
-        let ordering = analyse(sample)
-            .map_err(|found| Error::Redundant(name_dependencies(&found, &joints, &kin)))?;
+        let ordering = analyse(sample, SAFE_WHILE_MOVING)
+            .map_err(|failure| explain(&failure, &merged.composites, &joints, &kin))?;
         let places = places(&ordering, merged.composites.len(), &joints);
         let components = ordering.components[..merged.composites.len()].to_vec();
         let groups = components.iter().max().map_or(0, |k| k + 1);
@@ -350,6 +350,31 @@ fn counts(
         force_elements: description.bushings.len()
             + description.springs.len()
             + description.joint_forces.len(),
+    }
+}
+
+/// Puts names to what the analysis found.
+pub(crate) fn explain(
+    failure: &Failure,
+    composites: &[Composite],
+    joints: &[Joint],
+    kin: &[Kinematics],
+) -> Error {
+    match failure {
+        Failure::Dependent(found) => Error::Redundant(name_dependencies(found, joints, kin)),
+        Failure::Unusable(node) => {
+            let (path, name) = composites.get(*node).map_or_else(
+                || ("joints", &joints[node - composites.len()].name),
+                |composite| ("bodies", &composite.name),
+            );
+            Error::Invalid {
+                path: path.to_owned(),
+                message: format!(
+                    "the equations about `{name}` cannot be solved: masses, inertias, stiffnesses \
+                     and lengths there differ too much in size, or overflow"
+                ),
+            }
+        }
     }
 }
 

@@ -16,14 +16,14 @@
 
 use nalgebra::{DMatrix, DVector, Vector6};
 
-use crate::assembly::{add_jacobians, mass_block, sizes};
+use crate::assembly::{add_jacobians, explain, mass_block, sizes};
 use crate::dynamics::{Loads, Workspace};
 use crate::elements::ElasticRow;
 use crate::error::Error;
 use crate::joint::Row;
 use crate::math::Vec3;
 use crate::model::{Model, Places};
-use crate::ordering::{Ordering, Sample};
+use crate::ordering::{Ordering, SAFE_AT_REST, Sample, analyse};
 use crate::state::{Kinematics, State};
 
 /// How the magnets are held while the equilibrium is sought.
@@ -132,12 +132,8 @@ impl Model {
             }
         });
         add_jacobians(&mut sample, &self.joints, &kin);
-        // the joints are independent, as the model's own assembly has found
-        let ordering = crate::ordering::analyse(sample).map_err(|_| Error::Equilibrium {
-            iterations: 0,
-            acceleration: f64::NAN,
-            deviation: f64::NAN,
-        })?;
+        let ordering = analyse(sample, SAFE_AT_REST)
+            .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
         let places = crate::assembly::places(&ordering, bodies, &self.joints);
         Ok(Statics { ordering, places, fits })
     }

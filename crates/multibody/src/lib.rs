@@ -8,7 +8,38 @@
 //! # Coordinates
 //! Each rigid body has the position r of its centre of mass and a unit quaternion p; velocities are
 //! v (world axes) and ω (body axes), so the mass matrix diag(m I, J) is constant. x forward, y left,
-//! z up, in a world frame that travels with the vehicle's nominal speed.
+//! z up, in a world frame that travels with the vehicle's nominal speed. No angle is taken for small.
+//!
+//! | symbol | meaning | size | unit | in the code |
+//! |---|---|---|---|---|
+//! | r, p | place and attitude of a body | 3, 4 | m, – | [`BodyState::position`], [`BodyState::attitude`] |
+//! | v, ω | velocities of a body | 3, 3 | m/s, rad/s | [`BodyState::velocity`], [`BodyState::angular_velocity`] |
+//! | M | mass matrix | 6n × 6n | kg, kg·m² | by blocks; whole in [`Model::dense_system`] |
+//! | Φ | constraints, eq. 10 | m | m, rad | [`Model::constraint_violation`] |
+//! | Φ_q | their Jacobian, eq. 11 | m × 6n | 1, m | by blocks; whole in [`Model::dense_system`] |
+//! | γ | right-hand side of eq. 12 | m | m/s², rad/s² | whole in [`Model::dense_system`] |
+//! | Q | applied and gyroscopic forces | 6n | N, N·m | whole in [`Model::dense_system`] |
+//! | λ | multipliers, the joints' reactions | m | N, N·m | [`Workspace::multipliers`] |
+//!
+//! # Equation 9
+//! M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ. Bodies that brackets tie together are merged first (two-car train:
+//! 105 bodies and 502 equations become 80 and 352). Force elements do not couple accelerations, so
+//! the matrix falls apart into groups of jointed bodies, each bogie and the cars. It is factored by
+//! blocks, LDLᵀ on the graph of bodies (6×6) and joints (3×3, 5×5), in an order of least fill that is
+//! found once: a body may be eliminated at any time, a joint once its pivot has become regular. A
+//! joint whose pivot never does repeats what others constrain: it is named, with the direction
+//! ([`Error::Redundant`]). A pivot that vanishes on the way is [`Error::Singular`] with time and joint.
+//!
+//! # Integration and drift
+//! Classical Runge-Kutta of fourth order on (r, p, v, ω), in equal internal steps; loads are
+//! polynomials in time. After every internal step poses and velocities are projected on the
+//! constraints in the metric of M, by simplified Newton steps with the factors at hand. Corrections go
+//! on until a violation is a hundredth of [`Tolerances`] (1e-11 m, rad and per second) or at rounding;
+//! one beyond the tolerance is an error, so nothing can add up however long the run. Measured over an
+//! hour of rough running of one bogie in steps of 1 ms: 1.4e-14 m or rad and 1.0e-13 m/s or rad/s
+//! (`invariant_joints_stay_closed_over_an_hour`).
+//!
+//! Nothing allocates while stepping: all memory is in a [`Workspace`], which never influences results.
 
 #![forbid(unsafe_code)]
 

@@ -13,8 +13,12 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::block::{Below, Column, Factorisation, Place, Size, Update};
 
-/// Smallest eigenvalue of a joint's scaled pivot at which it may be eliminated early.
-const COMFORTABLE_PIVOT: f64 = 1e-4;
+/// Smallest eigenvalue of a joint's scaled pivot at which it may be eliminated early: safely away
+/// from zero for a matrix that is to serve while the mechanism moves.
+pub(crate) const SAFE_WHILE_MOVING: f64 = 1e-4;
+/// The same for a matrix that only serves near the initial pose. Soft and stiff elements side by
+/// side make pivots small there without making them uncertain.
+pub(crate) const SAFE_AT_REST: f64 = 1e-7;
 /// Below this a joint's equations count as dependent: the pivots are squares of the Jacobian's
 /// singular values (in the metric of the inverse mass matrix), so this is 1e-5 of full strength.
 const DEPENDENT_PIVOT: f64 = 1e-10;
@@ -54,6 +58,15 @@ pub(crate) struct Dependency {
     pub node: usize,
     /// Force by node, all joints that take part.
     pub forces: BTreeMap<usize, DVector<f64>>,
+}
+
+/// Why a matrix cannot be factored.
+#[derive(Debug, Clone)]
+pub(crate) enum Failure {
+    /// Equations that follow from others.
+    Dependent(Vec<Dependency>),
+    /// The numbers about this node differ too much in size, or overflow.
+    Unusable(usize),
 }
 
 /// The result of the analysis.
@@ -200,11 +213,11 @@ impl Elimination {
     }
 
     /// Eliminates one group; what cannot go is returned.
-    fn run(&mut self, group: &[usize]) -> Vec<usize> {
+    fn run(&mut self, group: &[usize], safe: f64) -> Vec<usize> {
         let mut alive = group.to_vec();
         while !alive.is_empty() {
             let next = self
-                .best(&alive, COMFORTABLE_PIVOT)
+                .best(&alive, safe)
                 .or_else(|| self.best(&alive, DEPENDENT_PIVOT))
                 .filter(|&k| self.eliminate(k).is_some());
             let Some(node) = next else { break };
@@ -234,6 +247,9 @@ impl Elimination {
             }
         }
         let g = DMatrix::from_fn(size, size, |r, c| -g[(r, c)] / (scale[r] * scale[c]));
+        if !g.iter().all(|v| v.is_finite()) {
+            return Vec::new();
+        }
         let eigen = SymmetricEigen::new(g);
         let mut null: Vec<DVector<f64>> = (0..size)
             .filter(|&k| eigen.eigenvalues[k] <= DEPENDENT_PIVOT)
@@ -279,7 +295,11 @@ impl Elimination {
     }
 }
 
+/// NaN where the matrix is not finite.
 fn smallest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
+    if !matrix.iter().all(|v| v.is_finite()) {
+        return f64::NAN;
+    }
     matrix.symmetric_eigenvalues().min()
 }
 
@@ -302,16 +322,23 @@ fn reduce(vectors: &mut [DVector<f64>]) -> Vec<usize> {
     pivots
 }
 
-/// Finds elimination order and storage, or the dependencies among the joints.
-pub(crate) fn analyse(sample: Sample) -> Result<Ordering, Vec<Dependency>> {
+/// Finds elimination order and storage, or the dependencies among the joints. `safe` is the pivot at
+/// which a joint may be eliminated before its bodies.
+pub(crate) fn analyse(sample: Sample, safe: f64) -> Result<Ordering, Failure> {
     let groups = components(&sample);
     let mut elimination = Elimination::new(sample);
     let mut left = Vec::new();
     for group in &groups {
-        left.extend(elimination.run(group));
+        left.extend(elimination.run(group, safe));
     }
-    if !left.is_empty() {
-        return Err(elimination.dependencies(&left));
+    if let Some(&first) = left.first() {
+        // only joints may be left, and only with equations that depend on each other
+        if let Some(&body) = left.iter().find(|k| **k < elimination.sample.bodies) {
+            return Err(Failure::Unusable(body));
+        }
+        let found = elimination.dependencies(&left);
+        let none = found.is_empty();
+        return Err(if none { Failure::Unusable(first) } else { Failure::Dependent(found) });
     }
     let mut components = vec![0; elimination.sample.sizes.len()];
     for (k, group) in groups.iter().enumerate() {

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{G, Levitation};
-use multibody::{Holding, JointKind, LoadCourse, Loads, Model, State, train};
+use multibody::{Error, Holding, JointKind, LoadCourse, Loads, Model, State, train};
 
 fn model(name: &str) -> Model {
     Model::new(&train::by_name(name).unwrap()).unwrap()
@@ -113,6 +113,17 @@ fn invariant_equilibrium_on_a_wavy_track_is_the_least_squares_fit() {
     for (a, b) in found.loads.iter().zip(&again.loads) {
         assert!((a - b).abs() < 1e-4, "{a} {b}");
     }
+}
+
+/// A body that nothing holds has no equilibrium: said so, rather than ending anywhere.
+#[test]
+fn invariant_nothing_to_hold_a_body_is_an_error() {
+    let mut description = train::one_magnet();
+    description.bodies.push(common::body("loose", 10.0, [1.0; 3], [0.0, 0.0, 5.0]));
+    let model = Model::new(&description).unwrap();
+    let mut ws = model.workspace();
+    let error = model.equilibrium(&[0.0], &Holding::default(), &mut ws).unwrap_err();
+    assert!(matches!(error, Error::Equilibrium { acceleration, .. } if acceleration > 9.8));
 }
 
 /// Held at its loads the vehicle stays where it is: nothing jumps at the start.
