@@ -134,12 +134,15 @@ impl Magnet {
         self.parameters.limits.clamp_voltage(command)
     }
 
-    /// The state of rest for inputs that stay as they are at `time` (s): the filter at
-    /// [`Filter::rest`], the current at Δi = Δv/R, within the limits.
+    /// The state to start from at `time` (s): the filter at [`Filter::rest`], and in the coil the
+    /// current of rest at that gap, Δi = Δv/R with the voltage that the resting gap alone asks for,
+    /// within the limits.
     ///
     /// At the nominal gap this is the operating point, F = F_s. A gap off by Δc gives
     /// ΔF = (kᵢ·(k₃ + k₅)·250/R − k_c)·Δc in the linear law: the static stiffness of the
-    /// levitation.
+    /// levitation. A gap rate and an acceleration set the filter only: over the coil's time constant
+    /// L₀/R (0.75 s) they do not last, and the current that they would hold in the end would tear
+    /// a magnet off that starts moving along a slope.
     ///
     /// # Errors
     /// Inputs that are not finite, a closed gap, or (nonlinear law) a static force that no current
@@ -149,20 +152,23 @@ impl Magnet {
         let deviation = inputs.gap - self.electromagnet.nominal_gap;
         let filter = self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration);
         let operating_current = self.operating_current(inputs.static_force)?;
+        let current_deviation = self.resting_current(deviation, operating_current);
         let hold = Hold::new(time, 0.0);
-        let mut state = State { filter, current_deviation: 0.0, operating_current, hold };
+        let mut state = State { filter, current_deviation, operating_current, hold };
+        state.hold = Hold::new(time, self.demand(&state, inputs.acceleration));
+        Ok(state)
+    }
+
+    /// Δi, in A, that a gap at rest off by `deviation` (m) settles at.
+    fn resting_current(&self, deviation: f64, operating_current: f64) -> f64 {
+        let resistance = self.electromagnet.resistance;
+        let voltage = self.deviation(&self.filter.rest(deviation, 0.0, 0.0), 0.0);
         let limits = &self.parameters.limits;
         if limits.none() {
-            let voltage = self.deviation(&state.filter, inputs.acceleration);
-            state.current_deviation = voltage / self.electromagnet.resistance;
+            return voltage / resistance;
         }
-        let voltage = self.demand(&state, inputs.acceleration);
-        state.hold = Hold::new(time, voltage);
-        if !limits.none() {
-            let current = limits.clamp_current(voltage / self.electromagnet.resistance);
-            state.current_deviation = current - operating_current;
-        }
-        Ok(state)
+        let total = limits.clamp_voltage(resistance * operating_current + voltage);
+        limits.clamp_current(total / resistance) - operating_current
     }
 
     fn operating_current(&self, static_force: f64) -> Result<f64, Error> {

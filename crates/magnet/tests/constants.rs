@@ -115,6 +115,19 @@ fn analytic_start_with_a_moving_gap_follows_the_motion() {
     }
 }
 
+/// The coil starts with the current of the gap alone, however the gap moves: the load is carried. A
+/// current of Δv/R with the rates' part of Δv would be off by 300·ċ/R = 2 A, or 2.7 kN, here.
+#[test]
+fn analytic_start_with_a_moving_gap_carries_the_load() {
+    let magnet = paper();
+    let still = Inputs { gap: 0.0081, ..nominal() };
+    let moving = Inputs { gap_rate: 0.004, acceleration: 0.5, ..still };
+    let force = |inputs: &Inputs| {
+        magnet.outputs(&magnet.initialise(inputs, 0.0).unwrap(), inputs).unwrap().force
+    };
+    assert_eq!(force(&moving), force(&still));
+}
+
 /// Small offsets: stiffness 2F/(πw), the first term of atan; the next is (y/c)²/3 of it.
 #[test]
 fn analytic_lateral_stiffness() {
