@@ -97,14 +97,18 @@ impl Model for Ems {
     fn step(&mut self, state: &mut State, values: &mut Values, step: Step) -> Result<(), Error> {
         let course = Course {
             gap: *values.taylor(self.inputs.gap),
-            gap_rate: *values.taylor(self.inputs.gap_rate),
             acceleration: *values.taylor(self.inputs.acceleration),
         };
         self.magnet(&state.parameters)?;
         self.magnet
             .step(&mut state.magnet, &course, step.time, step.size, &mut self.workspace)
             .map_err(|error| refused(step, &error))?;
-        state.rates = rates_after(&course, values.taylor(self.inputs.static_force), step.size);
+        state.rates = InputRates {
+            gap_acceleration: slope(values.taylor(self.inputs.gap_rate), step.size),
+            jerk: slope(&course.acceleration, step.size),
+            static_force_rate: slope(values.taylor(self.inputs.static_force), step.size),
+            static_force_acceleration: bend(values.taylor(self.inputs.static_force), step.size),
+        };
         Ok(())
     }
 
@@ -165,21 +169,21 @@ impl Model for Ems {
                 + partials.lateral_force_by_static_force * static_force
                 + partials.lateral_force_by_offset * seed.real(handles.lateral_offset),
         );
+        result.set_real(outputs.current, partials.current_by_gap * gap);
         result.set_real(outputs.voltage, partials.voltage_by_acceleration * acceleration);
         result.set_real(acceleration_estimate, partials.estimate_by_acceleration * acceleration);
         Ok(true)
     }
 }
 
-/// The inputs' derivatives at the end of a step, where the kit forgets the polynomials.
-fn rates_after(course: &Course, static_force: &[f64; 4], size: f64) -> InputRates {
-    let slope = |u: &[f64; 4]| u[1] + size * (u[2] + 0.5 * size * u[3]);
-    InputRates {
-        gap_acceleration: slope(&course.gap_rate),
-        jerk: slope(&course.acceleration),
-        static_force_rate: slope(static_force),
-        static_force_acceleration: static_force[2] + size * static_force[3],
-    }
+/// First derivative of an input at the end of a step, after which the kit forgets the polynomial.
+fn slope(u: &[f64; 4], size: f64) -> f64 {
+    u[1] + size * (u[2] + 0.5 * size * u[3])
+}
+
+/// Second derivative of an input at the end of a step.
+fn bend(u: &[f64; 4], size: f64) -> f64 {
+    u[2] + size * u[3]
 }
 
 fn at(time: f64, error: &magnet::Error) -> Error {

@@ -97,7 +97,10 @@ impl Inputs {
                 .unit(Unit::METRE_PER_SECOND)
                 .display("mm/s")
                 .nominal(0.01)
-                .description("Rate of the air gap, positive when it opens")
+                .description(
+                    "Rate of the air gap, positive when it opens. It sets the filter's start and \
+                     the derivative of the current; the force follows from the gap itself",
+                )
                 .done(),
             acceleration: interface
                 .real("acceleration")
@@ -442,8 +445,9 @@ fn declare_lateral(interface: &mut Interface, paper: &Parameters) -> (BooleanVar
     (on, width)
 }
 
-/// What depends on what. After initialization current and filter are states, so only what is fed
-/// through counts: there is no way from the acceleration to the force.
+/// What depends on what. After initialization flux and filter are states, so only what is fed
+/// through counts: there is no way from the acceleration to the force, and one from the gap only
+/// while a current limit holds the current instead of the flux.
 pub(crate) fn depend(
     interface: &mut Interface,
     inputs: &Inputs,
@@ -457,15 +461,17 @@ pub(crate) fn depend(
     interface.depends(outputs.lateral_force, &[gap, lateral_offset, static_force]);
     interface.depends(outputs.voltage, &[acceleration]);
     interface.depends(y3, &[acceleration]);
-    for unknown in [outputs.current, y1, y2, y4, y5] {
+    interface.depends(outputs.current, &[gap]);
+    for unknown in [y1, y2, y4, y5] {
         interface.independent(unknown);
     }
 
     let at_rest = parameters.of_controller();
     for unknown in [outputs.force, outputs.lateral_force, outputs.current, outputs.voltage] {
-        interface.initially_depends(unknown, &[gap, gap_rate, static_force]);
+        interface.initially_depends(unknown, &[gap, static_force]);
         interface.initially_depends(unknown, &at_rest);
     }
+    interface.initially_depends(outputs.voltage, &[gap_rate]);
     interface.initially_depends(outputs.lateral_force, &[lateral_offset, parameters.pole_width]);
     interface.initially_depends(outputs.lateral_force, &[parameters.lateral_guidance]);
     interface.initially_depends(y1, &[gap, parameters.nominal_gap]);

@@ -40,12 +40,9 @@ def test_crosstool_one_bogie_is_equal_to_the_bit(tmp_path):
 def test_crosstool_one_magnet_agrees_to_the_last_bits(tmp_path):
     signals = ["vehicle.gap_01", "ems_01.force", "ems_01.current", "guideway.midspan_displacement_01"]
     found = compare(tmp_path, "one-magnet.json", signals, 5.0)
-    # A gap is the difference of heights that are rounded to their own ε, so a few ε of the gap are its
-    # last bits. The force sees them magnified by kc·c0/F = 4.07e6·0.008/2452.5 = 13.3, and current and
-    # deflection follow the force.
-    last_bits = 8
-    assert found.pop("vehicle.gap_01") <= last_bits
-    assert max(found.values()) <= 13.3 * last_bits, found
+    # The loop is well conditioned (a micrometre of deflection moves the load by nothing that counts), so
+    # what remains are the roundings of the dozen operations from one signal to the next.
+    assert max(found.values()) <= 12, found
 
 
 @pytest.mark.parametrize("scenario", ["one-bogie.json", "one-magnet.json"])

@@ -34,7 +34,7 @@ fn order_of_both_algorithms_on_one_magnet() {
     for algorithm in ["jacobi", "gauss-seidel"] {
         for extrapolation in 0..=2 {
             let error = |step| distance(&gap(&file, step, algorithm, extrapolation), &reference);
-            let (coarse, fine) = (error(2e-3), error(1e-3));
+            let (coarse, fine) = (error(1e-3), error(5e-4));
             let order = (coarse / fine).log2();
             let expected = f64::from(extrapolation + 1);
             // asymptotic orders show to a few per cent at these steps

@@ -12,6 +12,12 @@ pub const MU_0: f64 = 4e-7 * std::f64::consts::PI;
 ///
 /// Linear about (i₀, c₀): F = F_s + kᵢ·Δi − k_c·Δc (eq. 1, attraction positive) and
 /// dΔi/dt = (k_c/kᵢ)·dΔc/dt − (R/L₀)·Δi + Δv/L₀ (eq. 2).
+///
+/// In both laws the flux linkage λ alone makes the force, and Faraday's law λ' = v − R·i moves it:
+/// with Δλ = L₀·(Δi − (k_c/kᵢ)·Δc), eqs 1 and 2 read F = F_s + (kᵢ/L₀)·Δλ and Δλ' = Δv − R·Δi.
+/// That is how they are integrated. The gap's rate has dropped out, so gap and gap rate need not
+/// be told to agree: where they do, the equations are the same; where a master extrapolates
+/// them over a step and errs, the current follows the gap and no error stays behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Electromagnet {
     /// K = μ₀AN²/4, in N·m²/A².
@@ -80,6 +86,56 @@ impl Electromagnet {
         }
     }
 
+    /// Levitation force, in N, for the flux linkage λ_op + Δλ (Wb); `static_force` (N) counts in
+    /// the linear law only.
+    pub fn force_of_flux(&self, operating: f64, flux_deviation: f64, static_force: f64) -> f64 {
+        match self.law {
+            Law::Linear => static_force + self.current_stiffness / self.inductance * flux_deviation,
+            Law::Nonlinear => {
+                let flux = self.inductance * operating + flux_deviation;
+                flux * flux / (4.0 * self.constant)
+            }
+        }
+    }
+
+    /// Δi, in A, that goes with the flux linkage λ_op + Δλ (Wb) at the gap `gap` (m); λ_op = L₀·i_op
+    /// belongs to the operating current `operating` (A) at the nominal gap.
+    pub fn current_of_flux(&self, gap: f64, operating: f64, flux_deviation: f64) -> f64 {
+        let deviation = gap - self.nominal_gap;
+        match self.law {
+            Law::Linear => {
+                flux_deviation / self.inductance
+                    + self.gap_stiffness / self.current_stiffness * deviation
+            }
+            Law::Nonlinear => {
+                flux_deviation / self.inductance_at(gap) + operating * deviation / self.nominal_gap
+            }
+        }
+    }
+
+    /// Δλ, in Wb, that goes with the current i_op + Δi (A) at the gap `gap` (m): the inverse of
+    /// [`Electromagnet::current_of_flux`].
+    pub fn flux_of_current(&self, gap: f64, operating: f64, deviation: f64) -> f64 {
+        let opening = gap - self.nominal_gap;
+        match self.law {
+            Law::Linear => {
+                self.inductance
+                    * (deviation - self.gap_stiffness / self.current_stiffness * opening)
+            }
+            Law::Nonlinear => {
+                self.inductance_at(gap) * (deviation - operating * opening / self.nominal_gap)
+            }
+        }
+    }
+
+    /// ∂i/∂c at constant flux linkage, in A/m: k_c/kᵢ, or i/c.
+    pub fn current_by_gap(&self, gap: f64, current: f64) -> f64 {
+        match self.law {
+            Law::Linear => self.gap_stiffness / self.current_stiffness,
+            Law::Nonlinear => current / gap,
+        }
+    }
+
     /// Partial derivatives of the force: (∂F/∂c in N/m, ∂F/∂i in N/A).
     pub fn force_gradient(&self, gap: f64, current: f64) -> (f64, f64) {
         match self.law {
@@ -101,10 +157,7 @@ impl Electromagnet {
 
     /// Rate of the current caused by the gap's rate alone, in A/s: (k_c/kᵢ)·ċ, or i·ċ/c.
     pub fn motional_rate(&self, gap: f64, gap_rate: f64, current: f64) -> f64 {
-        match self.law {
-            Law::Linear => self.gap_stiffness / self.current_stiffness * gap_rate,
-            Law::Nonlinear => current / gap * gap_rate,
-        }
+        self.current_by_gap(gap, current) * gap_rate
     }
 
     /// di/dt in A/s (eq. 2, or its nonlinear form) for the total voltage `voltage` = R·i_op + Δv.

@@ -4,8 +4,8 @@ use nalgebra::SMatrix;
 
 use crate::{Magnet, inputs::Course, system::State};
 
-/// z' = A·z + B·w with the state z = (x₁ … x₅, Δi) and the inputs w = (Δc, ċ, q̈), and the force
-/// deviation ΔF = force_by_state·z + force_by_input·w: eqs 1-5 with the controller closed.
+/// z' = A·z + B·w with the state z = (x₁ … x₅, Δλ) and the inputs w = (Δc, q̈), and the force
+/// deviation ΔF = force_by_state·z: eqs 1-5 with the controller closed.
 ///
 /// For the nonlinear law it is the linearisation about a resting operating point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,17 +13,15 @@ pub struct LinearSystem {
     /// A, row by row.
     pub a: [[f64; 6]; 6],
     /// B, row by row.
-    pub b: [[f64; 3]; 6],
-    /// Force per state, in N and N/A.
+    pub b: [[f64; 2]; 6],
+    /// Force per state, in N and N/Wb. No input feeds through to the force.
     pub force_by_state: [f64; 6],
-    /// Force per input, in N/m, N·s/m, N·s²/m.
-    pub force_by_input: [f64; 3],
 }
 
 /// Numbers of states, of inputs, and of what a step depends on: the state, and each input with
 /// three derivatives.
 const STATES: usize = 6;
-const INPUTS: usize = 3;
+const INPUTS: usize = 2;
 const COLUMNS: usize = STATES + 4 * INPUTS;
 
 /// One step's map: z(h) = Φ(h)·z(0) + Σₖ Γₖ(h)·w⁽ᵏ⁾(0), k = 0 … 3, stored by columns.
@@ -69,15 +67,15 @@ impl Propagator {
     fn apply(&self, state: &mut State, course: &Course, nominal_gap: f64) {
         let mut z = [0.0; STATES];
         let x = &state.filter;
-        let states = [x[0], x[1], x[2], x[3], x[4], state.current_deviation];
+        let states = [x[0], x[1], x[2], x[3], x[4], state.flux_deviation];
         add(&mut z, &self.columns[..STATES], &states);
-        let (c, rate, a) = (&course.gap, &course.gap_rate, &course.acceleration);
-        add(&mut z, &self.columns[STATES..], &[c[0] - nominal_gap, rate[0], a[0]]);
+        let (c, a) = (&course.gap, &course.acceleration);
+        add(&mut z, &self.columns[STATES..], &[c[0] - nominal_gap, a[0]]);
         for k in 1..=course.order() {
-            add(&mut z, &self.columns[STATES + k * INPUTS..], &[c[k], rate[k], a[k]]);
+            add(&mut z, &self.columns[STATES + k * INPUTS..], &[c[k], a[k]]);
         }
         state.filter.copy_from_slice(&z[..5]);
-        state.current_deviation = z[5];
+        state.flux_deviation = z[5];
     }
 }
 

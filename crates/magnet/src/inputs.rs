@@ -42,13 +42,12 @@ impl Inputs {
 /// Course over a step of the signals that drive the state: polynomials of up to third order in the
 /// time since the step's start.
 ///
-/// Gap and gap rate are separate signals: the filter and the force use the gap, eq. 2 the rate.
+/// The gap moves the filter and the coil; its rate is its own derivative, so the gap rate that the
+/// magnet is told does not enter here.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Course {
     /// Gap, in m, m/s, …
     pub gap: Taylor,
-    /// Rate of the gap, in m/s, m/s², …
-    pub gap_rate: Taylor,
     /// Acceleration, in m/s², …
     pub acceleration: Taylor,
 }
@@ -57,31 +56,28 @@ impl Course {
     /// Signals that keep their value over the step.
     pub fn constant(inputs: &Inputs) -> Self {
         let hold = |value| [value, 0.0, 0.0, 0.0];
-        Self {
-            gap: hold(inputs.gap),
-            gap_rate: hold(inputs.gap_rate),
-            acceleration: hold(inputs.acceleration),
-        }
+        Self { gap: hold(inputs.gap), acceleration: hold(inputs.acceleration) }
     }
 
     /// The same course seen from `time` later (s): what is left of a step after a part of it.
     pub fn after(&self, time: f64) -> Self {
-        Self {
-            gap: shift(&self.gap, time),
-            gap_rate: shift(&self.gap_rate, time),
-            acceleration: shift(&self.acceleration, time),
-        }
+        Self { gap: shift(&self.gap, time), acceleration: shift(&self.acceleration, time) }
     }
 
-    /// Gap, gap rate and acceleration `time` (s) after the step's start.
-    pub(crate) fn at(&self, time: f64) -> [f64; 3] {
-        [value(&self.gap, time), value(&self.gap_rate, time), value(&self.acceleration, time)]
+    /// Gap and acceleration `time` (s) after the step's start.
+    pub(crate) fn at(&self, time: f64) -> [f64; 2] {
+        [value(&self.gap, time), value(&self.acceleration, time)]
+    }
+
+    /// The gap's derivative `time` (s) after the step's start, in m/s.
+    pub(crate) fn gap_slope(&self, time: f64) -> f64 {
+        let [_, slope, ..] = shift(&self.gap, time);
+        slope
     }
 
     /// Highest derivative that is not zero.
     pub(crate) fn order(&self) -> usize {
-        let used =
-            |k: usize| self.gap[k] != 0.0 || self.gap_rate[k] != 0.0 || self.acceleration[k] != 0.0;
+        let used = |k: usize| self.gap[k] != 0.0 || self.acceleration[k] != 0.0;
         (1..4).rev().find(|&k| used(k)).unwrap_or(0)
     }
 
@@ -89,7 +85,6 @@ impl Course {
         let all_finite = |t: &Taylor| t.iter().all(|v| v.is_finite());
         for (name, course) in [
             ("gap or one of its derivatives", &self.gap),
-            ("gap rate or one of its derivatives", &self.gap_rate),
             ("acceleration or one of its derivatives", &self.acceleration),
         ] {
             if !all_finite(course) {

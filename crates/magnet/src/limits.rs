@@ -21,6 +21,17 @@ pub struct Mode {
     pub(crate) current: Side,
 }
 
+impl Side {
+    /// The bound at which the quantity is held, if it is.
+    pub(crate) fn bound(self) -> Option<fn(Range) -> f64> {
+        match self {
+            Self::Free => None,
+            Self::Lower => Some(|range| range.min),
+            Self::Upper => Some(|range| range.max),
+        }
+    }
+}
+
 impl Mode {
     pub(crate) const FREE: Self = Self { voltage: Side::Free, current: Side::Free };
 
@@ -57,6 +68,11 @@ impl Range {
         }
     }
 
+    /// What a current at a bound may be off by: it comes back from the flux with a few roundings.
+    fn slack(self) -> f64 {
+        16.0 * f64::EPSILON * self.max.abs().max(self.min.abs())
+    }
+
     pub(crate) fn clamp(self, value: f64) -> f64 {
         value.clamp(self.min, self.max)
     }
@@ -83,9 +99,10 @@ impl Magnet {
         let voltage = limits.voltage.map_or(Side::Free, |range| range.side(point.command));
         let current = limits.current.map_or(Side::Free, |range| {
             let rate = self.free_rate(point);
-            if point.current >= range.max && rate > 0.0 {
+            let slack = range.slack();
+            if point.current >= range.max - slack && rate > 0.0 {
                 Side::Upper
-            } else if point.current <= range.min && rate < 0.0 {
+            } else if point.current <= range.min + slack && rate < 0.0 {
                 Side::Lower
             } else {
                 Side::Free

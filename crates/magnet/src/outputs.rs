@@ -61,8 +61,10 @@ pub struct Rates {
 /// are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Partials {
-    /// ∂F/∂c, in N/m.
+    /// ∂F/∂c, in N/m: not zero only where the current limiter holds the current.
     pub force_by_gap: f64,
+    /// ∂i/∂c, in A/m: the flux linkage stays when the gap jumps, the current does not.
+    pub current_by_gap: f64,
     /// ∂F/∂F_s: one in the linear law, zero in the other.
     pub force_by_static_force: f64,
     /// ∂F_y/∂c, in N/m.
@@ -86,19 +88,16 @@ impl Magnet {
     pub fn outputs(&self, state: &State, inputs: &Inputs) -> Result<Outputs, Error> {
         inputs.check()?;
         let gap = inputs.gap;
-        let force = self.electromagnet().force(
-            gap,
-            state.operating_current,
-            state.current_deviation,
-            inputs.static_force,
-        );
+        let (flux, current) = self.flux_and_current(state, gap);
+        let force =
+            self.electromagnet().force_of_flux(state.operating_current, flux, inputs.static_force);
         let width = self.parameters().pole_width;
         let deviation = gap - self.electromagnet().nominal_gap;
         Ok(Outputs {
             force,
             lateral_force: width
                 .map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width)),
-            current: state.current(),
+            current,
             voltage: self.voltage(state, inputs.acceleration),
             estimates: self.filter().estimates(&state.filter, deviation, inputs.acceleration),
         })
@@ -121,7 +120,7 @@ impl Magnet {
         } else {
             self.command(&state.filter, state.operating_current, acceleration)
         };
-        self.mode(&Point { gap, gap_rate, current: state.current(), command })
+        self.mode(&Point { gap, gap_rate, current: self.current(state, gap), command })
     }
 
     /// Time derivatives of the outputs.
@@ -162,7 +161,8 @@ impl Magnet {
         coil: &Coil,
     ) -> (f64, f64, f64) {
         let magnet = self.electromagnet();
-        let (gap, gap_rate, current) = (inputs.gap, inputs.gap_rate, state.current());
+        let (gap, gap_rate) = (inputs.gap, inputs.gap_rate);
+        let current = self.current(state, gap);
         let static_rates = match magnet.law() {
             Law::Linear => (rates.static_force_rate, rates.static_force_acceleration),
             Law::Nonlinear => (0.0, 0.0),
@@ -194,7 +194,12 @@ impl Magnet {
     pub fn partials(&self, state: &State, inputs: &Inputs) -> Result<Partials, Error> {
         let outputs = self.outputs(state, inputs)?;
         let Inputs { gap, lateral_offset, .. } = *inputs;
-        let (force_by_gap, _) = self.electromagnet().force_gradient(gap, outputs.current);
+        let mode = self.limits_at_work(state, inputs);
+        let (force_by_gap, current_by_gap) = if mode.current_is_limited() {
+            (self.electromagnet().force_gradient(gap, outputs.current).0, 0.0)
+        } else {
+            (0.0, self.electromagnet().current_by_gap(gap, outputs.current))
+        };
         let force_by_static_force = match self.electromagnet().law() {
             Law::Linear => 1.0,
             Law::Nonlinear => 0.0,
@@ -204,14 +209,14 @@ impl Magnet {
             .pole_width
             .map_or([0.0; 3], |width| lateral_gradient(outputs.force, gap, lateral_offset, width));
         let sampled = self.parameters().control.sampling.is_some();
-        let limited = self.limits_at_work(state, inputs).voltage_is_limited();
         Ok(Partials {
             force_by_gap,
+            current_by_gap,
             force_by_static_force,
             lateral_force_by_gap: by_gap + by_force * force_by_gap,
             lateral_force_by_static_force: by_force * force_by_static_force,
             lateral_force_by_offset: by_offset,
-            voltage_by_acceleration: if sampled || limited {
+            voltage_by_acceleration: if sampled || mode.voltage_is_limited() {
                 0.0
             } else {
                 self.voltage_by_acceleration()

@@ -13,7 +13,7 @@ use crate::{
     system::{Magnet, State},
 };
 
-/// Filter states x₁ … x₅ and current deviation Δi.
+/// Filter states x₁ … x₅ and flux deviation Δλ.
 type Vector = [f64; 6];
 
 /// Switches of the limits allowed in one call. A continuous controller with poles below 1000 1/s
@@ -58,12 +58,12 @@ pub(crate) fn integrate(
 
 fn pack(state: &State) -> Vector {
     let [a, b, c, d, e] = state.filter;
-    [a, b, c, d, e, state.current_deviation]
+    [a, b, c, d, e, state.flux_deviation]
 }
 
 fn unpack(state: &mut State, z: &Vector) {
     state.filter.copy_from_slice(&z[..5]);
-    state.current_deviation = z[5];
+    state.flux_deviation = z[5];
 }
 
 struct Run<'a> {
@@ -80,7 +80,7 @@ impl Run<'_> {
         self.check_gap(end)?;
         let mut at = start;
         while at < end {
-            self.limit_current(z);
+            self.limit_current(z, at);
             let mode = self.mode(z, at);
             let whole = self.step(z, at, end - at, mode);
             if self.holds(mode, &whole, end) {
@@ -123,27 +123,33 @@ impl Run<'_> {
         for (j, value) in result.iter_mut().enumerate() {
             *value += size / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j]);
         }
+        let limits = &self.magnet.parameters().limits;
+        if let (Some(bound), Some(range)) = (mode.current.bound(), limits.current) {
+            // The limiter holds the current, so the flux follows the gap.
+            let [gap, _] = self.drive.course.at(at + size);
+            result[5] = self.flux(gap, bound(range));
+        }
         result
     }
 
     fn rates(&self, z: &Vector, at: f64, mode: Mode) -> Vector {
-        let [gap, gap_rate, acceleration] = self.drive.course.at(at);
+        let [gap, acceleration] = self.drive.course.at(at);
         let magnet = self.magnet;
         let x = [z[0], z[1], z[2], z[3], z[4]];
         let deviation = gap - magnet.electromagnet().nominal_gap;
         let [a, b, c, d, e] = magnet.filter().rates(&x, deviation, acceleration);
-        let current_rate = if mode.current == Side::Free {
+        let flux_rate = if mode.current == Side::Free {
             let voltage = match (mode.voltage, magnet.parameters().limits.voltage) {
                 (Side::Upper, Some(range)) => range.max,
                 (Side::Lower, Some(range)) => range.min,
                 _ => self.command(&x, acceleration),
             };
-            let current = self.operating + z[5];
-            magnet.electromagnet().current_rate(gap, gap_rate, current, voltage)
+            voltage - magnet.electromagnet().resistance * self.current(z, gap)
         } else {
+            // Set by `step`; nothing else depends on it.
             0.0
         };
-        [a, b, c, d, e, current_rate]
+        [a, b, c, d, e, flux_rate]
     }
 
     fn command(&self, x: &[f64; 5], acceleration: f64) -> f64 {
@@ -151,9 +157,10 @@ impl Run<'_> {
     }
 
     fn point(&self, z: &Vector, at: f64) -> Point {
-        let [gap, gap_rate, acceleration] = self.drive.course.at(at);
+        let [gap, acceleration] = self.drive.course.at(at);
+        let gap_rate = self.drive.course.gap_slope(at);
         let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], acceleration);
-        Point { gap, gap_rate, current: self.operating + z[5], command }
+        Point { gap, gap_rate, current: self.current(z, gap), command }
     }
 
     fn mode(&self, z: &Vector, at: f64) -> Mode {
@@ -168,15 +175,33 @@ impl Run<'_> {
     }
 
     /// Removes the last bits by which a located switch overshoots a current bound.
-    fn limit_current(&self, z: &mut Vector) {
+    fn limit_current(&self, z: &mut Vector, at: f64) {
         let limits = &self.magnet.parameters().limits;
-        if limits.current.is_some() {
-            z[5] = limits.clamp_current(self.operating + z[5]) - self.operating;
+        if limits.current.is_none() {
+            return;
+        }
+        let [gap, _] = self.drive.course.at(at);
+        let current = self.current(z, gap);
+        let limited = limits.clamp_current(current);
+        if limited != current {
+            z[5] = self.flux(gap, limited);
         }
     }
 
+    /// Total current, in A.
+    fn current(&self, z: &Vector, gap: f64) -> f64 {
+        let coil = self.magnet.electromagnet();
+        self.operating + coil.current_of_flux(gap, self.operating, z[5])
+    }
+
+    /// Δλ, in Wb, of a total current (A).
+    fn flux(&self, gap: f64, current: f64) -> f64 {
+        let coil = self.magnet.electromagnet();
+        coil.flux_of_current(gap, self.operating, current - self.operating)
+    }
+
     fn check_gap(&self, at: f64) -> Result<(), Error> {
-        let [gap, _, _] = self.drive.course.at(at);
+        let [gap, _] = self.drive.course.at(at);
         if gap > 0.0 {
             return Ok(());
         }

@@ -56,7 +56,7 @@ pub(crate) fn integrate(
     while elapsed < size {
         let due = state.hold.start + state.hold.next as f64 * sampling.period - time;
         if due <= elapsed + tolerance {
-            let [_, _, acceleration] = course.at(elapsed);
+            let [_, acceleration] = course.at(elapsed);
             let voltage = magnet.demand(state, acceleration);
             state.hold.take(voltage, sampling.delayed);
             continue;

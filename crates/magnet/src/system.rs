@@ -18,20 +18,13 @@ use crate::{
 pub struct State {
     /// Filter states x₁ … x₅ (eq. 4).
     pub filter: [f64; 5],
-    /// Δi = i − i_op, in A.
-    pub current_deviation: f64,
+    /// Δλ, in Wb: flux linkage beyond that of the operating current at the nominal gap.
+    pub flux_deviation: f64,
     /// Operating current i_op, in A: i₀ in the linear law, the current that carries the static
     /// force at the nominal gap in the nonlinear one. Fixed by [`Magnet::initialise`].
     pub operating_current: f64,
     /// Memory of a sampled controller.
     pub hold: Hold,
-}
-
-impl State {
-    /// Total current i, in A.
-    pub fn current(&self) -> f64 {
-        self.operating_current + self.current_deviation
-    }
 }
 
 /// One magnet with its controller, ready to step. It never changes.
@@ -134,6 +127,25 @@ impl Magnet {
         self.parameters.limits.clamp_voltage(command)
     }
 
+    /// Flux Δλ (Wb) and current i (A) of a state at the gap `gap` (m). A current limiter keeps the
+    /// current where it is when the gap moves, and the flux gives way.
+    #[inline]
+    pub(crate) fn flux_and_current(&self, state: &State, gap: f64) -> (f64, f64) {
+        let operating = state.operating_current;
+        let flux = state.flux_deviation;
+        let current = operating + self.electromagnet.current_of_flux(gap, operating, flux);
+        let limited = self.parameters.limits.clamp_current(current);
+        if limited == current {
+            return (flux, current);
+        }
+        (self.electromagnet.flux_of_current(gap, operating, limited - operating), limited)
+    }
+
+    /// Total current i, in A, of a state at the gap `gap` (m).
+    pub fn current(&self, state: &State, gap: f64) -> f64 {
+        self.flux_and_current(state, gap).1
+    }
+
     /// The state to start from at `time` (s): the filter at [`Filter::rest`], and in the coil the
     /// current of rest at that gap, Δi = Δv/R with the voltage that the resting gap alone asks for,
     /// within the limits.
@@ -152,9 +164,11 @@ impl Magnet {
         let deviation = inputs.gap - self.electromagnet.nominal_gap;
         let filter = self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration);
         let operating_current = self.operating_current(inputs.static_force)?;
-        let current_deviation = self.resting_current(deviation, operating_current);
+        let current = self.resting_current(deviation, operating_current);
+        let flux_deviation =
+            self.electromagnet.flux_of_current(inputs.gap, operating_current, current);
         let hold = Hold::new(time, 0.0);
-        let mut state = State { filter, current_deviation, operating_current, hold };
+        let mut state = State { filter, flux_deviation, operating_current, hold };
         state.hold = Hold::new(time, self.demand(&state, inputs.acceleration));
         Ok(state)
     }
@@ -203,7 +217,7 @@ impl Magnet {
         positive("step size (s)", size)?;
         course.check(time)?;
         if self.exact {
-            let [gap, _, _] = course.at(size);
+            let [gap, _] = course.at(size);
             if gap <= 0.0 {
                 return Err(Error::GapClosed { time: time + size, gap });
             }
@@ -245,23 +259,18 @@ fn linearise(
     voltage_by_acceleration: f64,
 ) -> LinearSystem {
     let mut a = [[0.0; 6]; 6];
-    let mut b = [[0.0; 3]; 6];
+    let mut b = [[0.0; 2]; 6];
     for (i, (row, inputs)) in filter.a.iter().zip(&filter.b).enumerate() {
         a[i][..5].copy_from_slice(row);
-        b[i] = [POSITION_SCALE * inputs[0], 0.0, ACCELERATION_SCALE * inputs[1]];
+        b[i] = [POSITION_SCALE * inputs[0], ACCELERATION_SCALE * inputs[1]];
     }
-    for (entry, gain) in a[5].iter_mut().zip(&voltage_by_state) {
-        *entry = gain / magnet.inductance;
-    }
+    // Δλ' = Δv − R·Δi with Δi = Δλ/L₀ + (k_c/kᵢ)·Δc
+    a[5][..5].copy_from_slice(&voltage_by_state);
     a[5][5] = -magnet.resistance / magnet.inductance;
-    let motional = magnet.gap_stiffness / magnet.current_stiffness;
-    b[5] = [0.0, motional, voltage_by_acceleration / magnet.inductance];
-    LinearSystem {
-        a,
-        b,
-        force_by_state: [0.0, 0.0, 0.0, 0.0, 0.0, magnet.current_stiffness],
-        force_by_input: [-magnet.gap_stiffness, 0.0, 0.0],
-    }
+    let current_by_gap = magnet.gap_stiffness / magnet.current_stiffness;
+    b[5] = [-magnet.resistance * current_by_gap, voltage_by_acceleration];
+    let force_by_flux = magnet.current_stiffness / magnet.inductance;
+    LinearSystem { a, b, force_by_state: [0.0, 0.0, 0.0, 0.0, 0.0, force_by_flux] }
 }
 
 fn key(parameters: &Parameters, magnet: &Electromagnet) -> Key {

@@ -34,7 +34,7 @@ fn at(course: &Course, time: f64) -> Inputs {
 fn rates_at(course: &Course, time: f64) -> InputRates {
     let later = course.after(time);
     InputRates {
-        gap_acceleration: later.gap_rate[1],
+        gap_acceleration: later.gap[2],
         jerk: later.acceleration[1],
         static_force_rate: 300.0 + 8e4 * time,
         static_force_acceleration: 8e4,
@@ -111,6 +111,7 @@ fn analytic_partials_are_the_derivatives_by_the_inputs() {
         let mut expected = [[0.0; 9]; 5];
         expected[0][0] = partials.force_by_gap;
         expected[0][1] = partials.lateral_force_by_gap;
+        expected[0][2] = partials.current_by_gap;
         expected[2][3] = partials.voltage_by_acceleration;
         expected[2][6] = partials.estimate_by_acceleration;
         expected[3][1] = partials.lateral_force_by_offset;

@@ -9,22 +9,20 @@ use nalgebra::{Complex, SMatrix};
 
 const MASS: f64 = 250.0;
 
-/// Closes the loop: M·q̈ = −ΔF, c = q. States x₁ … x₅, Δi, q, q̇.
+/// Closes the loop: M·q̈ = −ΔF, c = q. States x₁ … x₅, Δλ, q, q̇.
 fn poles(magnet: &Magnet) -> Vec<Complex<f64>> {
     let system = magnet.linear_system();
     let mut a = SMatrix::<f64, 8, 8>::zeros();
     let mut acceleration = [0.0; 8];
     acceleration[..6].copy_from_slice(&system.force_by_state.map(|f| -f / MASS));
-    acceleration[6] = -system.force_by_input[0] / MASS;
     for i in 0..6 {
         for (j, to_acceleration) in acceleration.iter().enumerate() {
-            a[(i, j)] = system.b[i][2] * to_acceleration;
+            a[(i, j)] = system.b[i][1] * to_acceleration;
         }
         for j in 0..6 {
             a[(i, j)] += system.a[i][j];
         }
         a[(i, 6)] += system.b[i][0];
-        a[(i, 7)] += system.b[i][1];
     }
     a[(6, 7)] = 1.0;
     for (j, to_acceleration) in acceleration.iter().enumerate() {

@@ -15,13 +15,8 @@ pub fn nominal() -> Inputs {
 }
 
 /// A lively course: 0.3 mm, 20 mm/s, 1 m/s² and derivatives that change them visibly in a few ms.
-/// The gap rate is the gap's derivative.
 pub fn lively() -> Course {
-    Course {
-        gap: [0.0083, 0.02, -3.0, 400.0],
-        gap_rate: [0.02, -3.0, 400.0, 0.0],
-        acceleration: [1.0, 300.0, -4e4, 3e6],
-    }
+    Course { gap: [0.0083, 0.02, -3.0, 400.0], acceleration: [1.0, 300.0, -4e4, 3e6] }
 }
 
 /// The inputs that a course has after `time`.
@@ -29,7 +24,7 @@ pub fn at(course: &Course, time: f64) -> Inputs {
     let later = course.after(time);
     Inputs {
         gap: later.gap[0],
-        gap_rate: later.gap_rate[0],
+        gap_rate: later.gap[1],
         acceleration: later.acceleration[0],
         ..nominal()
     }
@@ -37,11 +32,11 @@ pub fn at(course: &Course, time: f64) -> Inputs {
 
 pub fn vector(state: &State) -> [f64; 6] {
     let x = state.filter;
-    [x[0], x[1], x[2], x[3], x[4], state.current_deviation]
+    [x[0], x[1], x[2], x[3], x[4], state.flux_deviation]
 }
 
 /// Largest deviation between two states, relative to the size of the first; filter states and
-/// current are of one magnitude.
+/// flux are of one magnitude.
 pub fn distance(a: &State, b: &State) -> f64 {
     let (a, b) = (vector(a), vector(b));
     let scale = a.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
