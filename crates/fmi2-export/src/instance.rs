@@ -449,32 +449,49 @@ impl Instance {
     ) -> Result<(), Error> {
         self.refresh()?;
         let highest = self.table.interface.info.max_output_derivative_order;
-        for ((&reference, &order), out) in references.iter().zip(orders).zip(out) {
-            let name = self.table.name(Type::Real, reference as usize);
-            match self.table.role(Type::Real, reference as usize) {
-                None => return Err(unknown(Type::Real, reference)),
-                Some(Role::Output) => {}
-                Some(_) => return Err(Error::invalid(format!("{name} is not an output"))),
+        for (&reference, &order) in references.iter().zip(orders) {
+            let rule = self.table.reals.get(reference as usize);
+            let rule = rule.ok_or_else(|| unknown(Type::Real, reference))?;
+            if !rule.output {
+                let name = self.table.name(Type::Real, reference as usize);
+                return Err(Error::invalid(format!("{name} is not an output")));
             }
-            let order = u32::try_from(order).ok().filter(|order| (1..=highest).contains(order));
-            let Some(order) = order else {
+            if !u32::try_from(order).is_ok_and(|order| (1..=highest).contains(&order)) {
+                let name = self.table.name(Type::Real, reference as usize);
                 let text = format!("{name}: derivatives of order 1 to {highest} are offered");
                 return Err(Error::invalid(text));
-            };
-            let output = Var { index: reference, slot: crate::values::NO_SLOT, of: Real };
-            let value = self.unit.output_derivative(&self.values, output, order)?;
-            let Some(value) = value else {
-                let text = format!("derivative {order} of {name} is not offered");
-                return Err(Error::discard(text));
-            };
-            if !value.is_finite() {
-                let time = self.progress.time;
-                let text = format!("derivative {order} of {name} is {value} at t = {time} s");
-                return Err(Error::invalid(text));
             }
-            out.write(value);
+        }
+        if references.is_empty() {
+            return Ok(());
+        }
+        self.unit.prepare_derivatives(&self.values)?;
+        for ((&reference, &order), out) in references.iter().zip(orders).zip(out) {
+            let output = Var { index: reference, slot: crate::values::NO_SLOT, of: Real };
+            let value = self.unit.output_derivative(&self.values, output, order.unsigned_abs())?;
+            out.write(self.check_derivative_value(reference, order, value)?);
         }
         Ok(())
+    }
+
+    #[inline]
+    fn check_derivative_value(
+        &self,
+        reference: u32,
+        order: i32,
+        value: Option<f64>,
+    ) -> Result<f64, Error> {
+        if let Some(value) = value.filter(|value| value.is_finite()) {
+            return Ok(value);
+        }
+        let name = self.table.name(Type::Real, reference as usize);
+        Err(match value {
+            None => Error::discard(format!("derivative {order} of {name} is not offered")),
+            Some(value) => {
+                let time = self.progress.time;
+                Error::invalid(format!("derivative {order} of {name} is {value} at t = {time} s"))
+            }
+        })
     }
 
     pub(crate) fn guid(&self) -> Uuid {

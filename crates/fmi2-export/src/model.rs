@@ -93,9 +93,23 @@ pub trait Model: Sized + Send + 'static {
         Ok(())
     }
 
-    /// The `order`-th time derivative (1, 2, …) of `output` at the current communication point,
-    /// with inputs held; `None` where not offered. The values are those that
-    /// [`Model::outputs`] left.
+    /// Called once before each row of [`Model::output_derivative`] calls, which then all see this
+    /// state and these values: the place to check or compute what the derivatives share. What it
+    /// leaves is scratch and must not influence results.
+    ///
+    /// # Errors
+    /// The derivatives have no values here.
+    fn prepare_derivatives(&mut self, state: &Self::State, values: &Values) -> Result<(), Error> {
+        let _ = (state, values);
+        Ok(())
+    }
+
+    /// The `order`-th time derivative (1, 2, …) of `output` at the current communication point;
+    /// `None` where not offered. The values are those that [`Model::outputs`] left.
+    ///
+    /// Where an output follows inputs at once, its derivative takes the inputs' own derivatives as
+    /// they were at the end of the step just done, so far as the model keeps them in its state (the
+    /// kit forgets them with the step); an input without counts as held.
     ///
     /// # Errors
     /// The derivative has no value here.

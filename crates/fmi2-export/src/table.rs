@@ -23,6 +23,8 @@ pub(crate) struct RealRule {
     pub(crate) continuous: bool,
     /// Setting it may change the state before the first step, or outputs afterwards.
     pub(crate) tunable: bool,
+    /// Is an output.
+    pub(crate) output: bool,
 }
 
 /// What setting an integer, boolean or string variable has to know.
@@ -90,6 +92,7 @@ impl Table {
                         settable,
                         continuous: is_input && !variable.discrete,
                         tunable,
+                        output: variable.role == Role::Output,
                     };
                     table.push_real(rule, start.unwrap_or(0.0), settable == 0 && start.is_none());
                 }

@@ -17,6 +17,7 @@ pub(crate) trait Unit: Send {
     fn outputs(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
     fn step(&mut self, values: &mut Values, step: Step) -> Result<(), Error>;
     fn parameters_changed(&mut self, values: &mut Values) -> Result<(), Error>;
+    fn prepare_derivatives(&mut self, values: &Values) -> Result<(), Error>;
     fn output_derivative(
         &mut self,
         values: &Values,
@@ -71,6 +72,11 @@ impl<M: Model> Unit for Holder<M> {
     fn parameters_changed(&mut self, values: &mut Values) -> Result<(), Error> {
         let state = self.state.as_mut().ok_or_else(no_state)?;
         self.model.parameters_changed(state, values)
+    }
+
+    fn prepare_derivatives(&mut self, values: &Values) -> Result<(), Error> {
+        let state = self.state.as_ref().ok_or_else(no_state)?;
+        self.model.prepare_derivatives(state, values)
     }
 
     fn output_derivative(

@@ -7,6 +7,7 @@ mod common;
 use common::{Everything, NONE};
 use fmi2_export::sys::fmi2Status;
 use fmi2_export::testing::Instance;
+use fmi2_export::{Error, Info, Interface, Model, RealVar, RealVars, Resources, Step, Values};
 
 fn initialized() -> Instance {
     let mut one = Instance::new::<Everything>(NONE).unwrap();
@@ -73,6 +74,69 @@ fn analytic_output_derivatives() {
     for (name, order) in [("y", 3), ("y", 0), ("y", -1), ("u", 1)] {
         let failure = one.output_derivative(name, order).unwrap_err();
         assert_eq!(failure.status, fmi2Status::fmi2Error, "{name} {order}");
+    }
+}
+
+/// Gives as derivative how often it was told to prepare.
+struct Prepared(u32, RealVars);
+
+impl Model for Prepared {
+    type State = ();
+
+    fn declare(_: &Resources, t: &mut Interface) -> Result<Self, Error> {
+        t.describe(Info::new("prepared", "Prepared").max_output_derivative_order(2));
+        Ok(Self(0, t.reals("y", 3).output().done()))
+    }
+
+    fn initialise(&mut self, _: &mut Values, _: f64) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn outputs(&mut self, (): &(), values: &mut Values, _: f64) -> Result<(), Error> {
+        values.reals_mut(self.1).fill(0.0);
+        Ok(())
+    }
+
+    fn step(&mut self, (): &mut (), _: &mut Values, _: Step) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn prepare_derivatives(&mut self, (): &(), _: &Values) -> Result<(), Error> {
+        self.0 += 1;
+        Ok(())
+    }
+
+    fn output_derivative(
+        &mut self,
+        (): &(),
+        _: &Values,
+        _: RealVar,
+        _: u32,
+    ) -> Result<Option<f64>, Error> {
+        Ok(Some(f64::from(self.0)))
+    }
+}
+
+/// A row of derivatives is prepared once, however long it is; a refused one is not prepared.
+#[test]
+fn invariant_a_row_of_output_derivatives_is_prepared_once() {
+    let mut one = Instance::new::<Prepared>(NONE).unwrap();
+    one.initialize(0.0).unwrap();
+    let row = ["y_01", "y_02", "y_03", "y_01"].map(|name| one.reference(name).unwrap());
+    for (count, orders) in [(1.0, [1, 1, 1, 2]), (1.0, [1, 1, 3, 1]), (2.0, [2, 2, 1, 1])] {
+        let mut out = [count; 4];
+        // SAFETY: the component is alive and all arrays have four elements.
+        let status = unsafe {
+            fmi2_export::ffi::get_real_output_derivatives(
+                one.component(),
+                row.as_ptr(),
+                4,
+                orders.as_ptr(),
+                out.as_mut_ptr(),
+            )
+        };
+        assert_eq!(status == fmi2Status::fmi2OK, !orders.contains(&3));
+        assert_eq!(out, [count; 4]);
     }
 }
 
