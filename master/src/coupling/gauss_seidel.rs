@@ -8,7 +8,7 @@
 
 use super::{Algorithm, Exchange, Unit};
 
-/// See the [module](self).
+/// Units step one after the other; who steps later sees the ends of those before.
 #[derive(Debug, Clone)]
 pub struct GaussSeidel {
     order: Vec<usize>,

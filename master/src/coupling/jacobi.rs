@@ -7,7 +7,7 @@
 
 use super::{Algorithm, Exchange, Unit};
 
-/// See the [module](self).
+/// All inputs from the beginning of the step, then all units step.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Jacobi;
 
