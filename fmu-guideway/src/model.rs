@@ -282,6 +282,12 @@ impl Model for Track {
         Ok(())
     }
 
+    fn prepare_derivatives(&mut self, state: &State, values: &Values) -> Result<(), Error> {
+        let inputs = self.inputs;
+        self.built_for(state, values)?.refresh(&inputs, state, values);
+        Ok(())
+    }
+
     /// Displacement, deflection and irregularity up to order 2, rate of order 1, and the mid-span
     /// outputs as far as they are each other's derivatives; magnets move with the input speed.
     fn output_derivative(
@@ -291,10 +297,10 @@ impl Model for Track {
         output: RealVar,
         order: u32,
     ) -> Result<Option<f64>, Error> {
-        let (inputs, outputs) = (self.inputs, self.outputs);
-        let built = self.built_for(state, values)?;
-        built.refresh(&inputs, state, values);
-        let (v, a) = (values.real(inputs.speed), state.acceleration);
+        let outputs = self.outputs;
+        let (v, a) = (values.real(self.inputs.speed), state.acceleration);
+        // What the preparation left is that of this state and these values.
+        let built = self.built.as_mut().ok_or_else(|| Error::invalid("no guideway was built"))?;
         let part = |s: &Surface, row| match row {
             0 | 1 => *s,
             2 => Surface { r: 0.0, r_x: 0.0, r_xx: 0.0, ..*s },

@@ -11,6 +11,7 @@
 //! as well as a train. A magnet's `position` along the track is its place in that frame plus
 //! `initial_position` + `travel_speed`·(time since the start).
 
+mod jerks;
 mod model;
 mod table;
 #[cfg(test)]

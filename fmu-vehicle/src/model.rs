@@ -7,11 +7,8 @@ use fmi2_export::{
 use multibody::{Holding, LoadCourse, Loads, Model, Workspace};
 use serde::{Deserialize, Serialize};
 
+use crate::jerks::Jerks;
 use crate::table::{self, Inputs, Outputs, Parameters};
-
-/// Time step of the central difference that gives rates of accelerations, s. Its error is h²/6
-/// times the fifth derivative of the motion, its rounding 1e-11 m/s² / h: both some 1e-6 m/s³.
-const DIFFERENCE: f64 = 1e-5;
 
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
 #[derive(Debug)]
@@ -31,20 +28,20 @@ pub struct Vehicle {
 /// Everything that changes while stepping.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
-    vehicle: multibody::State,
+    pub(crate) vehicle: multibody::State,
     /// When the journey began, s.
     start: f64,
     /// Static load of each magnet, N.
     loads: Vec<f64>,
     /// Rates of the inputs at the end of the last step.
-    rates: Rates,
+    pub(crate) rates: Rates,
 }
 
 /// Rates of inputs, which the kit forgets at the end of a step.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Rates {
-    force: Vec<f64>,
-    lateral_force: Vec<f64>,
+pub(crate) struct Rates {
+    pub force: Vec<f64>,
+    pub lateral_force: Vec<f64>,
     track_rate: Vec<f64>,
 }
 
@@ -96,55 +93,6 @@ impl Clone for State {
     }
 }
 
-/// Rates of the magnets' accelerations (down positive), with what they were computed for.
-#[derive(Debug)]
-struct Jerks {
-    known: bool,
-    state: multibody::State,
-    force: Vec<f64>,
-    lateral: Vec<f64>,
-    force_rate: Vec<f64>,
-    lateral_rate: Vec<f64>,
-    jerk: Vec<f64>,
-    neighbour: multibody::State,
-    shifted: [Vec<f64>; 2],
-}
-
-impl Jerks {
-    fn new(model: &Model) -> Self {
-        let zero = || vec![0.0; model.counts().magnets];
-        Self {
-            known: false,
-            state: model.initial_state(),
-            force: zero(),
-            lateral: zero(),
-            force_rate: zero(),
-            lateral_rate: zero(),
-            jerk: zero(),
-            neighbour: model.initial_state(),
-            shifted: [zero(), zero()],
-        }
-    }
-
-    fn belong_to(&self, state: &State, values: &Values, inputs: &Inputs) -> bool {
-        self.known
-            && self.force == values.reals(inputs.force)
-            && self.lateral == values.reals(inputs.lateral_force)
-            && self.force_rate == state.rates.force
-            && self.lateral_rate == state.rates.lateral_force
-            && self.state == state.vehicle
-    }
-
-    fn remember(&mut self, state: &State, values: &Values, inputs: &Inputs) {
-        self.known = true;
-        self.state.clone_from(&state.vehicle);
-        self.force.copy_from_slice(values.reals(inputs.force));
-        self.lateral.copy_from_slice(values.reals(inputs.lateral_force));
-        self.force_rate.copy_from_slice(&state.rates.force);
-        self.lateral_rate.copy_from_slice(&state.rates.lateral_force);
-    }
-}
-
 /// A step whose joints cannot be closed may succeed in smaller pieces; nothing else can.
 fn refused(error: &multibody::Error) -> Error {
     match error {
@@ -153,7 +101,7 @@ fn refused(error: &multibody::Error) -> Error {
     }
 }
 
-fn loads<'a>(values: &'a Values, inputs: &Inputs) -> Loads<'a> {
+pub(crate) fn loads<'a>(values: &'a Values, inputs: &Inputs) -> Loads<'a> {
     Loads { vertical: values.reals(inputs.force), lateral: values.reals(inputs.lateral_force) }
 }
 
@@ -194,44 +142,6 @@ impl Vehicle {
                 values.set_real(body.point_vertical.get(i), point.z);
             }
         }
-    }
-
-    /// Rate of the acceleration (down positive) of magnet k, by a central difference along the
-    /// motion; all magnets' at once.
-    fn jerk(&mut self, state: &State, values: &Values, k: usize) -> Result<f64, Error> {
-        if !self.jerks.belong_to(state, values, &self.inputs) {
-            self.jerks.known = false;
-            let inputs = self.inputs;
-            self.model
-                .accelerations(&state.vehicle, &loads(values, &inputs), &mut self.work)
-                .map_err(|e| Error::caused(&e))?;
-            self.jerks.jerk.fill(0.0);
-            for dt in [-DIFFERENCE, DIFFERENCE] {
-                self.add_neighbour(state, values, dt)?;
-            }
-            self.jerks.remember(state, values, &inputs);
-        }
-        Ok(self.jerks.jerk[k])
-    }
-
-    fn add_neighbour(&mut self, state: &State, values: &Values, dt: f64) -> Result<(), Error> {
-        let Self { model, jerks, work, probe, inputs, .. } = self;
-        model.extrapolate(&state.vehicle, dt, work, &mut jerks.neighbour);
-        let [vertical, lateral] = &mut jerks.shifted;
-        for (shifted, row, rates) in [
-            (vertical, inputs.force, &state.rates.force),
-            (lateral, inputs.lateral_force, &state.rates.lateral_force),
-        ] {
-            for ((shifted, value), rate) in shifted.iter_mut().zip(values.reals(row)).zip(rates) {
-                *shifted = value + rate * dt;
-            }
-        }
-        let loads = Loads { vertical: &jerks.shifted[0], lateral: &jerks.shifted[1] };
-        model.accelerations(&jerks.neighbour, &loads, probe).map_err(|e| Error::caused(&e))?;
-        for (k, jerk) in jerks.jerk.iter_mut().enumerate() {
-            *jerk -= model.magnet_acceleration(probe, k).z / (2.0 * dt.abs()) * dt.signum();
-        }
-        Ok(())
     }
 }
 
@@ -325,6 +235,11 @@ impl Export for Vehicle {
         Ok(())
     }
 
+    fn prepare_derivatives(&mut self, state: &State, values: &Values) -> Result<(), Error> {
+        self.jerks.check(state, values, &self.inputs);
+        Ok(())
+    }
+
     fn output_derivative(
         &mut self,
         state: &State,
@@ -351,7 +266,11 @@ impl Export for Vehicle {
             return Ok(Some(bend(k)));
         }
         if let Some(k) = find(acceleration, output) {
-            return self.jerk(state, values, k).map(Some);
+            let Self { model, inputs, work, probe, jerks, .. } = self;
+            let jerks = jerks
+                .all(model, state, values, inputs, [work, probe])
+                .map_err(|e| Error::caused(&e))?;
+            return Ok(Some(jerks[k]));
         }
         if let Some(k) = find(self.outputs.lateral_offset, output) {
             return Ok(Some(self.model.magnet(&state.vehicle, k).velocity.y));

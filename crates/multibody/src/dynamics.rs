@@ -18,8 +18,9 @@ pub struct Loads<'a> {
     pub lateral: &'a [f64],
 }
 
-/// Scratch memory of one thread of evaluations. It never influences results: what it remembers is
-/// used only for the very same pose.
+/// Scratch memory of one thread of evaluations. It never influences results: factors that it
+/// remembers are used only for the very same pose, accelerations only for the very same state and
+/// loads.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     /// Kinematics of the bodies, the ground last.
@@ -30,15 +31,25 @@ pub struct Workspace {
     /// Pose whose factors `factors` holds.
     factored: Option<()>,
     factored_pose: Vec<(Vec3, Quat)>,
+    /// Whether `solution` is that of the factored pose, of the motion in `kin` and of the loads in
+    /// `vertical` and `lateral`.
+    evaluated: bool,
     pub(crate) wrenches: Vec<Wrench>,
     /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
     pub(crate) solution: Vec<f64>,
+    /// As long as the solution, for differences of right-hand sides.
+    pub(crate) spare: Vec<f64>,
     pub(crate) residual: Vec<f64>,
     pub(crate) stage: Vec<BodyState>,
     pub(crate) start: Vec<BodyState>,
     pub(crate) sum: Vec<crate::integrate::Rate>,
     pub(crate) vertical: Vec<f64>,
     pub(crate) lateral: Vec<f64>,
+}
+
+/// Equality that tells 0 from −0, which can lead to different bits.
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
 impl Workspace {
@@ -55,9 +66,30 @@ impl Workspace {
         &self.solution[6 * (self.kin.len() - 1)..]
     }
 
-    /// Forgets the remembered factors.
+    /// Forgets the remembered factors and accelerations.
     pub(crate) fn forget(&mut self) {
         self.factored = None;
+        self.evaluated = false;
+    }
+
+    /// Whether factors of this very pose are remembered.
+    fn has_factors(&self, bodies: &[BodyState]) -> bool {
+        self.factored.is_some()
+            && bodies.iter().zip(&self.factored_pose).all(|(body, (r, p))| {
+                same_bits(body.position.as_slice(), r.as_slice()) && same_bits(&body.attitude, p)
+            })
+    }
+
+    /// Whether accelerations of this very state under these very loads are remembered.
+    fn has_solution(&self, bodies: &[BodyState], loads: &Loads) -> bool {
+        self.evaluated
+            && same_bits(loads.vertical, &self.vertical)
+            && same_bits(loads.lateral, &self.lateral)
+            && bodies.iter().zip(&self.kin).all(|(body, kin)| {
+                same_bits(body.velocity.as_slice(), kin.v.as_slice())
+                    && same_bits(body.angular_velocity.as_slice(), kin.w.as_slice())
+            })
+            && self.has_factors(bodies)
     }
 }
 
@@ -74,8 +106,10 @@ impl Model {
             factors: vec![0.0; self.solver.storage],
             factored: None,
             factored_pose: vec![(Vec3::zeros(), crate::math::IDENTITY); bodies],
+            evaluated: false,
             wrenches: vec![Wrench::zero(); bodies + 1],
             solution: vec![0.0; self.unknowns()],
+            spare: vec![0.0; self.unknowns()],
             residual: vec![0.0; self.rows],
             stage: start.clone(),
             sum: vec![crate::integrate::Rate::zero(); bodies],
@@ -86,6 +120,7 @@ impl Model {
     }
 
     /// Accelerations and multipliers of a state under given loads; read them from the workspace.
+    /// Costs next to nothing where the workspace holds them already.
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::NotFinite`], or [`Error::Argument`] for a wrong length.
@@ -96,6 +131,9 @@ impl Model {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        if ws.has_solution(&state.bodies, loads) {
+            return Ok(());
+        }
         ws.vertical.copy_from_slice(loads.vertical);
         ws.lateral.copy_from_slice(loads.lateral);
         self.evaluate(&state.bodies, state.time, ws)
@@ -130,6 +168,7 @@ impl Model {
         time: f64,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
+        ws.evaluated = false;
         self.prepare(bodies, time, ws)?;
         for (kin, body) in ws.kin.iter_mut().zip(bodies) {
             kin.set_motion(body);
@@ -137,10 +176,12 @@ impl Model {
         self.apply_forces(ws);
         self.right_hand_side(ws);
         self.solver.solve(&ws.factors, &mut ws.solution);
-        self.check_finite(time, ws)
+        self.check_finite(time, ws)?;
+        ws.evaluated = true;
+        Ok(())
     }
 
-    fn check_finite(&self, time: f64, ws: &Workspace) -> Result<(), Error> {
+    pub(crate) fn check_finite(&self, time: f64, ws: &Workspace) -> Result<(), Error> {
         // one sum over everything is cheaper than a test of each, and as telling
         if ws.solution.iter().sum::<f64>().is_finite() {
             return Ok(());
@@ -163,12 +204,7 @@ impl Model {
         time: f64,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        let same = ws.factored.is_some()
-            && bodies
-                .iter()
-                .zip(&ws.factored_pose)
-                .all(|(b, (r, p))| b.position == *r && b.attitude == *p);
-        if same {
+        if ws.has_factors(bodies) {
             return Ok(());
         }
         ws.forget();
@@ -276,7 +312,7 @@ impl Model {
     }
 
     /// Q and γ; moments go to body axes and lose ω × J ω.
-    fn right_hand_side(&self, ws: &mut Workspace) {
+    pub(crate) fn right_hand_side(&self, ws: &mut Workspace) {
         let Workspace { kin, wrenches, solution, .. } = ws;
         let bodies = self.composites.len();
         for (k, composite) in self.composites.iter().enumerate() {
@@ -363,6 +399,7 @@ impl Model {
     ) -> Result<(), Error> {
         self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
         self.prepare(&state.bodies, state.time, ws)?;
+        ws.evaluated = false;
         let Workspace { kin, wrenches, solution, factors, .. } = ws;
         wrenches.fill(Wrench::zero());
         self.apply_loads(kin, loads, wrenches);

@@ -174,6 +174,8 @@ impl Model {
         time: f64,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
+        // kinematics and Jacobians in the workspace will no longer belong to its factors
+        ws.forget();
         self.set_pose(bodies, ws);
         let mut fresh = false;
         let mut before = f64::INFINITY;
@@ -215,8 +217,6 @@ impl Model {
                 body.angular_velocity += Vec3::new(delta[3], delta[4], delta[5]);
             }
         }
-        // kinematics and Jacobians in the workspace no longer belong to its factors
-        ws.forget();
         Ok(())
     }
 
@@ -228,21 +228,6 @@ impl Model {
         self.prepare(&state.bodies, state.time, ws)?;
         let time = state.time;
         self.project(&mut state.bodies, time, ws)
-    }
-
-    /// The state a moment `dt` later (or earlier) by its Taylor series, with the accelerations that
-    /// the workspace holds for it: for derivatives of outputs. Joints stay closed to O(dt³).
-    pub fn extrapolate(&self, state: &State, dt: f64, ws: &Workspace, later: &mut State) {
-        later.time = state.time + dt;
-        for (k, (body, next)) in state.bodies.iter().zip(&mut later.bodies).enumerate() {
-            let (v, w) = ws.acceleration(k);
-            let way = body.velocity * dt + v * (0.5 * dt * dt);
-            let turn = body.angular_velocity * dt + w * (0.5 * dt * dt);
-            next.position = body.position + way;
-            next.attitude = multiply(body.attitude, from_rotation_vector(&turn));
-            next.velocity = body.velocity + v * dt;
-            next.angular_velocity = body.angular_velocity + w * dt;
-        }
     }
 
     fn give_up(

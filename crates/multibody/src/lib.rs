@@ -53,6 +53,7 @@ mod elements;
 mod equilibrium;
 mod error;
 mod integrate;
+mod jerk;
 mod joint;
 pub mod math;
 mod model;
