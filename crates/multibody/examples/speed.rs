@@ -1,4 +1,5 @@
-//! Times one evaluation of eq. 9, one internal step and the search for the equilibrium:
+//! Times one evaluation of eq. 9, the rates of its accelerations, one internal step and the search
+//! for the equilibrium:
 //! `cargo run --release -p multibody --example speed -- [vehicle …]`.
 
 use std::io::Write;
@@ -15,13 +16,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in names {
         let description = train::by_name(&name).ok_or_else(|| format!("no vehicle `{name}`"))?;
         let model = Model::new(&description)?;
-        let [equilibrium, evaluation, step] = times(&model)?;
+        let [equilibrium, evaluation, jerks, step] = times(&model)?;
         writeln!(
             out,
-            "{name:>10}: equilibrium {:8.3} ms, evaluation {:8.2} µs, step {:8.2} µs \
+            "{name:>10}: equilibrium {:8.3} ms, evaluation {:8.2} µs, jerks {:6.2} µs, \
+             step {:8.2} µs \
              ({:.1} times real time at 1 ms), {:.0} ns per body and evaluation",
             equilibrium.as_secs_f64() * 1e3,
             evaluation.as_secs_f64() * 1e6,
+            jerks.as_secs_f64() * 1e6,
             step.as_secs_f64() * 1e6,
             1e-3 / step.as_secs_f64(),
             evaluation.as_secs_f64() * 1e9 / model.counts().bodies as f64,
@@ -41,7 +44,7 @@ fn best(rounds: u32, mut work: impl FnMut() -> Result<(), Error>) -> Result<Dura
     Ok(shortest)
 }
 
-fn times(model: &Model) -> Result<[Duration; 3], Error> {
+fn times(model: &Model) -> Result<[Duration; 4], Error> {
     let mut ws = model.workspace();
     let magnets = model.counts().magnets;
     let flat = vec![0.0; magnets];
@@ -58,6 +61,14 @@ fn times(model: &Model) -> Result<[Duration; 3], Error> {
         }
         Ok(())
     })? / 50;
+    let mut probe = model.workspace();
+    let rates = Loads { vertical: &flat, lateral: &flat };
+    let jerks = best(20, || {
+        for _ in 0..50 {
+            model.jerks(&state, &loads, &rates, &mut ws, &mut probe)?;
+        }
+        Ok(())
+    })? / 50;
     let vertical: Vec<[f64; 4]> = found.loads.iter().map(|l| [l + 1.0, 0.0, 0.0, 0.0]).collect();
     let lateral = vec![[0.0; 4]; magnets];
     let course = LoadCourse { vertical: &vertical, lateral: &lateral };
@@ -67,5 +78,5 @@ fn times(model: &Model) -> Result<[Duration; 3], Error> {
         }
         Ok(())
     })? / 10;
-    Ok([equilibrium, evaluation, step])
+    Ok([equilibrium, evaluation, jerks, step])
 }

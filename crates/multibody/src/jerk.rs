@@ -82,20 +82,20 @@ impl Model {
         self.right_hand_side(probe);
         let ground = bodies.len();
         let (forces, bends) = probe.solution.split_at_mut(6 * ground);
+        let (forces, _) = forces.as_chunks_mut::<6>();
+        let (accelerations, _) = ws.solution[..6 * ground].as_chunks::<6>();
         for joint in &self.joints {
             let rows = joint.row..joint.row + joint.equations();
-            let known = bends[rows.clone()].iter_mut().zip(&ws.multipliers()[rows.clone()]);
-            for (r, (bend, lambda)) in rows.zip(known) {
-                for (body, row) in [(joint.a, &probe.rows_a[r]), (joint.b, &probe.rows_b[r])] {
-                    if body == ground {
-                        continue;
-                    }
-                    let entries = 6 * body..6 * body + 6;
-                    let pairs = forces[entries.clone()].iter_mut().zip(&ws.solution[entries]);
-                    for (coefficient, (force, a)) in row.iter().zip(pairs) {
-                        *force -= coefficient * lambda;
-                        *bend -= coefficient * a;
-                    }
+            for (body, jacobian) in [(joint.a, &probe.rows_a), (joint.b, &probe.rows_b)] {
+                if body == ground {
+                    continue;
+                }
+                let (force, a) = (&mut forces[body], &accelerations[body]);
+                let known = bends[rows.clone()].iter_mut().zip(&ws.multipliers()[rows.clone()]);
+                for (row, (bend, lambda)) in jacobian[rows.clone()].iter().zip(known) {
+                    *bend -= (row[0] * a[0] + row[1] * a[1] + row[2] * a[2])
+                        + (row[3] * a[3] + row[4] * a[4] + row[5] * a[5]);
+                    *force = std::array::from_fn(|i| force[i] - row[i] * lambda);
                 }
             }
         }
