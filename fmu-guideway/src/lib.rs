@@ -12,6 +12,8 @@
 //! positions that the kit holds then; a position without derivatives is the old one until the
 //! importer sets it. Rates are always those of a magnet that moves with the input `speed`.
 
+#[cfg(test)]
+mod allocation;
 mod model;
 mod parameters;
 mod table;

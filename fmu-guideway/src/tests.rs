@@ -279,6 +279,37 @@ fn invariant_saved_states_continue_bit_for_bit_in_another_instance() {
     assert_eq!(go_on(&mut other), expected);
 }
 
+/// Derivatives asked for at every step, again and between other questions have the bits of those
+/// that an instance gives which was never asked before.
+#[test]
+fn invariant_derivatives_have_the_same_bits_from_a_cold_cache() {
+    let mut warm = bogie(true, 0, 1e-3);
+    let ask = |unit: &mut Instance| -> Vec<u64> {
+        let orders = [("displacement", 1), ("displacement", 2), ("rate", 1), ("irregularity", 2)];
+        let names = orders
+            .iter()
+            .flat_map(|&(row, order)| (1..=8).map(move |k| (format!("{row}_{k:02}"), order)))
+            .chain([("midspan_velocity_01".to_owned(), 1)]);
+        names.map(|(name, n)| unit.output_derivative(&name, n).unwrap().to_bits()).collect()
+    };
+    let mut seen = Vec::new();
+    for n in 0..10 {
+        step(&mut warm, f64::from(n) * 1e-3, 1e-3);
+        seen.push(ask(&mut warm));
+        let mut cold = unit("one-bogie");
+        cold.deserialize(&warm.serialize().unwrap()).unwrap();
+        assert_eq!(seen[n as usize], ask(&mut cold), "step {n}");
+    }
+    assert_ne!(seen[8], seen[9]);
+    warm.derivative("midspan_acceleration_01", "force_02").unwrap();
+    assert_eq!(ask(&mut warm), seen[9]);
+    let force = warm.real("force_05").unwrap();
+    warm.set_real("force_05", force + 100.0).unwrap();
+    assert_ne!(ask(&mut warm), seen[9]);
+    warm.set_real("force_05", force).unwrap();
+    assert_eq!(ask(&mut warm), seen[9]);
+}
+
 #[test]
 fn invariant_the_train_starts_without_a_transient() {
     let mut unit = unit("one-bogie");

@@ -11,6 +11,8 @@
 //! as well as a train. A magnet's `position` along the track is its place in that frame plus
 //! `initial_position` + `travel_speed`·(time since the start).
 
+#[cfg(test)]
+mod allocation;
 mod jerks;
 mod model;
 mod table;

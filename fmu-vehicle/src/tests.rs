@@ -247,6 +247,48 @@ fn invariant_saved_states_give_the_same_bits() {
     assert_eq!(outputs(&mut unit), straight);
 }
 
+/// Derivatives asked for at every step, again and between other questions have the bits of those
+/// that an instance gives which was never asked before: nothing is remembered for another moment.
+#[test]
+fn invariant_derivatives_have_the_same_bits_from_a_cold_cache() {
+    let mut warm = unit("one-car");
+    warm.initialize(0.0).unwrap();
+    pushed(&mut warm, 32);
+    let ask = |unit: &mut Instance| -> Vec<u64> {
+        let orders = [("gap", 2), ("gap_rate", 1), ("acceleration", 1), ("lateral_offset", 1)];
+        let names = orders
+            .iter()
+            .flat_map(|&(row, order)| (1..=32).map(move |k| (format!("{row}_{k:02}"), order)));
+        names.map(|(name, n)| unit.output_derivative(&name, n).unwrap().to_bits()).collect()
+    };
+    let cold = |bytes: &[u8]| {
+        let mut other = unit("one-car");
+        other.deserialize(bytes).unwrap();
+        ask(&mut other)
+    };
+    let mut seen = Vec::new();
+    for n in 0..10 {
+        warm.set_input_derivative("force_03", 1, 1e4 * f64::from(n)).unwrap();
+        warm.step(f64::from(n) * 1e-3, 1e-3).unwrap();
+        seen.push(ask(&mut warm));
+        assert_eq!(seen[n as usize], cold(&warm.serialize().unwrap()), "step {n}");
+    }
+    assert_ne!(seen[8], seen[9]);
+    // other questions and another force in between
+    warm.save().unwrap();
+    warm.derivative("acceleration_02", "force_02").unwrap();
+    assert_eq!(ask(&mut warm), seen[9]);
+    let force = warm.real("force_05").unwrap();
+    warm.set_real("force_05", force + 100.0).unwrap();
+    assert_ne!(ask(&mut warm), seen[9]);
+    warm.set_real("force_05", force).unwrap();
+    assert_eq!(ask(&mut warm), seen[9]);
+    warm.step(0.01, 1e-3).unwrap();
+    assert_ne!(ask(&mut warm), seen[9]);
+    warm.restore().unwrap();
+    assert_eq!(ask(&mut warm), seen[9]);
+}
+
 /// A force that is no number is refused with its magnet, and not passed on.
 #[test]
 fn invariant_a_force_that_is_no_number_is_refused() {
