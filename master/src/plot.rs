@@ -1,7 +1,8 @@
-//! Pictures as SVG: panels above each other over a common time axis.
+//! Pictures as SVG: panels above each other over a common time axis, each below its legend.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
 
 /// Points that one picture may have, so that its file stays well below 1 MB.
@@ -9,8 +10,9 @@ pub const MAX_POINTS: u64 = 40_000;
 /// Finest reduction of one curve: about one slice per pixel.
 pub const MAX_SLICES: u64 = 1_000;
 
-/// Okabe and Ito's colours, which colour-blind readers can tell apart; black comes last.
-const COLOURS: [RGBColor; 8] = [
+/// Okabe and Ito's colours, which colour-blind readers can tell apart; black and darker shades come
+/// last.
+const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -19,12 +21,24 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(86, 180, 233),
     RGBColor(160, 140, 0),
     RGBColor(0, 0, 0),
+    RGBColor(136, 34, 85),
+    RGBColor(128, 128, 128),
+    RGBColor(17, 80, 40),
+    RGBColor(150, 80, 20),
 ];
 const WIDTH: u32 = 1100;
 const PANEL_HEIGHT: u32 = 320;
 const TITLE_HEIGHT: u32 = 44;
-/// With more curves than this a legend would hide the panel.
-const MAX_LEGEND: usize = 8;
+const MARGIN: u32 = 8;
+const RIGHT_MARGIN: u32 = 24;
+/// Width of the labels at the vertical axis.
+const LABELS: u32 = 84;
+/// One row of a legend.
+const LEGEND_HEIGHT: u32 = 20;
+const LEGEND_FONT: u32 = 13;
+/// Length of a line in a legend, and its distance to the text.
+const SAMPLE: u32 = 20;
+const SPACE: u32 = 6;
 
 /// A picture could not be drawn.
 #[derive(Debug, Error)]
@@ -62,19 +76,24 @@ pub fn slices(curves: usize) -> u64 {
 /// The drawing library fails.
 pub fn draw(title: &str, panels: &[Panel]) -> Result<String, PlotError> {
     let mut svg = String::new();
-    let rows = u32::try_from(panels.len().max(1)).unwrap_or(1);
-    let height = TITLE_HEIGHT + rows.saturating_mul(PANEL_HEIGHT);
+    let legends: Vec<Vec<Vec<usize>>> = panels.iter().map(legend).collect();
+    let legend_height = |k: usize| LEGEND_HEIGHT * u32::try_from(legends[k].len()).unwrap_or(0);
+    let panel_height = |k: usize| PANEL_HEIGHT + legend_height(k);
+    let height = TITLE_HEIGHT + (0..panels.len()).map(panel_height).sum::<u32>().max(PANEL_HEIGHT);
     {
         let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
         let fail = |error: &dyn std::fmt::Display| PlotError(error.to_string());
         root.fill(&WHITE).map_err(|e| fail(&e))?;
-        let (head, body) = root.split_vertically(TITLE_HEIGHT);
+        let (head, mut rest) = root.split_vertically(TITLE_HEIGHT);
         head.titled(title, ("sans-serif", 20)).map_err(|e| fail(&e))?;
         let time = range(panels.iter().flat_map(times), 0.0);
-        let areas = body.split_evenly((panels.len().max(1), 1));
-        for (k, (area, panel)) in areas.iter().zip(panels).enumerate() {
+        for (k, panel) in panels.iter().enumerate() {
+            let (area, below) = rest.split_vertically(panel_height(k));
+            let (top, area) = area.split_vertically(legend_height(k));
+            rest = below;
+            draw_legend(&top, panel, &legends[k]).map_err(|e| fail(&e))?;
             let last = k + 1 == panels.len();
-            draw_panel(area, panel, time.clone(), last).map_err(|e| fail(&e))?;
+            draw_panel(&area, panel, time.clone(), last).map_err(|e| fail(&e))?;
         }
         root.present().map_err(|e| fail(&e))?;
     }
@@ -83,6 +102,57 @@ pub fn draw(title: &str, panels: &[Panel]) -> Result<String, PlotError> {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type DrawResult = Result<(), Box<dyn std::error::Error>>;
+
+/// Width of a legend's entry by the mean width of letters, for no font is at hand to measure.
+fn entry_width(label: &str) -> u32 {
+    let letters = u32::try_from(label.chars().count()).unwrap_or(u32::MAX);
+    letters.saturating_mul(LEGEND_FONT * 3 / 5).saturating_add(SAMPLE + 4 * SPACE)
+}
+
+/// The curves in each row of a panel's legend; none without labels, or with more curves than
+/// colours can tell apart.
+fn legend(panel: &Panel) -> Vec<Vec<usize>> {
+    let lines = &panel.lines;
+    let mut rows: Vec<Vec<usize>> = Vec::new();
+    if lines.len() > COLOURS.len() || lines.iter().all(|line| line.label.is_empty()) {
+        return rows;
+    }
+    let width = WIDTH - MARGIN - LABELS - RIGHT_MARGIN;
+    let mut used = width;
+    for (k, line) in lines.iter().enumerate() {
+        let entry = entry_width(&line.label);
+        match rows.last_mut().filter(|_| used.saturating_add(entry) <= width) {
+            Some(row) => row.push(k),
+            None => {
+                rows.push(vec![k]);
+                used = 0;
+            }
+        }
+        used = used.saturating_add(entry);
+    }
+    rows
+}
+
+fn draw_legend(area: &Area<'_>, panel: &Panel, rows: &[Vec<usize>]) -> DrawResult {
+    let font = ("sans-serif", LEGEND_FONT).into_text_style(area);
+    let font = font.pos(Pos::new(HPos::Left, VPos::Center));
+    let mut y = i32::try_from(LEGEND_HEIGHT / 2 + 2)?;
+    for row in rows {
+        let mut x = MARGIN + LABELS;
+        for &k in row {
+            let label = panel.lines[k].label.as_str();
+            let (begin, end) = (i32::try_from(x)?, i32::try_from(x + SAMPLE)?);
+            let style = COLOURS[k].stroke_width(3);
+            area.draw(&PathElement::new([(begin, y), (end, y)], style))
+                .map_err(|e| e.to_string())?;
+            let text = (i32::try_from(x + SAMPLE + SPACE)?, y);
+            area.draw(&Text::new(label, text, &font)).map_err(|e| e.to_string())?;
+            x = x.saturating_add(entry_width(label));
+        }
+        y += i32::try_from(LEGEND_HEIGHT)?;
+    }
+    Ok(())
+}
 
 fn draw_panel(
     area: &Area<'_>,
@@ -93,13 +163,13 @@ fn draw_panel(
     let values = range(panel.lines.iter().flat_map(|line| line.points.iter().map(|p| p.1)), 0.05);
     let digits = decimals(&values);
     let mut chart = ChartBuilder::on(area)
-        .margin(8)
-        .margin_right(24)
-        .set_label_area_size(LabelAreaPosition::Left, 84)
+        .margin(MARGIN)
+        .margin_right(RIGHT_MARGIN)
+        .set_label_area_size(LabelAreaPosition::Left, LABELS)
         .set_label_area_size(LabelAreaPosition::Bottom, if last { 46 } else { 26 })
         .build_cartesian_2d(time.clone(), values)
         .map_err(|e| e.to_string())?;
-    let format_value = |y: &f64| format!("{:.digits$}", if *y == 0.0 { 0.0 } else { *y });
+    let format_value = |y: &f64| axis_label(*y, digits);
     let time_digits = decimals(&time);
     let format_time = |t: &f64| format!("{t:.time_digits$}");
     chart
@@ -116,27 +186,10 @@ fn draw_panel(
         .bold_line_style(RGBColor(220, 220, 220))
         .draw()
         .map_err(|e| e.to_string())?;
-    let legend = panel.lines.len() <= MAX_LEGEND && panel.lines.iter().any(|l| !l.label.is_empty());
     for (k, line) in panel.lines.iter().enumerate() {
         let style = COLOURS[k % COLOURS.len()].stroke_width(1);
-        let drawn = chart
-            .draw_series(LineSeries::new(line.points.iter().copied(), style))
-            .map_err(|e| e.to_string())?;
-        if legend {
-            let thick = COLOURS[k % COLOURS.len()].stroke_width(3);
-            drawn
-                .label(line.label.as_str())
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], thick));
-        }
-    }
-    if legend {
         chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(200, 200, 200))
-            .label_font(("sans-serif", 13))
-            .draw()
+            .draw_series(LineSeries::new(line.points.iter().copied(), style))
             .map_err(|e| e.to_string())?;
     }
     Ok(())
@@ -165,6 +218,15 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     low - span..high + span
 }
 
+/// A number as an axis shows it; what rounds to zero has no sign.
+fn axis_label(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(size) if size.chars().all(|c| matches!(c, '0' | '.')) => size.to_owned(),
+        _ => text,
+    }
+}
+
 /// Decimals that tell neighbouring axis labels apart.
 fn decimals(range: &std::ops::Range<f64>) -> usize {
     let tick = (range.end - range.start) / 10.0;
@@ -190,6 +252,36 @@ mod tests {
         let svg = draw("all gaps", &[panel]).unwrap();
         assert!(svg.len() < 1_000_000, "{}", svg.len());
         assert!(svg.contains("gap (mm)") && svg.contains("time (s)"));
+    }
+
+    /// Every label is there once, rows wrap, and the panel below keeps its height.
+    #[test]
+    fn issue_the_legend_stands_above_the_panel_and_covers_nothing() {
+        let line = |k: usize| Line {
+            label: format!("vehicle.gap_{k:02} of the bogie"),
+            points: vec![(0.0, 0.0), (1.0, k as f64)],
+        };
+        let height = |svg: &str| -> u32 {
+            let at = svg.find("height=\"").unwrap() + 8;
+            svg[at..].split('"').next().unwrap().parse().unwrap()
+        };
+        for (curves, rows) in [(1, 1), (4, 1), (5, 2), (12, 3), (13, 0)] {
+            let panel = Panel { ylabel: "y".into(), lines: (1..=curves).map(line).collect() };
+            assert_eq!(legend(&panel).len(), rows, "{curves}");
+            let svg = draw("t", &[panel]).unwrap();
+            let labels = (1..=curves).filter(|k| svg.contains(&line(*k).label)).count();
+            assert_eq!(labels, if rows > 0 { curves } else { 0 });
+            let expected = TITLE_HEIGHT + PANEL_HEIGHT + 20 * u32::try_from(rows).unwrap();
+            assert_eq!(height(&svg), expected);
+        }
+    }
+
+    #[test]
+    fn issue_zero_on_an_axis_has_no_sign() {
+        assert_eq!(axis_label(-2e-17, 2), "0.00");
+        assert_eq!(axis_label(-0.0, 0), "0");
+        assert_eq!(axis_label(-0.4, 1), "-0.4");
+        assert_eq!(axis_label(10.0, 1), "10.0");
     }
 
     #[test]
