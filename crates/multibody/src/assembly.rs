@@ -130,7 +130,12 @@ fn joint_forces(description: &Description, joints: &[Joint]) -> Vec<JointForce> 
         .filter_map(|force| {
             // the check has made sure that the joint exists and has an axis, so is not merged away
             let joint = joints.iter().position(|j| j.name == force.joint)?;
-            Some(JointForce { joint, stiffness: force.stiffness, damping: force.damping })
+            Some(JointForce {
+                joint,
+                stiffness: force.stiffness,
+                damping: force.damping,
+                preload: force.preload,
+            })
         })
         .collect()
 }

@@ -243,6 +243,7 @@ impl Description {
             }
             not_negative(&[force.stiffness], &format!("{path}.stiffness"))?;
             not_negative(&[force.damping], &format!("{path}.damping"))?;
+            finite(&[force.preload], &format!("{path}.preload"))?;
         }
         Ok(())
     }

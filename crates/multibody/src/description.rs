@@ -216,7 +216,7 @@ pub struct Spring {
     pub free_length: Option<f64>,
 }
 
-/// Spring-damper in the free coordinate of a joint: the way along the axis (translational, m) or
+/// Spring-damper and constant force in the free coordinate of a joint: the way along the axis (translational, m) or
 /// the angle about it (revolute, rad), both zero in the initial pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -228,6 +228,9 @@ pub struct JointForce {
     /// N·s/m or N·m·s/rad.
     #[serde(default)]
     pub damping: f64,
+    /// Constant force along (moment about) the axis, positive on b, N or N·m: a drive.
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub preload: f64,
 }
 
 /// Holds bodies at their place along the track, which travels with the nominal speed.
@@ -304,6 +307,12 @@ impl Description {
 }
 
 /// True for a vector that the file may leave out.
+// the signature is serde's
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_nought(v: &f64) -> bool {
+    *v == 0.0
+}
+
 fn is_zero(v: &[f64; 3]) -> bool {
     *v == [0.0; 3]
 }

@@ -291,7 +291,12 @@ fn invariant_joint_springs_keep_energy() {
         .joints
         .iter()
         .zip([1e5, 1e4, 1e3])
-        .map(|(j, stiffness)| crate::JointForce { joint: j.name.clone(), stiffness, damping: 0.0 })
+        .map(|(j, stiffness)| crate::JointForce {
+            joint: j.name.clone(),
+            stiffness,
+            damping: 0.0,
+            preload: 0.0,
+        })
         .collect();
     let model = Model::new(&d).unwrap();
     let mut ws = model.workspace();

@@ -315,6 +315,7 @@ impl Builder {
                 joint: slide,
                 stiffness: TABLE_STIFFNESS,
                 damping: TABLE_DAMPING,
+                preload: 0.0,
             });
         }
     }
@@ -411,6 +412,7 @@ impl Builder {
                     joint: hinge,
                     stiffness: HINGE_STIFFNESS,
                     damping: HINGE_DAMPING,
+                    preload: 0.0,
                 });
                 previous = next;
             }

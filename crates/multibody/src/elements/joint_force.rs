@@ -1,11 +1,11 @@
-//! Spring-damper in the free coordinate of a translational or revolute joint.
+//! Spring-damper and constant force in the free coordinate of a translational or revolute joint.
 
 use crate::description::JointKind;
 use crate::elements::{ElasticRow, rotation_row, translation_row};
 use crate::joint::Joint;
 use crate::state::{Kinematics, Wrench};
 
-/// f = −(k s + c ṡ) on b along the joint's axis, or the moment −(k φ + c φ̇) about it.
+/// f = f0 − (k s + c ṡ) on b along the joint's axis, or the moment f0 − (k φ + c φ̇) about it.
 #[derive(Debug, Clone)]
 pub(crate) struct JointForce {
     /// Index of the joint.
@@ -14,6 +14,8 @@ pub(crate) struct JointForce {
     pub stiffness: f64,
     /// N·s/m or N·m·s/rad.
     pub damping: f64,
+    /// N or N·m.
+    pub preload: f64,
 }
 
 impl JointForce {
@@ -22,7 +24,7 @@ impl JointForce {
         let joint = &joints[self.joint];
         let (way, rate) = joint.coordinate(kin);
         let axis = kin[joint.a].turn(&joint.frame_a[2]);
-        let pull = axis * (self.stiffness * way + self.damping * rate);
+        let pull = axis * (self.stiffness * way + self.damping * rate - self.preload);
         if joint.kind == JointKind::Translational {
             let arm_b = kin[joint.b].turn(&joint.point_b);
             let arm_a = kin[joint.b].r + arm_b - kin[joint.a].r;
@@ -34,9 +36,10 @@ impl JointForce {
         }
     }
 
-    /// Stored energy, J.
+    /// Stored energy, ½ k s² − f0 s, J. A constant moment has one only within half a turn.
     pub fn energy(&self, joints: &[Joint], kin: &[Kinematics]) -> f64 {
-        0.5 * self.stiffness * joints[self.joint].coordinate(kin).0.powi(2)
+        let (way, _) = joints[self.joint].coordinate(kin);
+        0.5 * self.stiffness * way * way - self.preload * way
     }
 
     /// The elastic coordinate: the joint's.
