@@ -80,6 +80,18 @@ pub enum Error {
         /// Largest fitted deviation of a magnet from its place, in m.
         deviation: f64,
     },
+    /// The eigenvalue problem of a linearisation has no answer.
+    #[error(
+        "{}",
+        .eigenvalue.map_or_else(
+            || "the eigenvalues of the linearised equations could not be found".to_owned(),
+            |(re, im)| format!("there is no mode shape for the eigenvalue {re} {im:+}i 1/s"),
+        )
+    )]
+    Eigenvalues {
+        /// The eigenvalue (real and imaginary part, 1/s) whose shape was asked for.
+        eigenvalue: Option<(f64, f64)>,
+    },
     /// An argument has the wrong length or value.
     #[error("{what}: expected {expected}, got {found}")]
     Argument {

@@ -1,0 +1,426 @@
+//! Small motions about a state: reduced mass, damping and stiffness, eigenvalues, mode shapes.
+//!
+//! A deviation of a body is the twist η = (s, θ) in its own axes: r = r₀ + A₀ s, p = p₀ ⊗ exp(θ).
+//! Those that the joints allow are η = N y, with N an orthonormal basis of the null space of Φ_q at
+//! the state and y the reduced coordinates. Velocities are the twists ξ = (Aᵀv, ω); those that the
+//! joints allow deviate by N z. Linearised,
+//!
+//! ẏ = G y + z,  ż = ∂(Lα)/∂y · y + ∂(Lα)/∂z · z,  with L = (NᵀMN)⁻¹ NᵀM,
+//!
+//! where α = ξ̇ is the acceleration that eq. 9 gives, and G y = −L (ξ₀ × η), zero for a state at rest.
+//! Eliminating z leaves M_r ÿ + C_r ẏ + K_r y = 0, M_r = NᵀMN.
+//!
+//! The derivatives are central differences of the whole nonlinear equation 9. Each displaced pose has
+//! its joints closed again, so it stands on the constraints to all orders, and with it the directions
+//! of the reactions: the geometric stiffness of preloads, gravity and joint forces is in K_r.
+//!
+//! A state at rest is linearised exactly, and so is a steady motion whose twists ξ₀ are constant (a
+//! spinning top). For any other motion the matrices are those of the frozen moment.
+
+use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
+use nalgebra::{Complex, DMatrix, DVector, Dyn, Vector3, Vector6};
+
+use crate::assembly::mass_block;
+use crate::dynamics::{Loads, Workspace};
+use crate::error::Error;
+use crate::math::{Vec3, cross_matrix, from_rotation_vector, multiply, rotation_matrix};
+use crate::model::Model;
+use crate::state::State;
+
+/// Pivots of Φ_qᵀ below this share of the largest count as none. Rows of Φ_q are of size one, proper
+/// pivots of the train are above 1e-2, and rounding leaves 1e-14.
+const RANK_THRESHOLD: f64 = 1e-9;
+/// Displacements (m, rad) for differences. Truncation: (DISPLACED²/6) times a third derivative, 1e-10
+/// of a stiffness whose force is curved within a metre or a radian. Rounding: accelerations are known
+/// to 2e-11 m/s² (places of 10 m to 2e-15 m, 4e5 N/m on 50 kg), so K/M to 2e-6 1/s², 1e-10 of the
+/// train's stiffest.
+const DISPLACED: f64 = 1e-5;
+/// Velocities (m/s, rad/s) for differences. The equations are quadratic in them, so only rounding
+/// counts: 2e-11/1e-3.
+const MOVED: f64 = 1e-3;
+/// Sweeps of the QR iteration per eigenvalue before giving up.
+const SWEEPS: usize = 100;
+/// Inverse iterations; each gains as many digits as the eigenvalue has.
+const SHAPE_ITERATIONS: usize = 3;
+
+/// Springs and dampers that act on every magnet in place of the levitation, about the state's own
+/// place and motion.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MagnetSprings {
+    /// Vertical, N/m.
+    pub stiffness: f64,
+    /// Vertical, N·s/m.
+    pub damping: f64,
+    /// Lateral, N/m.
+    pub lateral_stiffness: f64,
+    /// Lateral, N·s/m.
+    pub lateral_damping: f64,
+}
+
+/// A body in a mode shape, up to the mode's common complex factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyShape {
+    /// Of the centre of mass, world axes.
+    pub displacement: Vector3<Complex<f64>>,
+    /// Body axes.
+    pub rotation: Vector3<Complex<f64>>,
+    /// Share in yᴴ M_r y, which for a vibration about rest is the body's share in the kinetic energy.
+    pub share: f64,
+}
+
+/// Small motions about a state.
+#[derive(Debug, Clone)]
+pub struct Linearisation {
+    /// Rank of Φ_q at the state, after merging of fixed joints.
+    pub rank: usize,
+    /// N by columns: for each body a displacement in world axes and a rotation in body axes.
+    pub basis: DMatrix<f64>,
+    /// M_r, symmetric and positive definite.
+    pub mass: DMatrix<f64>,
+    /// C_r; its antisymmetric part is gyroscopic.
+    pub damping: DMatrix<f64>,
+    /// K_r; symmetric where all forces have a potential and the state is an equilibrium.
+    pub stiffness: DMatrix<f64>,
+    /// Eigenvalues in 1/s, slowest first, of a conjugate pair the one with positive imaginary part.
+    pub eigenvalues: Vec<Complex<f64>>,
+    /// Mass matrices of the bodies in the axes of `basis`.
+    body_masses: Vec<nalgebra::Matrix6<f64>>,
+}
+
+/// |λ|, rad/s: for a pair the natural frequency.
+#[must_use]
+pub fn natural_frequency(eigenvalue: Complex<f64>) -> f64 {
+    eigenvalue.re.hypot(eigenvalue.im)
+}
+
+/// ζ = −Re λ / |λ|, and 0 for λ = 0.
+#[must_use]
+pub fn damping_ratio(eigenvalue: Complex<f64>) -> f64 {
+    let size = natural_frequency(eigenvalue);
+    if size > 0.0 { -eigenvalue.re / size } else { 0.0 }
+}
+
+impl Linearisation {
+    /// Number of reduced coordinates: unknowns of the bodies less the rank.
+    #[must_use]
+    pub fn degrees_of_freedom(&self) -> usize {
+        self.mass.nrows()
+    }
+
+    /// Shape of the mode with eigenvalue λ, by inverse iteration on λ² M_r + λ C_r + K_r. Where
+    /// several modes share an eigenvalue to all digits, this is one of their combinations.
+    ///
+    /// # Errors
+    /// [`Error::Eigenvalues`] where λ is no eigenvalue.
+    pub fn shape(&self, eigenvalue: Complex<f64>) -> Result<Vec<BodyShape>, Error> {
+        let y = self.reduced_shape(eigenvalue)?;
+        let motion = self.basis.map(Complex::from) * y;
+        let twists: Vec<Vector6<Complex<f64>>> = motion
+            .as_slice()
+            .as_chunks::<6>()
+            .0
+            .iter()
+            .map(|chunk| Vector6::from(*chunk))
+            .collect();
+        let energies: Vec<f64> = twists
+            .iter()
+            .zip(&self.body_masses)
+            .map(|(twist, mass)| twist.dotc(&(mass.map(Complex::from) * twist)).re)
+            .collect();
+        let total: f64 = energies.iter().sum();
+        Ok(twists
+            .iter()
+            .zip(energies)
+            .map(|(twist, energy)| BodyShape {
+                displacement: twist.fixed_rows::<3>(0).into_owned(),
+                rotation: twist.fixed_rows::<3>(3).into_owned(),
+                share: energy / total,
+            })
+            .collect())
+    }
+
+    /// y of a mode, of unit norm.
+    fn reduced_shape(&self, eigenvalue: Complex<f64>) -> Result<DVector<Complex<f64>>, Error> {
+        let failed = || Error::Eigenvalues { eigenvalue: Some((eigenvalue.re, eigenvalue.im)) };
+        // a little beside the eigenvalue, so that there is something to divide by
+        let beside = eigenvalue + Complex::from(1e-9 * natural_frequency(eigenvalue).max(1e-3));
+        let pencil = |at: Complex<f64>| {
+            let (square, mut sum) = (at * at, self.stiffness.map(Complex::from));
+            for ((s, m), c) in sum.iter_mut().zip(self.mass.iter()).zip(self.damping.iter()) {
+                *s += square * *m + at * *c;
+            }
+            sum
+        };
+        let factors = pencil(beside).lu();
+        // any start with a part of every mode does; this one is the same on every machine
+        let mut y = DVector::from_fn(self.degrees_of_freedom(), |k, _| {
+            let t = k as f64 + 1.0;
+            Complex::new((1.7 * t * t).sin(), (0.3 + 2.3 * t).cos())
+        });
+        for _ in 0..SHAPE_ITERATIONS {
+            // the pencil is symmetric about rest: its left vector is y, whose product with the
+            // conjugate of y cannot vanish
+            y = factors.solve(&y.conjugate()).ok_or_else(failed)?;
+            let size = y.norm();
+            if !(size.is_finite() && size > 0.0) {
+                return Err(failed());
+            }
+            y /= Complex::from(size);
+        }
+        // the turn of a complex vector is arbitrary: its largest component becomes real
+        let largest = y.iter().copied().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
+        if let Some(largest) = largest {
+            y *= largest.conj() / Complex::from(largest.norm_sqr().sqrt());
+        }
+        Ok(y)
+    }
+}
+
+impl Model {
+    /// Linearises about a state under held loads, with springs and dampers at the magnets if wanted.
+    /// The state's joints must be closed ([`Model::close_joints`]).
+    ///
+    /// # Errors
+    /// As [`Model::accelerations`], and [`Error::Eigenvalues`].
+    pub fn linearise(
+        &self,
+        state: &State,
+        loads: &Loads,
+        springs: &MagnetSprings,
+        ws: &mut Workspace,
+    ) -> Result<Linearisation, Error> {
+        // checks lengths and that the state can be evaluated at all
+        self.accelerations(state, loads, ws)?;
+        let (free, rank) = self.free_motions(state, ws);
+        let dof = free.ncols();
+        let mut weighted = free.clone();
+        for (k, composite) in self.composites.iter().enumerate() {
+            let rows = mass_block(composite) * free.rows(6 * k, 6);
+            weighted.rows_mut(6 * k, 6).copy_from(&rows);
+        }
+        let mass = free.tr_mul(&weighted);
+        let mass = (&mass + mass.transpose()) * 0.5;
+        let factors = mass.clone().cholesky().ok_or(Error::Eigenvalues { eigenvalue: None })?;
+        // L
+        let reduce = |motion: &DVector<f64>| factors.solve(&weighted.tr_mul(motion));
+
+        let mut probe = Probe { model: self, state, loads, springs, ws };
+        let mut by_place = DMatrix::zeros(dof, dof);
+        let mut by_motion = DMatrix::zeros(dof, dof);
+        let mut transport = DMatrix::zeros(dof, dof);
+        for j in 0..dof {
+            let direction = free.column(j).into_owned();
+            let slope = probe.difference(&direction, DISPLACED, true)?;
+            by_place.set_column(j, &reduce(&slope));
+            let slope = probe.difference(&direction, MOVED, false)?;
+            by_motion.set_column(j, &reduce(&slope));
+            transport.set_column(j, &-reduce(&carried(state, &direction)));
+        }
+        let eigenvalues = eigenvalues(&first_order(&transport, &by_place, &by_motion))?;
+        // z = ẏ − G y, so ÿ = (G + ∂z) ẏ + (∂y − ∂z G) y
+        let damping = &mass * -(&transport + &by_motion);
+        let stiffness = &mass * (&by_motion * &transport - &by_place);
+        Ok(Linearisation {
+            rank,
+            basis: in_world(state, free),
+            mass,
+            damping,
+            stiffness,
+            eigenvalues,
+            body_masses: self.composites.iter().map(mass_block).collect(),
+        })
+    }
+
+    /// N in body axes, and the rank of Φ_q. Group by group of jointed bodies: the last columns of Q in
+    /// the pivoted factorisation Φ_qᵀ P = Q R.
+    fn free_motions(&self, state: &State, ws: &mut Workspace) -> (DMatrix<f64>, usize) {
+        ws.forget();
+        self.set_pose(&state.bodies, ws);
+        self.jacobians(ws);
+        let bodies = self.composites.len();
+        let mut columns: Vec<DVector<f64>> = Vec::new();
+        let mut rank = 0;
+        for group in 0..self.counts.components {
+            let members: Vec<usize> =
+                (0..bodies).filter(|&k| self.components[k] == group).collect();
+            let place = |body: usize| members.iter().position(|&k| k == body);
+            let size = 6 * members.len();
+            let mut rows: Vec<DVector<f64>> = Vec::new();
+            for joint in &self.joints {
+                let places = [place(joint.a), place(joint.b)];
+                if places == [None, None] {
+                    continue;
+                }
+                for r in joint.row..joint.row + joint.equations() {
+                    let mut row = DVector::zeros(size);
+                    for (place, part) in places.iter().zip([&ws.rows_a[r], &ws.rows_b[r]]) {
+                        let Some(place) = *place else { continue };
+                        let linear = Vec3::new(part[0], part[1], part[2]);
+                        let linear = ws.kin[members[place]].a.tr_mul(&linear);
+                        let angular = Vec3::new(part[3], part[4], part[5]);
+                        row.rows_mut(6 * place, 3).copy_from(&linear);
+                        row.rows_mut(6 * place + 3, 3).copy_from(&angular);
+                    }
+                    rows.push(row);
+                }
+            }
+            // filled up with zeros to a square, so that Q is whole
+            let mut transposed = DMatrix::zeros(size, size.max(rows.len()));
+            for (column, row) in rows.iter().enumerate() {
+                transposed.set_column(column, row);
+            }
+            let factors = transposed.col_piv_qr();
+            let diagonal = factors.r().diagonal().abs();
+            let found = diagonal.iter().filter(|d| **d > RANK_THRESHOLD * diagonal.max()).count();
+            let q = factors.q();
+            for k in found..size {
+                let mut column = DVector::zeros(6 * bodies);
+                for (place, member) in members.iter().enumerate() {
+                    column.rows_mut(6 * member, 6).copy_from(&q.view((6 * place, k), (6, 1)));
+                }
+                columns.push(column);
+            }
+            rank += found;
+        }
+        let mut free = DMatrix::zeros(6 * bodies, columns.len());
+        for (k, column) in columns.iter().enumerate() {
+            free.set_column(k, column);
+        }
+        (free, rank)
+    }
+}
+
+/// Evaluates eq. 9 beside a state.
+struct Probe<'a> {
+    model: &'a Model,
+    state: &'a State,
+    loads: &'a Loads<'a>,
+    springs: &'a MagnetSprings,
+    ws: &'a mut Workspace,
+}
+
+impl Probe<'_> {
+    /// Slope of α in the direction of a twist of places or of velocities.
+    fn difference(
+        &mut self,
+        direction: &DVector<f64>,
+        size: f64,
+        place: bool,
+    ) -> Result<DVector<f64>, Error> {
+        let ahead = self.accelerations(direction, size, place)?;
+        let behind = self.accelerations(direction, -size, place)?;
+        Ok((ahead - behind) / (2.0 * size))
+    }
+
+    /// α = ξ̇ = (Aᵀ v̇ − ω × Aᵀ v, ω̇) of all bodies at `size` times the direction beside the state.
+    fn accelerations(
+        &mut self,
+        direction: &DVector<f64>,
+        size: f64,
+        place: bool,
+    ) -> Result<DVector<f64>, Error> {
+        let mut beside = self.state.clone();
+        for (body, twist) in beside.bodies.iter_mut().zip(direction.as_slice().chunks_exact(6)) {
+            let way = Vec3::new(twist[0], twist[1], twist[2]) * size;
+            let turn = Vec3::new(twist[3], twist[4], twist[5]) * size;
+            let axes = rotation_matrix(body.attitude);
+            if place {
+                body.position += axes * way;
+                body.attitude = multiply(body.attitude, from_rotation_vector(&turn));
+                // the same velocity in the axes of the turned body
+                body.velocity = rotation_matrix(body.attitude) * axes.tr_mul(&body.velocity);
+            } else {
+                body.velocity += axes * way;
+                body.angular_velocity += turn;
+            }
+        }
+        if place {
+            self.model.close_joints(&mut beside, self.ws)?;
+        }
+        let [vertical, lateral] = self.held(&beside);
+        let loads = Loads { vertical: &vertical, lateral: &lateral };
+        self.model.accelerations(&beside, &loads, self.ws)?;
+        let mut result = DVector::zeros(direction.len());
+        for (k, body) in beside.bodies.iter().enumerate() {
+            let (v, w) = self.ws.acceleration(k);
+            let axes = rotation_matrix(body.attitude);
+            let linear =
+                axes.tr_mul(&v) - body.angular_velocity.cross(&axes.tr_mul(&body.velocity));
+            result.rows_mut(6 * k, 3).copy_from(&linear);
+            result.rows_mut(6 * k + 3, 3).copy_from(&w);
+        }
+        Ok(result)
+    }
+
+    /// Loads with what springs and dampers at the magnets add beside the state.
+    fn held(&self, beside: &State) -> [Vec<f64>; 2] {
+        let mut vertical = self.loads.vertical.to_vec();
+        let mut lateral = self.loads.lateral.to_vec();
+        let springs = self.springs;
+        for (k, (up, left)) in vertical.iter_mut().zip(&mut lateral).enumerate() {
+            let (here, there) = (self.model.magnet(self.state, k), self.model.magnet(beside, k));
+            let way = there.displacement - here.displacement;
+            let rate = there.velocity - here.velocity;
+            *up -= springs.stiffness * way.z + springs.damping * rate.z;
+            *left -= springs.lateral_stiffness * way.y + springs.lateral_damping * rate.y;
+        }
+        [vertical, lateral]
+    }
+}
+
+/// ξ₀ × η of every body: (ω × s + Aᵀv × θ, ω × θ).
+fn carried(state: &State, direction: &DVector<f64>) -> DVector<f64> {
+    let mut result = DVector::zeros(direction.len());
+    for (k, body) in state.bodies.iter().enumerate() {
+        let way: Vec3 = direction.fixed_rows::<3>(6 * k).into_owned();
+        let turn: Vec3 = direction.fixed_rows::<3>(6 * k + 3).into_owned();
+        let spin = cross_matrix(&body.angular_velocity);
+        let speed = rotation_matrix(body.attitude).tr_mul(&body.velocity);
+        result.rows_mut(6 * k, 3).copy_from(&(spin * way + speed.cross(&turn)));
+        result.rows_mut(6 * k + 3, 3).copy_from(&(spin * turn));
+    }
+    result
+}
+
+/// The basis with displacements in world axes.
+fn in_world(state: &State, mut free: DMatrix<f64>) -> DMatrix<f64> {
+    for (k, body) in state.bodies.iter().enumerate() {
+        let turned = rotation_matrix(body.attitude) * free.rows(6 * k, 3);
+        free.rows_mut(6 * k, 3).copy_from(&turned);
+    }
+    free
+}
+
+/// d/dt (y, z).
+fn first_order(
+    transport: &DMatrix<f64>,
+    by_place: &DMatrix<f64>,
+    by_motion: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let dof = transport.nrows();
+    let mut matrix = DMatrix::zeros(2 * dof, 2 * dof);
+    matrix.view_mut((0, 0), (dof, dof)).copy_from(transport);
+    matrix.view_mut((0, dof), (dof, dof)).fill_with_identity();
+    matrix.view_mut((dof, 0), (dof, dof)).copy_from(by_place);
+    matrix.view_mut((dof, dof), (dof, dof)).copy_from(by_motion);
+    matrix
+}
+
+/// Slowest first; of a conjugate pair the upper one.
+fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
+    if matrix.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut balanced = matrix.clone();
+    // places and velocities differ in size by the frequency
+    let _ = balance_parlett_reinsch::<f64, Dyn>(&mut balanced);
+    let sweeps = SWEEPS * matrix.nrows();
+    let schur = Schur::try_new(balanced, f64::EPSILON, sweeps)
+        .ok_or(Error::Eigenvalues { eigenvalue: None })?;
+    let mut all: Vec<_> =
+        schur.complex_eigenvalues().iter().copied().filter(|value| value.im >= 0.0).collect();
+    all.sort_by(|a, b| {
+        natural_frequency(*a).total_cmp(&natural_frequency(*b)).then(a.re.total_cmp(&b.re))
+    });
+    Ok(all)
+}
