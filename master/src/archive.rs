@@ -32,8 +32,8 @@ pub const MAX_DESCRIPTION_SIZE: u64 = 64 << 20;
 #[derive(Debug, Error)]
 pub enum ArchiveError {
     /// The file could not be opened or read.
-    #[error("the file cannot be read")]
-    Open(#[source] io::Error),
+    #[error(transparent)]
+    Open(io::Error),
     /// The file is no zip archive, or a damaged one.
     #[error("this is not a readable zip archive")]
     Zip(#[source] ZipError),
@@ -113,6 +113,10 @@ impl Archive<BufReader<File>> {
     /// The file cannot be read, is no zip archive, or an entry is unacceptable.
     pub fn open(path: &Path) -> Result<Self, ArchiveError> {
         let file = File::open(path).map_err(ArchiveError::Open)?;
+        // a folder opens like a file and only fails later, as a bad archive
+        if file.metadata().is_ok_and(|it| it.is_dir()) {
+            return Err(ArchiveError::Open(io::ErrorKind::IsADirectory.into()));
+        }
         Self::new(BufReader::new(file))
     }
 }

@@ -1,5 +1,6 @@
 //! What can go wrong with a run as a whole, and how to mend it.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use thiserror::Error;
@@ -116,7 +117,16 @@ impl Error {
 
 fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
     Some(match error {
-        ScenarioError::Read { .. } => "give the path of a scenario's .json file",
+        ScenarioError::Read { source, .. } => match source.kind() {
+            ErrorKind::IsADirectory => "give the path of a scenario's .json file in this folder",
+            ErrorKind::InvalidData => {
+                "give the path of a scenario's .json file; `maglev inspect` shows a unit"
+            }
+            _ => "give the path of a scenario's .json file",
+        },
+        ScenarioError::NotJson { .. } => {
+            "mend it where it says, or give the path of a scenario's .json file"
+        }
         ScenarioError::Json { .. } => "`maglev schema` prints what a scenario may contain",
         ScenarioError::StepDoesNotDivide { .. } => {
             "choose stop and step such that stop - start is a whole number of steps"
@@ -129,9 +139,19 @@ fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
 
 fn system_help(error: &SystemError) -> Option<&'static str> {
     Some(match error {
-        SystemError::Package { source, .. } => return package_help(source),
+        SystemError::Package { source, .. } => match source {
+            PackageError::Archive { source: ArchiveError::Open(error), .. }
+                if error.kind() != ErrorKind::IsADirectory =>
+            {
+                "check the path (units are looked for relative to the scenario), and build the unit"
+            }
+            _ => return package_help(source),
+        },
         SystemError::Unknown { what: "variable", .. } => {
             "`maglev inspect UNIT.fmu` lists the variables of a unit"
+        }
+        SystemError::Unknown { what: "instance", .. } => {
+            "instances are named under \"instances\" in the scenario"
         }
         SystemError::Unit { source, .. } => match source {
             UnitMismatch::Dimension { .. } => "connect quantities of the same kind",
@@ -153,9 +173,10 @@ fn system_help(error: &SystemError) -> Option<&'static str> {
 fn package_help(error: &PackageError) -> Option<&'static str> {
     Some(match error {
         PackageError::Archive { source, .. } => match source {
-            ArchiveError::Open(_) => {
-                "check the path (units are looked for relative to the scenario), and build the unit"
+            ArchiveError::Open(error) if error.kind() == ErrorKind::IsADirectory => {
+                "give the .fmu file itself, not the folder that it is in or was unpacked to"
             }
+            ArchiveError::Open(_) => "check the path, and build the unit",
             ArchiveError::Zip(_) | ArchiveError::Entry { .. } => {
                 "the file is damaged or no FMU; build or download it anew"
             }

@@ -8,9 +8,17 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+const EXAMPLES: &str = "\
+Examples:
+  maglev run scenarios/low-speed.json
+  maglev inspect target/fmu/vehicle.fmu
+  maglev schema > schema.json
+
+Exit status: 0 all is well, 1 a run failed or a unit has errors, 2 bad usage or input.";
+
 /// Runs co-simulations of FMI 2.0 units.
 #[derive(Parser)]
-#[command(version, about, arg_required_else_help = true)]
+#[command(version, about, arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -18,11 +26,14 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a scenario and write its results.
+    /// Run a scenario and write its results
+    #[command(arg_required_else_help = true)]
     Run(commands::run::Arguments),
-    /// Show what a unit offers.
+    /// Show what a unit offers
+    #[command(arg_required_else_help = true)]
     Inspect(commands::inspect::Arguments),
-    /// Look for defects of a unit without running it.
+    /// Look for defects of a unit without running it
+    #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),
     /// Print the JSON schema of scenarios.
     Schema,

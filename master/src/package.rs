@@ -51,7 +51,7 @@ const ESCAPED: &AsciiSet = &CONTROLS
 #[derive(Debug, Error)]
 pub enum PackageError {
     /// The archive is unusable.
-    #[error("unit {path}: cannot be opened")]
+    #[error("{path} cannot be opened")]
     Archive {
         /// The .fmu file.
         path: PathBuf,
@@ -60,7 +60,7 @@ pub enum PackageError {
         source: ArchiveError,
     },
     /// The description is unusable.
-    #[error("unit {path}: cannot be used")]
+    #[error("{path} cannot be used")]
     Description {
         /// The .fmu file.
         path: PathBuf,

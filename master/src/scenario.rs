@@ -322,6 +322,14 @@ pub enum ScenarioError {
         #[source]
         source: std::io::Error,
     },
+    /// The text is no JSON.
+    #[error("{path} is not JSON: {message}")]
+    NotJson {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        message: String,
+    },
     /// The JSON is not what a scenario should be.
     #[error("{path}: at {at}: {message}")]
     Json {
@@ -397,7 +405,14 @@ impl Scenario {
     /// The text is no valid scenario.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ScenarioError> {
         let mut json = serde_json::Deserializer::from_str(text);
+        let not_json = |error: &serde_json::Error| ScenarioError::NotJson {
+            path: path.to_owned(),
+            message: error.to_string(),
+        };
         let scenario: Self = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+            if error.inner().is_syntax() || error.inner().is_eof() {
+                return not_json(error.inner());
+            }
             let at = match error.path().to_string() {
                 top if top == "." => "the top level".to_owned(),
                 at => at,
@@ -408,11 +423,7 @@ impl Scenario {
                 message: error.into_inner().to_string(),
             }
         })?;
-        json.end().map_err(|error| ScenarioError::Json {
-            path: path.to_owned(),
-            at: "the end".to_owned(),
-            message: error.to_string(),
-        })?;
+        json.end().map_err(|error| not_json(&error))?;
         Ok(scenario)
     }
 

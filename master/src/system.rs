@@ -86,7 +86,7 @@ impl std::fmt::Display for Override {
 #[derive(Debug, Error)]
 pub enum SystemError {
     /// A unit cannot be opened.
-    #[error("units.{name}")]
+    #[error("units.{name}: the unit cannot be used")]
     Package {
         /// Key in `units`.
         name: String,

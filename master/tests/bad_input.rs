@@ -16,6 +16,38 @@ fn issue_missing_scenario() {
 }
 
 #[test]
+fn issue_what_is_no_scenario() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("folder")).unwrap();
+    fs::write(bench.path("text.txt"), "hello").unwrap();
+    fs::write(bench.path("empty.json"), "").unwrap();
+    fs::write(bench.path("cut.json"), "{ \"units\": {").unwrap();
+    for (file, texts) in [
+        ("folder", ["folder cannot be read", "help: give the path of a scenario's .json file"]),
+        ("text.txt", ["text.txt is not JSON", "line 1 column 1"]),
+        ("empty.json", ["empty.json is not JSON", "help: mend it"]),
+        ("cut.json", ["cut.json is not JSON", "line 1 column 12"]),
+        ("unit.fmu", ["unit.fmu cannot be read", "`maglev inspect` shows a unit"]),
+    ] {
+        bench.maglev(&["run", file]).fails(2, &texts);
+    }
+    // what is JSON, but no scenario, is another matter
+    fs::write(bench.path("bare.json"), "{ \"units\": {} }").unwrap();
+    bench.maglev(&["run", "bare.json"]).fails(2, &["missing field", "`maglev schema`"]);
+    // nothing at all: how it is used
+    bench.maglev(&["run"]).fails(2, &["Usage: maglev run", "Examples:"]);
+}
+
+#[test]
+fn issue_what_is_no_unit() {
+    let bench = Bench::new();
+    bench
+        .maglev(&["inspect", "."])
+        .fails(2, &["is a directory", "help: give the .fmu file itself"]);
+    bench.maglev(&["inspect", "none.fmu"]).fails(2, &["none.fmu", "No such file", "help: check"]);
+}
+
+#[test]
 fn issue_missing_unit() {
     let bench = Bench::new();
     let mut scenario = ring();

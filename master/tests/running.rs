@@ -212,7 +212,7 @@ fn issue_inspect_shows_what_the_unit_offers() {
     let ran = bench.maglev(&["inspect", "unit.fmu"]);
     ran.succeeds();
     let page = ran.stdout();
-    for text in ["integrator", "test-unit", "gain", "[-10 … 10] (tunable)", "depends on 1 inputs"]
+    for text in ["integrator", "test-unit", "gain", "[-10 … 10] (tunable)", "depends on 1 input"]
     {
         assert!(page.contains(text), "{text} is missing in:\n{page}");
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use master::description::{Causality, Description, Variability, Variable};
+use master::description::{Causality, Description, Value, Variability, Variable};
 use master::error::Error;
 use master::package::Package;
 
@@ -56,7 +56,12 @@ fn page(package: &Package) -> String {
             .find(name)
             .map(|index| description.step_dependencies(index).len())
             .unwrap_or_default();
-        vec![String::new(), unit(variable), format!("depends on {inputs} inputs")]
+        let inputs = match inputs {
+            0 => "no input".to_owned(),
+            1 => "1 input".to_owned(),
+            n => format!("{n} inputs"),
+        };
+        vec![String::new(), unit(variable), format!("depends on {inputs}")]
     });
     text
 }
@@ -150,7 +155,7 @@ fn unit(variable: &Variable) -> String {
 }
 
 fn range(variable: &Variable) -> String {
-    match (variable.min, variable.max) {
+    match (variable.min.map(Value::Real), variable.max.map(Value::Real)) {
         (None, None) => String::new(),
         (Some(min), None) => format!("≥ {min}"),
         (None, Some(max)) => format!("≤ {max}"),
@@ -158,22 +163,18 @@ fn range(variable: &Variable) -> String {
     }
 }
 
-/// Rows that differ only by a running number are shown as one.
+/// One line per variable, or per family of variables.
 fn table<'a>(
     text: &mut String,
     title: &str,
     variables: impl Iterator<Item = &'a Variable>,
     columns: impl Fn(&str, &Variable) -> Vec<String>,
 ) {
-    let mut rows: Vec<Row> = Vec::new();
-    for variable in variables {
+    let rows = collapsed(variables.map(|variable| {
         let mut cells = columns(&variable.name, variable);
         cells.push(variable.description.clone().unwrap_or_default());
-        match rows.last_mut().filter(|row| row.continues(&variable.name, &cells)) {
-            Some(row) => row.last = Some(variable.name.clone()),
-            None => rows.push(Row { first: variable.name.clone(), last: None, cells }),
-        }
-    }
+        (variable.name.clone(), cells)
+    }));
     if rows.is_empty() {
         return;
     }
@@ -195,17 +196,43 @@ fn table<'a>(
     }
 }
 
+/// Rows that differ only by running numbers in name and description become one.
+fn collapsed(variables: impl Iterator<Item = (String, Vec<String>)>) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    for (name, mut cells) in variables {
+        match rows.last_mut().filter(|row| row.continues(&name, &cells)) {
+            Some(row) => row.last = Some((name, cells.pop().unwrap_or_default())),
+            None => rows.push(Row { first: name, last: None, cells }),
+        }
+    }
+    rows.iter_mut().for_each(Row::count_in_text);
+    rows
+}
+
 struct Row {
     first: String,
-    last: Option<String>,
+    /// Name and description of the last of a family.
+    last: Option<(String, String)>,
     cells: Vec<String>,
 }
 
 impl Row {
     fn name(&self) -> String {
         match &self.last {
-            Some(last) => format!("{} … {last}", self.first),
+            Some((last, _)) => format!("{} … {last}", self.first),
             None => self.first.clone(),
+        }
+    }
+
+    /// Lets the description count as the name does: "magnet 1" becomes "magnet 1 … 64".
+    fn count_in_text(&mut self) {
+        let (Some((_, last)), Some(first)) = (&self.last, self.cells.last_mut()) else { return };
+        let (from, to) = (runs(first), runs(last));
+        if from.len() == to.len() {
+            let both = from.iter().zip(&to);
+            *first = both
+                .map(|(a, b)| if a == b { (*a).to_owned() } else { format!("{a} … {b}") })
+                .collect();
         }
     }
 
@@ -222,5 +249,47 @@ impl Row {
                 }
                 _ => false,
             }
+    }
+}
+
+/// Cuts a text into its numbers and what is between them.
+fn runs(text: &str) -> Vec<&str> {
+    let mut rest = text;
+    let mut runs = Vec::new();
+    while let Some(digit) = rest.chars().next().map(|c| c.is_ascii_digit()) {
+        let end = rest.find(|c: char| c.is_ascii_digit() != digit).unwrap_or(rest.len());
+        let (run, after) = rest.split_at(end);
+        runs.push(run);
+        rest = after;
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(rows: &[(&str, &str, &str)]) -> Vec<String> {
+        let cells = |&(name, unit, text): &(&str, &str, &str)| {
+            (name.to_owned(), vec![unit.to_owned(), text.to_owned()])
+        };
+        let rows = collapsed(rows.iter().map(cells));
+        rows.iter().map(|row| format!("{} {}", row.name(), row.cells.join(" "))).collect()
+    }
+
+    #[test]
+    fn issue_numbered_families_are_one_row() {
+        let family = [("gap_09", "m", "Gap of magnet 9"), ("gap_10", "m", "Gap of magnet 10")];
+        assert_eq!(shown(&family), ["gap_09 … gap_10 m Gap of magnet 9 … 10"]);
+        let same = [("x1", "m", "place of 2"), ("x2", "m", "place of 2")];
+        assert_eq!(shown(&same), ["x1 … x2 m place of 2"]);
+        for other in [
+            [("gap_1", "m", "a 1"), ("gap_2", "s", "a 2")],
+            [("gap_1", "m", "a 1"), ("gap_2", "m", "b 2")],
+            [("gap_1", "m", "a 1"), ("rate_2", "m", "a 2")],
+            [("gap", "m", "a 1"), ("gap_2", "m", "a 2")],
+        ] {
+            assert_eq!(shown(&other).len(), 2, "{other:?}");
+        }
     }
 }

@@ -15,15 +15,25 @@ use master::scenario::{AlgorithmName, Scenario};
 use master::summary::{Status, Summary};
 use master::system::Override;
 
+const EXAMPLES: &str = "\
+Examples:
+  maglev run scenarios/one-bogie.json --stop 5 --out /tmp/bogie
+  maglev run scenarios/one-bogie.json --set 'ems_*.gain_gap=6' --set vehicle.travel_speed=2
+
+Writes results.csv (recorded signals), summary.json (statistics, times, units) and the scenario's
+pictures. Ctrl-C ends a run cleanly and keeps what was recorded.";
+
 /// Arguments of `maglev run`.
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario (.json).
+    /// The scenario: a .json file that names units, connections and what to record.
     scenario: PathBuf,
     /// Folder for the results [default: results/<scenario name>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Set a parameter or start value; patterns such as `m_[01..04].gain=7` and `m_*.gain=7` work.
+    /// Set a parameter or start value, of several by a pattern (m_*.gain=7, m_[01..04].gain=7);
+    /// may be given repeatedly.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
     /// Stop time (s) instead of the scenario's.
@@ -32,7 +42,7 @@ pub struct Arguments {
     /// Communication step (s) instead of the scenario's.
     #[arg(long, value_name = "H")]
     step: Option<f64>,
-    /// Coupling algorithm instead of the scenario's: jacobi or gauss-seidel.
+    /// Coupling algorithm instead of the scenario's: jacobi, gauss-seidel.
     #[arg(long, value_name = "NAME")]
     algorithm: Option<AlgorithmName>,
     /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
