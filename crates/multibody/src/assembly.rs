@@ -14,6 +14,7 @@ use crate::joint::{Joint, Row};
 use crate::math::{Mat3, Vec3, complement, conjugate, multiply, rotation_matrix};
 use crate::model::{Anchor, Counts, DriveForce, Model, Places, Tolerances, Watched};
 use crate::ordering::{Dependency, Failure, Ordering, SAFE_WHILE_MOVING, Sample, analyse};
+use crate::reactions::Attachments;
 use crate::state::Kinematics;
 
 impl Model {
@@ -44,6 +45,7 @@ impl Model {
             drive: anchors.drive(description)?,
             magnets: anchors.magnets(description)?,
             watched: anchors.watched(description)?,
+            attachments: Attachments::new(description, &names)?,
             gravity: description.gravity.into(),
             nominal_gap: description.nominal_gap,
             rows,

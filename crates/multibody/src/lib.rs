@@ -60,6 +60,7 @@ pub mod math;
 mod model;
 mod observe;
 mod ordering;
+mod reactions;
 mod state;
 #[cfg(test)]
 mod tests;
@@ -77,4 +78,5 @@ pub use integrate::LoadCourse;
 pub use linearise::{BodyShape, Linearisation, MagnetSprings, damping_ratio, natural_frequency};
 pub use model::{Counts, Model, Tolerances};
 pub use observe::{Energy, Motion};
+pub use reactions::Reaction;
 pub use state::{BodyState, State};

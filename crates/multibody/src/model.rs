@@ -8,6 +8,7 @@ use crate::description::JointKind;
 use crate::elements::{Bushing, JointForce, Spring};
 use crate::joint::Joint;
 use crate::math::Vec3;
+use crate::reactions::Attachments;
 use crate::state::State;
 
 /// What the vehicle consists of, before fixed joints are merged.
@@ -103,6 +104,7 @@ pub struct Model {
     pub(crate) drive: Option<DriveForce>,
     pub(crate) magnets: Vec<Anchor>,
     pub(crate) watched: Vec<Watched>,
+    pub(crate) attachments: Attachments,
     pub(crate) gravity: Vec3,
     pub(crate) nominal_gap: f64,
     /// Rows of constraint equations after merging.

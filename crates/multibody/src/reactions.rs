@@ -1,0 +1,299 @@
+//! Reactions of the joints: force and moment that a joint passes from body a to body b.
+//!
+//! A joint that is left after merging carries −Φ_qᵀ λ. A bracket has no multipliers; what it carries
+//! follows from Newton's and Euler's equations of all bodies on one side of it: their masses times
+//! their accelerations, less everything that acts on them from elsewhere.
+
+use crate::check::{Names, joint_sides};
+use crate::description::{Description, JointKind};
+use crate::dynamics::{Loads, Workspace};
+use crate::error::Error;
+use crate::math::{Mat3, Vec3, rotation_matrix};
+use crate::model::{Anchor, Model};
+use crate::state::{Kinematics, State, Wrench};
+
+/// Force and moment on body b of a joint, world axes. Body a feels the opposite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reaction {
+    /// N.
+    pub force: Vec3,
+    /// About `point`, N·m.
+    pub moment: Vec3,
+    /// The joint's point on b in the travelling world frame, m.
+    pub point: Vec3,
+}
+
+/// A described body, by its index; `None` is the ground.
+type End = Option<usize>;
+
+/// A fixed joint that was merged away.
+#[derive(Debug, Clone)]
+struct Bracket {
+    name: String,
+    ends: [End; 2],
+    /// In the world in the initial pose, m.
+    point: Vec3,
+}
+
+/// Which described bodies joints and elements act on: what merging forgets.
+#[derive(Debug, Clone)]
+pub(crate) struct Attachments {
+    masses: Vec<f64>,
+    /// In the bodies' own axes, kg·m².
+    inertias: Vec<Mat3>,
+    brackets: Vec<Bracket>,
+    joints: Vec<[End; 2]>,
+    bushings: Vec<[End; 2]>,
+    springs: Vec<[End; 2]>,
+    drive: Vec<usize>,
+    magnets: Vec<usize>,
+}
+
+impl Attachments {
+    pub fn new(description: &Description, names: &Names) -> Result<Self, Error> {
+        let bodies = &description.bodies;
+        let mut brackets = Vec::new();
+        let mut joints = Vec::new();
+        for (k, joint) in description.joints.iter().enumerate() {
+            let path = format!("joints[{k}]");
+            let (a, b) = names.pair(&joint.body_a, &joint.body_b, &path)?;
+            if joint.kind == JointKind::Bracket {
+                let point = joint_sides(joint, bodies, names, &path)?.point_b;
+                brackets.push(Bracket { name: joint.name.clone(), ends: [a, b], point });
+            } else {
+                joints.push([a, b]);
+            }
+        }
+        let pair = |a: &str, b: &str, path: &str| names.pair(a, b, path).map(|(a, b)| [a, b]);
+        let bushings = description.bushings.iter();
+        let springs = description.springs.iter();
+        let driven = description.drive.iter().flat_map(|drive| &drive.bodies);
+        Ok(Self {
+            masses: bodies.iter().map(|b| b.mass).collect(),
+            inertias: bodies.iter().map(|b| b.inertia.matrix()).collect(),
+            brackets,
+            joints,
+            bushings: bushings
+                .map(|b| pair(&b.body_a, &b.body_b, "bushings"))
+                .collect::<Result<_, _>>()?,
+            springs: springs
+                .map(|s| pair(&s.body_a, &s.body_b, "springs"))
+                .collect::<Result<_, _>>()?,
+            drive: driven.map(|b| names.moving(b, "drive.bodies")).collect::<Result<_, _>>()?,
+            magnets: description
+                .magnets
+                .iter()
+                .map(|m| names.moving(&m.body, "magnets"))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The bodies that hang together with `start` without `cut`, and whether the ground does.
+    fn side(&self, start: End, cut: usize) -> (Vec<bool>, bool) {
+        let ground = self.masses.len();
+        let index = |end: End| end.unwrap_or(ground);
+        let mut inside = vec![false; ground + 1];
+        inside[index(start)] = true;
+        let mut grown = true;
+        while grown {
+            grown = false;
+            for (k, bracket) in self.brackets.iter().enumerate() {
+                let [a, b] = bracket.ends.map(index);
+                if k != cut && inside[a] != inside[b] {
+                    (inside[a], inside[b], grown) = (true, true, true);
+                }
+            }
+        }
+        let grounded = inside[ground];
+        (inside, grounded)
+    }
+}
+
+/// Wrenches about one point, summed over a set of described bodies.
+struct Sum<'a> {
+    inside: &'a [bool],
+    point: Vec3,
+    wrench: Wrench,
+}
+
+impl Sum<'_> {
+    fn has(&self, end: End) -> bool {
+        end.is_some_and(|k| self.inside[k])
+    }
+
+    /// Adds a wrench about the point r.
+    fn add(&mut self, wrench: &Wrench, r: &Vec3) {
+        self.wrench.moment += wrench.moment;
+        self.wrench.add(&wrench.force, &(r - self.point));
+    }
+}
+
+impl Model {
+    /// What a joint passes on to its body b under given loads, brackets included. Springs, dampers
+    /// and drives in the joint's free coordinate are no part of it.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where no joint has that name, or those of [`Model::accelerations`].
+    pub fn reaction(
+        &self,
+        joint: &str,
+        state: &State,
+        loads: &Loads,
+        ws: &mut Workspace,
+    ) -> Result<Reaction, Error> {
+        self.accelerations(state, loads, ws)?;
+        if let Some(k) = self.joints.iter().position(|j| j.name == joint) {
+            return Ok(self.joint_reaction(k, ws));
+        }
+        let brackets = &self.attachments.brackets;
+        brackets.iter().position(|b| b.name == joint).map(|k| self.bracket_reaction(k, ws)).ok_or(
+            Error::Argument {
+                what: "joint",
+                expected: "the name of a joint".to_owned(),
+                found: joint.to_owned(),
+            },
+        )
+    }
+
+    fn joint_reaction(&self, k: usize, ws: &Workspace) -> Reaction {
+        let joint = &self.joints[k];
+        let rows = joint.row..joint.row + joint.equations();
+        let (force, moment) = joint.reaction(&ws.kin, &ws.multipliers()[rows]);
+        let body = &ws.kin[joint.b];
+        Reaction { force, moment, point: body.r + body.turn(&joint.point_b) }
+    }
+
+    fn bracket_reaction(&self, k: usize, ws: &Workspace) -> Reaction {
+        let bracket = &self.attachments.brackets[k];
+        let [a, b] = bracket.ends;
+        // both ends are on the same composite, and not both are the ground
+        let composite = b.or(a).map_or(0, |end| self.members[end].composite);
+        let body = &ws.kin[composite];
+        let point = self.composites.get(composite).map_or(bracket.point, |c| {
+            let local =
+                rotation_matrix(c.start.attitude).tr_mul(&(bracket.point - c.start.position));
+            body.r + body.turn(&local)
+        });
+        // the ground's own share is unknown: take the side without it
+        let (inside, grounded) = self.attachments.side(b, k);
+        if grounded {
+            let (inside, _) = self.attachments.side(a, k);
+            let Wrench { force, moment } = self.needed(&inside, point, ws);
+            return Reaction { force: -force, moment: -moment, point };
+        }
+        let Wrench { force, moment } = self.needed(&inside, point, ws);
+        Reaction { force, moment, point }
+    }
+
+    /// What must act on these bodies from outside, about a point, beside all that is known to act.
+    fn needed(&self, inside: &[bool], point: Vec3, ws: &Workspace) -> Wrench {
+        let mut sum = Sum { inside, point, wrench: Wrench::zero() };
+        for (k, member) in self.members.iter().enumerate() {
+            if inside[k] {
+                let kin = &ws.kin[member.composite];
+                let (wrench, r) = self.inertial(k, kin, ws);
+                sum.add(&wrench, &r);
+            }
+        }
+        let mut known = Sum { inside, point, wrench: Wrench::zero() };
+        self.add_elements(&mut known, ws);
+        self.add_points(&mut known, ws);
+        for (k, ends) in self.attachments.joints.iter().enumerate() {
+            let Reaction { force, moment, point } = self.joint_reaction(k, ws);
+            if known.has(ends[0]) {
+                known.add(&Wrench { force: -force, moment: -moment }, &point);
+            }
+            if known.has(ends[1]) {
+                known.add(&Wrench { force, moment }, &point);
+            }
+        }
+        Wrench {
+            force: sum.wrench.force - known.wrench.force,
+            moment: sum.wrench.moment - known.wrench.moment,
+        }
+    }
+
+    /// m (a − g) and J α + ω × J ω of a described body, about its centre of mass, and where that is.
+    fn inertial(&self, k: usize, kin: &Kinematics, ws: &Workspace) -> (Wrench, Vec3) {
+        let member = &self.members[k];
+        let arm = kin.turn(&member.offset);
+        let (linear, angular) = if member.composite < self.composites.len() {
+            let (v, w) = ws.acceleration(member.composite);
+            (v, kin.turn(&w))
+        } else {
+            (Vec3::zeros(), Vec3::zeros())
+        };
+        let acceleration = linear + angular.cross(&arm) + kin.centripetal(&arm);
+        let turn = kin.a * rotation_matrix(member.twist);
+        let inertia = turn * self.attachments.inertias[k] * turn.transpose();
+        let wrench = Wrench {
+            force: (acceleration - self.gravity) * self.attachments.masses[k],
+            moment: inertia * angular + kin.w_world.cross(&(inertia * kin.w_world)),
+        };
+        (wrench, kin.r + arm)
+    }
+
+    /// Forces of springs, bushings and joint springs on the bodies of the sum.
+    fn add_elements(&self, sum: &mut Sum, ws: &Workspace) {
+        // each element by itself, so that its two ends can be told apart; one that has both ends on
+        // the same composite meets that composite's double, behind the ground
+        let mut kin = ws.kin.clone();
+        let double = kin.len();
+        kin.push(Kinematics::at_rest());
+        let mut wrenches = vec![Wrench::zero(); kin.len()];
+        let mut take = |ends: &[End; 2], composites: [usize; 2], wrenches: &mut [Wrench]| {
+            for (end, composite) in ends.iter().zip(composites) {
+                if sum.has(*end) {
+                    let place = if composite == double { composites[0] } else { composite };
+                    sum.add(&wrenches[composite], &ws.kin[place].r);
+                }
+                wrenches[composite] = Wrench::zero();
+            }
+        };
+        for (bushing, ends) in self.bushings.iter().zip(&self.attachments.bushings) {
+            let mut bushing = bushing.clone();
+            if bushing.a == bushing.b {
+                (kin[double], bushing.b) = (kin[bushing.a], double);
+            }
+            bushing.apply(&kin, &mut wrenches);
+            take(ends, [bushing.a, bushing.b], &mut wrenches);
+        }
+        for (spring, ends) in self.springs.iter().zip(&self.attachments.springs) {
+            let mut spring = spring.clone();
+            if spring.a == spring.b {
+                (kin[double], spring.b) = (kin[spring.a], double);
+            }
+            spring.apply(&kin, &mut wrenches);
+            take(ends, [spring.a, spring.b], &mut wrenches);
+        }
+        for force in &self.joint_forces {
+            let joint = &self.joints[force.joint];
+            force.apply(&self.joints, &kin, &mut wrenches);
+            take(&self.attachments.joints[force.joint], [joint.a, joint.b], &mut wrenches);
+        }
+    }
+
+    /// Forces of magnets and drive on the bodies of the sum.
+    fn add_points(&self, sum: &mut Sum, ws: &Workspace) {
+        let point = |anchor: &Anchor| {
+            let body = &ws.kin[anchor.body];
+            let arm = body.turn(&anchor.local);
+            (body.r + arm, body.velocity_at(&arm))
+        };
+        for (k, (magnet, end)) in self.magnets.iter().zip(&self.attachments.magnets).enumerate() {
+            if sum.inside[*end] {
+                let force = Vec3::new(0.0, ws.lateral[k], ws.vertical[k]);
+                sum.add(&Wrench { force, moment: Vec3::zeros() }, &point(magnet).0);
+            }
+        }
+        let Some(drive) = &self.drive else { return };
+        for (anchor, end) in drive.anchors.iter().zip(&self.attachments.drive) {
+            if sum.inside[*end] {
+                let (r, v) = point(anchor);
+                let pull = drive.stiffness * (r.x - anchor.start.x) + drive.damping * v.x;
+                let force = Vec3::new(-pull, 0.0, 0.0);
+                sum.add(&Wrench { force, moment: Vec3::zeros() }, &r);
+            }
+        }
+    }
+}
