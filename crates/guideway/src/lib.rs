@@ -41,3 +41,8 @@ pub use motion::{Load, MidSpan, State, Surface, Workspace};
 pub use pole::{MAX_FORCES, Pole};
 pub use propagator::{NODES, SUBSTEP_PHASE, nodes};
 pub use spline::Spline;
+
+/// Runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
