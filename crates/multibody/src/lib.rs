@@ -39,6 +39,8 @@
 //! hour of rough running of one bogie in steps of 1 ms: 1.4e-14 m or rad and 1.0e-13 m/s or rad/s
 //! (`invariant_joints_stay_closed_over_an_hour`).
 //!
+//! `README.md` beside this crate's manifest has an example and the conventions.
+//!
 //! Nothing allocates while stepping: all memory is in a [`Workspace`], which never influences results.
 
 #![forbid(unsafe_code)]
@@ -80,3 +82,8 @@ pub use model::{Counts, Model, Tolerances};
 pub use observe::{Energy, Motion};
 pub use reactions::Reaction;
 pub use state::{BodyState, State};
+
+/// Runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
