@@ -401,7 +401,7 @@ def main():
 
     def show(what, step, once):
         """Differences of one run, and the shortest time of three."""
-        apart, seconds = min((once() for _ in range(3)), key=lambda found: found[1])
+        apart, seconds = min((once(step) for _ in range(3)), key=lambda found: found[1])
         print(
             f"{what:24} {step * 1e3:6.3f} ms {seconds / case['duration']:8.3f} s per simulated s, "
             f"off by {apart['places']:.1e} of the motion ({apart['m']:.1e} m), "
@@ -413,15 +413,18 @@ def main():
         run = ours(options.vehicle, {**case, "step": step})
         return compare(reference, *poses(run["rows"])), run["seconds"]
 
-    def other(step, **how):
-        return theirs(options.vehicle, case, reference, step, **how)
+    def exact(step):
+        return theirs(options.vehicle, case, reference, step)
+
+    def fastest(step):
+        return theirs(options.vehicle, case, reference, step, intrinsic=False, tolerance=1e-6)
 
     for step in [5e-3, 2.5e-3, 2e-3, 1e-3, 5e-4]:
-        show("multibody", step, lambda: own(step))
+        show("multibody", step, own)
     for step in [5e-3, 2e-3, 1e-3]:
-        show("Exudyn, fastest setting", step, lambda: other(step, intrinsic=False, tolerance=1e-6))
+        show("Exudyn, fastest setting", step, fastest)
     for step in [2e-3, 1e-3, 5e-4, 2.5e-4]:
-        show("Exudyn", step, lambda: other(step))
+        show("Exudyn", step, exact)
 
 
 if __name__ == "__main__":
