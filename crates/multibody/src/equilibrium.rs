@@ -132,8 +132,10 @@ impl Model {
             }
         });
         add_jacobians(&mut sample, &self.joints, &kin);
-        let ordering = analyse(sample, SAFE_AT_REST)
+        let mut ordering = analyse(sample, SAFE_AT_REST)
             .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
+        // stiffness takes the place of mass, and changes with the pose
+        ordering.factorisation = ordering.factorisation.without_leaves();
         let places = crate::assembly::places(&ordering, bodies, &self.joints);
         Ok(Statics { ordering, places, fits })
     }

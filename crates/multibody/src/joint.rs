@@ -36,9 +36,6 @@ pub(crate) struct Joint {
     pub row: usize,
 }
 
-const UNIT: [Vec3; 3] =
-    [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
-
 /// The pairs (frame vector of a, frame vector of b) that stay perpendicular.
 const REVOLUTE_PAIRS: [(usize, usize); 2] = [(0, 2), (1, 2)];
 const TRANSLATIONAL_PAIRS: [(usize, usize); 3] = [(0, 2), (1, 2), (0, 1)];
@@ -82,8 +79,8 @@ impl Joint {
     /// Φ_q: the rows for a and for b.
     pub fn jacobian(&self, kin: &[Kinematics], rows_a: &mut [Row], rows_b: &mut [Row]) {
         let (a, b) = (&kin[self.a], &kin[self.b]);
-        let arm_b = b.turn(&self.point_b);
         let first = if self.kind == JointKind::Translational {
+            let arm_b = b.turn(&self.point_b);
             // t·d changes with a's rotation through t as well: the arm on a ends at b's point
             let arm_a = b.r + arm_b - a.r;
             for i in 0..2 {
@@ -93,10 +90,18 @@ impl Joint {
             }
             2
         } else {
-            let arm_a = a.turn(&self.point_a);
-            for (i, e) in UNIT.iter().enumerate() {
-                rows_a[i] = row(-e, -arm_a.cross(e), a);
-                rows_b[i] = row(*e, arm_b.cross(e), b);
+            // e·(ω × A s) = (s × Aᵀe)·ω with ω in body axes, and Aᵀe is a row of A
+            for i in 0..3 {
+                let part = |body: &Kinematics, point: &Vec3| {
+                    let m = &body.a;
+                    point.cross(&Vec3::new(m[(i, 0)], m[(i, 1)], m[(i, 2)]))
+                };
+                let (angular_a, angular_b) = (part(a, &self.point_a), part(b, &self.point_b));
+                let mut linear = [0.0; 3];
+                linear[i] = 1.0;
+                let [x, y, z] = linear;
+                rows_a[i] = [-x, -y, -z, -angular_a.x, -angular_a.y, -angular_a.z];
+                rows_b[i] = [x, y, z, angular_b.x, angular_b.y, angular_b.z];
             }
             3
         };

@@ -7,11 +7,11 @@
 //! zero, and a beam between two spherical joints can carry only one of them. A joint whose pivot
 //! stays singular when everything else is gone repeats what others constrain already.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::block::{Below, Column, Factorisation, Place, Size, Update};
+use crate::block::{Below, Column, Factorisation, Place, Size, Update, decompose_mass};
 
 /// Smallest eigenvalue of a joint's scaled pivot at which it may be eliminated early: safely away
 /// from zero for a matrix that is to serve while the mechanism moves.
@@ -349,6 +349,21 @@ pub(crate) fn analyse(sample: Sample, safe: f64) -> Result<Ordering, Failure> {
     Ok(layout(&elimination, components))
 }
 
+/// The elimination order with columns that do not wait for each other side by side, group by group:
+/// the processor then works on several at once while the pivots' divisions take their time. It
+/// creates no other fill, since every column still comes after all that change it.
+fn sequence<'a>(gone: &'a [Gone], components: &[usize]) -> Vec<&'a Gone> {
+    let mut level = vec![0_usize; components.len()];
+    for column in gone {
+        for (later, _) in &column.below {
+            level[*later] = level[*later].max(level[column.node] + 1);
+        }
+    }
+    let mut sequence: Vec<&Gone> = gone.iter().collect();
+    sequence.sort_by_key(|column| (components[column.node], level[column.node]));
+    sequence
+}
+
 /// Lays out the storage in elimination order and lists the updates.
 fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
     let sizes = &elimination.sample.sizes;
@@ -359,8 +374,9 @@ fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
         rhs[k] = rows;
         rows += size.get();
     }
+    let sequence = sequence(&elimination.gone, &components);
     let mut rank = vec![0; sizes.len()];
-    for (k, gone) in elimination.gone.iter().enumerate() {
+    for (k, gone) in sequence.iter().enumerate() {
         rank[gone.node] = k;
     }
     let mut storage = 0;
@@ -368,7 +384,7 @@ fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
     let mut below: Vec<Below> = Vec::new();
     let mut places = HashMap::new();
     let mut orders = Vec::new();
-    for gone in &elimination.gone {
+    for gone in sequence {
         let size = sizes[gone.node];
         let diagonal = storage;
         places.insert((gone.node, gone.node), Place { offset: diagonal, as_asked: true });
@@ -386,6 +402,7 @@ fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
             node: gone.node,
             size,
             positive: gone.node < bodies,
+            leaf: None,
             diagonal,
             end: storage,
             rhs: rhs[gone.node],
@@ -394,6 +411,7 @@ fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
         });
         orders.push(later);
     }
+    factor_leaves(&mut columns, &orders, &elimination.sample.diagonal);
     let updates = list_updates(&mut columns, &below, &orders, &places);
     let mut smallest_pivot = vec![0.0; rows];
     for node in bodies..sizes.len() {
@@ -405,6 +423,14 @@ fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
         factorisation: Factorisation { columns, below, updates, storage, smallest_pivot },
         places,
         components,
+    }
+}
+
+/// Factors the bodies that nothing eliminated before them changes.
+fn factor_leaves(columns: &mut [Column], orders: &[Vec<usize>], diagonal: &[DMatrix<f64>]) {
+    let changed: HashSet<usize> = orders.iter().flatten().copied().collect();
+    for column in columns.iter_mut().filter(|c| c.positive && !changed.contains(&c.node)) {
+        column.leaf = diagonal[column.node].as_slice().try_into().ok().and_then(decompose_mass);
     }
 }
 
