@@ -57,10 +57,10 @@ impl<'a> Names<'a> {
         if name == GROUND {
             return Ok(None);
         }
-        self.0
-            .get(name)
-            .map(|k| Some(*k))
-            .ok_or_else(|| invalid(path, format!("no body is called `{name}`")))
+        self.0.get(name).map(|k| Some(*k)).ok_or_else(|| {
+            let known = self.0.keys().copied().chain([GROUND]);
+            invalid(path, format!("no body is called `{name}`{}", meant(name, known)))
+        })
     }
 
     /// Index of the named body, which must not be the ground.
@@ -93,6 +93,37 @@ fn finite(values: &[f64], path: &str) -> Result<(), Error> {
     }
 }
 
+/// Which of the known names may have been meant: the closest, where it is close.
+fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    // longer names than anybody types by mistake are not worth the search
+    let near = |other: &str| (other.len() <= 64).then(|| distance(name, other));
+    let found = if name.len() > 64 {
+        None
+    } else {
+        known
+            .filter_map(|other| near(other).map(|d| (d, other)))
+            .min()
+            .filter(|(d, _)| 3 * d <= name.chars().count())
+    };
+    found.map_or_else(String::new, |(_, other)| format!("; is `{other}` meant?"))
+}
+
+/// How many letters have to be put in, left out or exchanged (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let exchanged = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = exchanged.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
 fn not_negative(values: &[f64], path: &str) -> Result<(), Error> {
     finite(values, path)?;
     match values.iter().find(|v| **v < 0.0) {
@@ -109,7 +140,8 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>, list: &str) -> Result<(), Er
             return Err(invalid(path, "a name is needed"));
         }
         if let Some(first) = seen.insert(name, k) {
-            return Err(invalid(path, format!("`{name}` is already {list}[{first}]")));
+            let message = format!("`{name}` is already {list}[{first}]; rename one of them");
+            return Err(invalid(path, message));
         }
     }
     Ok(())
@@ -232,7 +264,9 @@ impl Description {
         for (k, force) in self.joint_forces.iter().enumerate() {
             let path = format!("joint_forces[{k}]");
             let Some(joint) = self.joints.iter().find(|j| j.name == force.joint) else {
-                let message = format!("no joint is called `{}`", force.joint);
+                let known = self.joints.iter().map(|j| j.name.as_str());
+                let hint = meant(&force.joint, known);
+                let message = format!("no joint is called `{}`{hint}", force.joint);
                 return Err(invalid(format!("{path}.joint"), message));
             };
             if !joint.kind.has_axis() {
@@ -253,7 +287,12 @@ impl Description {
             not_negative(&[drive.stiffness], "drive.stiffness")?;
             not_negative(&[drive.damping], "drive.damping")?;
             for (k, body) in drive.bodies.iter().enumerate() {
-                names.moving(body, &format!("drive.bodies[{k}]"))?;
+                let path = format!("drive.bodies[{k}]");
+                names.moving(body, &path)?;
+                if let Some(first) = drive.bodies[..k].iter().position(|b| b == body) {
+                    let message = format!("`{body}` is already drive.bodies[{first}]");
+                    return Err(invalid(path, message));
+                }
             }
         }
         for (k, magnet) in self.magnets.iter().enumerate() {
@@ -324,17 +363,27 @@ pub(crate) fn joint_sides(
         return Err(invalid(
             path,
             format!(
-                "the two sides of joint `{}` do not meet in the initial pose: they are {:.3e} m apart",
+                "the two sides of joint `{}` do not meet in the initial pose: they are {:.3e} m \
+                 apart, `{}` stands off by ({:.3e}, {:.3e}, {:.3e}) m; correct `local_a`, `local_b` \
+                 or a body's place",
                 joint.name,
-                apart.norm()
+                apart.norm(),
+                joint.body_b,
+                apart.x,
+                apart.y,
+                apart.z
             ),
         ));
     }
-    let angle = axis_a.cross(&axis_b).norm();
-    if angle > MEETING_TOLERANCE || axis_a.dot(&axis_b) < 0.0 {
+    let angle = axis_a.cross(&axis_b).norm().atan2(axis_a.dot(&axis_b));
+    if angle > MEETING_TOLERANCE {
         return Err(invalid(
             path,
-            format!("the two axes of joint `{}` are {angle:.3e} rad apart", joint.name),
+            format!(
+                "the two axes of joint `{}` are {angle:.3e} rad apart in the initial pose; correct \
+                 `local_axis_a`, `local_axis_b` or a body's orientation",
+                joint.name
+            ),
         ));
     }
     Ok(JointSides { point_a, point_b, axis_a, axis_b })
@@ -349,9 +398,13 @@ fn joint_axes(
 ) -> Result<(Vec3, Vec3), Error> {
     let unit = |v: [f64; 3], field: &str| -> Result<Vec3, Error> {
         finite(&v, &format!("{path}.{field}"))?;
-        Vec3::from(v)
-            .try_normalize(1e-12)
-            .ok_or_else(|| invalid(format!("{path}.{field}"), "the axis must not be zero"))
+        let (v, largest) = (Vec3::from(v), Vec3::from(v).amax());
+        if largest == 0.0 {
+            let message = "the axis must not be zero; any length will do";
+            return Err(invalid(format!("{path}.{field}"), message));
+        }
+        // scaled first, so that no length overflows
+        Ok((v / largest).normalize())
     };
     match (joint.axis, joint.local_axis_a, joint.local_axis_b) {
         (None, None, None) if !joint.kind.has_axis() => Ok((Vec3::zeros(), Vec3::zeros())),

@@ -72,7 +72,11 @@ pub struct Body {
 
 /// Inertia: three principal moments, or the full symmetric matrix by rows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected three principal moments [x, y, z], or a symmetric matrix as three rows of \
+                 three numbers, kg·m²"
+)]
 pub enum Inertia {
     /// Moments about the body's x, y and z axes.
     Principal([f64; 3]),
@@ -276,7 +280,7 @@ impl Description {
     pub fn from_json(text: &str) -> Result<Self, Error> {
         let mut reader = serde_json::Deserializer::from_str(text);
         let description: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
-            Error::Read { path: e.path().to_string(), message: e.inner().to_string() }
+            Error::Read { path: json_path(e.path()), message: e.inner().to_string() }
         })?;
         reader.end().map_err(|e| Error::Read { path: "$".to_owned(), message: e.to_string() })?;
         description.check()?;
@@ -304,6 +308,12 @@ impl Description {
         ];
         Ok(format!("{{\n  {}\n}}\n", fields.join(",\n  ")))
     }
+}
+
+/// The path as the check writes it: `$` for the whole, also where a key without letters leads.
+fn json_path(path: &serde_path_to_error::Path) -> String {
+    let text = path.to_string();
+    if text.is_empty() || path.iter().next().is_none() { "$".to_owned() } else { text }
 }
 
 /// True for a vector that the file may leave out.

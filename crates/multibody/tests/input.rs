@@ -46,6 +46,145 @@ fn invariant_bad_files_are_refused_with_their_json_path() {
     assert_says(&text, &["bodies[0].position"]);
 }
 
+/// One damaged place a line: what is put there, and what the message has to contain.
+#[test]
+fn invariant_each_complaint_names_place_and_cure() {
+    use serde_json::json;
+    for (pointer, new, parts) in [
+        // names
+        ("/joints/1/body_a", json!("car1"), &["joints[1].body_a", "is `car_1` meant?"][..]),
+        ("/bushings/2/body_b", json!("nobody"), &["bushings[2].body_b", "no body", "`nobody`"]),
+        ("/joints/0/body_b", json!("ground"), &["joints[0]", "both ends are on `ground`"]),
+        ("/observed/0/body", json!("roof"), &["observed[0].body", "`roof`"]),
+        ("/observed/0/name", json!("Car 1"), &["observed[0].name", "lower-case"]),
+        (
+            "/joint_forces/0/joint",
+            json!("car_1_table_1_left_slid"),
+            &["joint_forces[0].joint", "slide` meant?"],
+        ),
+        ("/joint_forces/0/joint", json!("guid"), &["joint_forces[0].joint", "is `guide` meant?"]),
+        ("/bodies/2/name", json!("ground"), &["bodies[2].name", "reserved"]),
+        ("/bodies/2/name", json!(""), &["bodies[2].name", "name is needed"]),
+        ("/joints/3/name", json!("guide"), &["joints[3].name", "already joints[0]", "rename"]),
+        (
+            "/bushings/1/name",
+            json!("bogie_1_1_beam_front_upper_left"),
+            &["bushings[1].name", "already bushings[0]"],
+        ),
+        // numbers
+        ("/bodies/0/mass", json!(0.0), &["bodies[0].mass", "positive", "0 kg"]),
+        (
+            "/bodies/0/mass",
+            json!("heavy"),
+            &["bodies[0].mass", "\"heavy\"", "expected f64", "line"],
+        ),
+        ("/bodies/0/mass", json!(null), &["bodies[0].mass", "null"]),
+        ("/gravity", json!(9.81), &["gravity", "expected an array of length 3"]),
+        (
+            "/bodies/0/inertia",
+            json!([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            &["bodies[0].inertia", "symmetric"],
+        ),
+        (
+            "/bodies/0/inertia",
+            json!([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            &["bodies[0].inertia", "positive definite", "-1"],
+        ),
+        (
+            "/bodies/0/inertia",
+            json!([1.0, 2.0]),
+            &["bodies[0].inertia", "three principal moments", "three rows"],
+        ),
+        (
+            "/bodies/0/orientation",
+            json!([1.0, 1.0, 0.0, 0.0]),
+            &["bodies[0].orientation", "unit quaternion", "1.414"],
+        ),
+        ("/joints/0/axis", json!([0.0, 0.0]), &["joints[0].axis", "length 3"]),
+        ("/joints/0/axis", json!(null), &["joints[0]", "needs either `axis`"]),
+        (
+            "/joints/0/position",
+            json!(null),
+            &["joints[0]", "either `position`", "`local_a` and `local_b`"],
+        ),
+        ("/joints/0/local_a", json!([0.0, 0.0, 0.0]), &["joints[0]", "either `position`"]),
+        (
+            "/joint_forces/0/joint",
+            json!("bogie_1_1_beam_front_upper_left"),
+            &["joint_forces[0].joint", "no free coordinate"],
+        ),
+        (
+            "/joint_forces/0/stiffness",
+            json!(-1.0),
+            &["joint_forces[0].stiffness", "negative", "-1"],
+        ),
+        ("/nominal_gap", json!(-0.008), &["nominal_gap", "negative"]),
+        ("/magnets/3/body", json!("magnet"), &["magnets[3].body", "`magnet`"]),
+        // shapes
+        ("/bodies", json!([]), &["bodies", "at least one body"]),
+        ("/bodies", json!({}), &["bodies", "expected a sequence"]),
+        ("/joints/2", json!(7), &["joints[2]", "struct Joint"]),
+        (
+            "/drive",
+            json!({"bodies": ["car_1", "car_1"], "stiffness": 1.0, "damping": 1.0}),
+            &["drive.bodies[1]", "already drive.bodies[0]"],
+        ),
+        (
+            "/drive",
+            json!({"bodies": ["car_1"], "stiffnes": 1.0}),
+            &["drive.stiffnes", "unknown field", "`stiffness`"],
+        ),
+    ] {
+        let text = complaint(|v| {
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            match v.pointer_mut(parent).unwrap() {
+                serde_json::Value::Array(items) => items[key.parse::<usize>().unwrap()] = new,
+                serde_json::Value::Object(fields) => drop(fields.insert(key.to_owned(), new)),
+                other => panic!("{pointer}: {other}"),
+            }
+        });
+        println!("{text}");
+        assert_says(&text, parts);
+    }
+}
+
+/// What no JSON value can express: numbers beyond the range, doubled and missing keys, no object.
+#[test]
+fn invariant_complaints_about_the_text_name_their_place() {
+    let text = train::one_magnet().to_json().unwrap();
+    for (old, new, parts) in [
+        ("\"mass\":250.0", "\"mass\":1e400", &["bodies[0].mass", "out of range", "line 7"][..]),
+        ("\"mass\":250.0", "\"mass\":NaN", &["bodies[0].mass", "expected", "line"]),
+        ("\"mass\":250.0", "\"mass\":250.0,\"mass\":1.0", &["bodies[0]", "duplicate field `mass`"]),
+        ("\"mass\":250.0,", "", &["bodies[0]", "missing field `mass`"]),
+        ("\"gravity\"", "\"gravty\"", &["gravty", "unknown field", "`gravity`"]),
+    ] {
+        assert!(text.contains(old), "{old}");
+        let error = Model::from_json(&text.replacen(old, new, 1)).unwrap_err().to_string();
+        println!("{error}");
+        assert_says(&error, parts);
+    }
+    for text in ["", "null", "[]", "{}", "\u{feff}{}", "{\"\": 1}"] {
+        let error = Model::from_json(text).unwrap_err().to_string();
+        println!("{error}");
+        assert_says(&error, &["`$`", "line 1"]);
+    }
+}
+
+/// Axes of any length are axes: nothing over- or underflows.
+#[test]
+fn invariant_axes_may_have_any_length() {
+    let mut d = train::one_magnet();
+    let wanted = Model::new(&d).unwrap();
+    for length in [1e-300, 5e-324, 1e-9, 3.0, 1e200, f64::MAX] {
+        d.joints[0].axis = Some([0.0, 0.0, length]);
+        let model = Model::new(&d).unwrap();
+        assert_eq!(model.counts(), wanted.counts());
+    }
+    d.joints[0].axis = Some([0.0, 0.0, f64::INFINITY]);
+    assert_says(&Model::new(&d).unwrap_err().to_string(), &["joints[0].axis", "finite"]);
+}
+
 #[test]
 fn invariant_truncated_text_is_refused() {
     let text = train::one_magnet().to_json().unwrap();
@@ -75,7 +214,10 @@ fn invariant_joints_that_do_not_meet_are_named() {
     ball.local_b = Some([-0.4, 0.0, 0.0]);
     d.joints.push(ball);
     let text = Model::new(&d).unwrap_err().to_string();
-    assert_says(&text, &["joints[0]", "`ball`", "1.000e-1 m apart"]);
+    assert_says(
+        &text,
+        &["joints[0]", "`ball`", "1.000e-1 m apart", "(1.000e-1, 0.000e0, 0.000e0)"],
+    );
     d.joints[0].local_b = Some([-0.5, 0.0, 0.0]);
     assert_eq!(Model::new(&d).unwrap().counts().degrees_of_freedom, 9);
 }
