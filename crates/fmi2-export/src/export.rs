@@ -1,7 +1,8 @@
 //! The macro that gives a unit crate its C symbols.
 
 /// Defines the 34 C functions of an FMI 2.0 co-simulation unit for one [`Model`](crate::Model),
-/// and `fmi2_export_describe`, which prints `modelDescription.xml`. Once per library.
+/// `fmi2_export_describe`, which prints `modelDescription.xml`, and `fmi2_export_report`, which hands
+/// over what [`Model::report`](crate::Model::report) answers. Once per library.
 ///
 /// Each function is checked against the C header's type when it is compiled.
 #[macro_export]
@@ -109,6 +110,16 @@ macro_rules! export {
                 capacity: usize,
             ) -> usize {
                 unsafe { $crate::ffi::describe::<$model>(resource_dir, buffer, capacity) }
+            }
+
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn fmi2_export_report(
+                component: fmi2Component,
+                request: fmi2String,
+                buffer: *mut ::core::ffi::c_char,
+                capacity: usize,
+            ) -> usize {
+                unsafe { $crate::ffi::report(component, request, buffer, capacity) }
             }
         };
     };

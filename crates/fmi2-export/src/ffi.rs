@@ -16,7 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use fmi2_sys::*;
 
-use crate::guard::{ERROR, enter, null, panic_text, slice, slice_out, string, text};
+use crate::guard::{ERROR, OK, enter, null, panic_text, slice, slice_out, string, text};
 use crate::instance::{Instance, unknown};
 use crate::interface::Type;
 use crate::logger::{Category, Logger};
@@ -670,6 +670,33 @@ pub unsafe extern "C" fn describe<M: Model>(
         }
     }
     length
+}
+
+/// Not of the standard: writes the model's answer to `request` (UTF-8) into `buffer` and returns its
+/// length in bytes. At most `capacity` bytes are written. Returns 0 where there is no answer, with the
+/// reason in the log.
+pub unsafe extern "C" fn report(
+    component: fmi2Component,
+    request: fmi2String,
+    buffer: *mut c_char,
+    capacity: usize,
+) -> usize {
+    let mut length = 0;
+    let body = |instance: &mut Instance| {
+        // SAFETY: strings and arrays are the importer's word, also below.
+        let request = unsafe { text(request, "the request") }?;
+        // SAFETY: see above.
+        let out = unsafe { slice_out(buffer.cast::<u8>(), capacity, "buffer") }?;
+        let answer = instance.report(request)?;
+        for (out, byte) in out.iter_mut().zip(answer.bytes()) {
+            out.write(byte);
+        }
+        length = answer.len();
+        Ok(())
+    };
+    // SAFETY: passed on to the caller.
+    let status = unsafe { enter(component, &state::REPORT, body) };
+    if status == OK { length } else { 0 }
 }
 
 /// A message cut to the buffer, with its NUL.

@@ -494,6 +494,14 @@ impl Instance {
         })
     }
 
+    pub(crate) fn report(&mut self, request: &str) -> Result<String, Error> {
+        self.refresh()?;
+        self.unit
+            .report(&self.values, request)?
+            .filter(|text| !text.is_empty())
+            .ok_or_else(|| Error::invalid(format!("the unit offers no report {request:?}")))
+    }
+
     pub(crate) fn guid(&self) -> Uuid {
         self.table.guid
     }

@@ -141,6 +141,21 @@ pub trait Model: Sized + Send + 'static {
         let _ = (state, values, seed, result);
         Ok(false)
     }
+
+    /// Answers a request beyond FMI (`fmi2_export_report`), such as a table that is no variable;
+    /// `None` for a request that is not offered. Must not influence any later result.
+    ///
+    /// # Errors
+    /// The request is offered, but wrong or without an answer here.
+    fn report(
+        &mut self,
+        state: &Self::State,
+        values: &Values,
+        request: &str,
+    ) -> Result<Option<String>, Error> {
+        let _ = (state, values, request);
+        Ok(None)
+    }
 }
 
 /// The direction of a directional derivative: one number per real variable, 0 where not given.

@@ -119,6 +119,7 @@ calls! {
     GET_INTEGER_STATUS fmi2GetIntegerStatus STEP | DISCARDED | ENDED | BROKEN;
     GET_BOOLEAN_STATUS fmi2GetBooleanStatus STEP | DISCARDED | ENDED | BROKEN;
     GET_STRING_STATUS fmi2GetStringStatus STEP | DISCARDED | ENDED | BROKEN;
+    REPORT fmi2_export_report READABLE;
 }
 
 #[cfg(test)]
@@ -161,6 +162,8 @@ mod tests {
             ("fmi2GetIntegerStatus", "..xxx+"),
             ("fmi2GetBooleanStatus", "..xxx+"),
             ("fmi2GetStringStatus", "..xxx+"),
+            // not of the standard: as the getters
+            ("fmi2_export_report", ".xxxxx"),
         ];
         assert_eq!(ALL.len(), table.len());
         let modes = [

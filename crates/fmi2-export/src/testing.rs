@@ -219,6 +219,29 @@ impl Instance {
         self.check("fmi2Reset", status)
     }
 
+    /// `fmi2_export_report`.
+    ///
+    /// # Errors
+    /// There is no answer to this request, or not now.
+    pub fn report(&mut self, request: &str) -> Result<String, Failure> {
+        let call = "fmi2_export_report";
+        let request = CString::new(request).unwrap_or_default();
+        let mut buffer = Vec::<u8>::new();
+        loop {
+            let (start, room) = (buffer.as_mut_ptr().cast(), buffer.len());
+            // SAFETY: the request and the buffer live through the call.
+            let length = unsafe { ffi::report(self.component, request.as_ptr(), start, room) };
+            if length == 0 {
+                return Err(self.failure(call, fmi2Status::fmi2Error));
+            }
+            if length <= room {
+                buffer.truncate(length);
+                return Ok(String::from_utf8_lossy(&buffer).into_owned());
+            }
+            buffer.resize(length, 0);
+        }
+    }
+
     /// Value of a real variable.
     ///
     /// # Errors

@@ -30,6 +30,7 @@ pub(crate) trait Unit: Send {
         seed: &Seed,
         result: &mut Sensitivity,
     ) -> Result<bool, Error>;
+    fn report(&mut self, values: &Values, request: &str) -> Result<Option<String>, Error>;
     /// Forgets the state, as before initialization.
     fn forget(&mut self);
     fn save(&self, saved: &mut Saved);
@@ -97,6 +98,11 @@ impl<M: Model> Unit for Holder<M> {
     ) -> Result<bool, Error> {
         let state = self.state.as_ref().ok_or_else(no_state)?;
         self.model.directional_derivative(state, values, seed, result)
+    }
+
+    fn report(&mut self, values: &Values, request: &str) -> Result<Option<String>, Error> {
+        let state = self.state.as_ref().ok_or_else(no_state)?;
+        self.model.report(state, values, request)
     }
 
     fn forget(&mut self) {

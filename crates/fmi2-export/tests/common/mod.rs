@@ -121,6 +121,21 @@ impl Model for Everything {
         Ok(State { x: time, gain: values.real(self.gain), ..State::default() })
     }
 
+    fn report(
+        &mut self,
+        state: &State,
+        values: &Values,
+        request: &str,
+    ) -> Result<Option<String>, Error> {
+        match request {
+            "x" => Ok(Some(format!("x is {} at u = {}", state.x, values.real(self.u)))),
+            "nothing" => Ok(Some(String::new())),
+            "fail" => Err(Error::invalid("asked to fail")),
+            "panic" => panic!("asked to panic in a report"),
+            _ => Ok(None),
+        }
+    }
+
     fn outputs(&mut self, state: &State, values: &mut Values, _: f64) -> Result<(), Error> {
         let trouble = values.integer(self.trouble);
         match trouble {
