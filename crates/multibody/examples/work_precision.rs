@@ -12,7 +12,7 @@
 use std::io::Write;
 use std::time::Instant;
 
-use multibody::{Bushing, Error, GROUND, Holding, LoadCourse, Model, State, train};
+use multibody::{Bushing, Error, GROUND, Holding, LoadCourse, Model, Scheme, State, train};
 
 const STIFFNESS: f64 = 7e5;
 const DAMPING: f64 = 8e3;
@@ -133,20 +133,21 @@ impl Run {
     }
 
     /// Heights of all magnets at the ends of the pieces, and the seconds it took.
-    fn go(&self, internal: f64) -> Result<(Vec<f64>, f64), Error> {
-        let mut ws = self.model.workspace();
+    fn go(&self, scheme: Scheme, internal: f64) -> Result<(Vec<f64>, f64), Error> {
+        let model = self.model.clone().with_scheme(scheme);
+        let mut ws = model.workspace();
         let mut state = self.start.clone();
-        let magnets = self.model.counts().magnets;
+        let magnets = model.counts().magnets;
         let lateral = vec![[0.0; 4]; magnets];
         let mut heights = Vec::with_capacity(magnets * self.pieces.len());
         let mut seconds = 0.0;
         for vertical in &self.pieces {
             let course = LoadCourse { vertical, lateral: &lateral };
             let begin = Instant::now();
-            self.model.step(&mut state, PIECE, internal, &course, &mut ws)?;
+            model.step(&mut state, PIECE, internal, &course, &mut ws)?;
             seconds += begin.elapsed().as_secs_f64();
             for k in 0..magnets {
-                heights.push(self.model.magnet(&state, k).displacement.z);
+                heights.push(model.magnet(&state, k).displacement.z);
             }
         }
         Ok((heights, seconds))
@@ -160,26 +161,28 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = Run::new()?;
-    let (reference, _) = run.go(PIECE / 96.0)?;
+    let (reference, _) = run.go(Scheme::Classical, PIECE / 96.0)?;
     let gaps =
         rms(run.heights.iter().flatten().zip(&reference).map(|(track, magnet)| track - magnet));
     let mut out = std::io::stdout();
     writeln!(out, "# gap deviation RMS {gaps:e} m, reference step {} ms", PIECE / 96.0 * 1e3)?;
-    writeln!(out, "step_ms,error_of_gap_rms,ms_per_simulated_second,times_real_time")?;
-    for parts in [24, 16, 12, 8, 6, 5, 4, 3, 2] {
-        let step = PIECE / f64::from(parts);
-        match run.go(step) {
-            Ok((heights, seconds)) => {
-                let error = rms(heights.iter().zip(&reference).map(|(a, b)| a - b)) / gaps;
-                writeln!(
-                    out,
-                    "{:.3},{error:.3e},{:.2},{:.1}",
-                    step * 1e3,
-                    seconds / DURATION * 1e3,
-                    DURATION / seconds
-                )?;
+    writeln!(out, "scheme,step_ms,error_of_gap_rms,ms_per_simulated_second,times_real_time")?;
+    for scheme in [Scheme::Midpoint, Scheme::Heun, Scheme::Classical] {
+        for parts in [24, 12, 8, 6, 5, 4, 3, 2, 1] {
+            let step = PIECE / f64::from(parts);
+            match run.go(scheme, step) {
+                Ok((heights, seconds)) => {
+                    let error = rms(heights.iter().zip(&reference).map(|(a, b)| a - b)) / gaps;
+                    writeln!(
+                        out,
+                        "{scheme:?},{:.3},{error:.3e},{:.2},{:.1}",
+                        step * 1e3,
+                        seconds / DURATION * 1e3,
+                        DURATION / seconds
+                    )?;
+                }
+                Err(error) => writeln!(out, "{scheme:?},{:.3},unstable: {error},,", step * 1e3)?,
             }
-            Err(error) => writeln!(out, "{:.3},unstable: {error},,", step * 1e3)?,
         }
     }
     Ok(())

@@ -10,6 +10,7 @@ use crate::composite::{Composite, Merged, merge};
 use crate::description::{Description, Joint as JointData, JointKind};
 use crate::elements::{Bushing, JointForce, Spring};
 use crate::error::{Error, Redundancy};
+use crate::integrate::Scheme;
 use crate::joint::{Joint, Row};
 use crate::math::{Mat3, Vec3, complement, conjugate, multiply, rotation_matrix};
 use crate::model::{Anchor, Counts, DriveForce, Model, Places, Tolerances, Watched};
@@ -55,6 +56,7 @@ impl Model {
             counts,
             total_mass: description.bodies.iter().filter(|b| !b.reference).map(|b| b.mass).sum(),
             tolerances: Tolerances::default(),
+            scheme: Scheme::default(),
             composites: merged.composites,
             members: merged.members,
             joints,

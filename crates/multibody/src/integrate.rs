@@ -42,6 +42,31 @@ fn polynomial(u: &[f64; 4], t: f64) -> f64 {
     u[0] + t * (u[1] + t * (0.5 * u[2] + t * (u[3] / 6.0)))
 }
 
+/// Explicit Runge-Kutta schemes in which every stage starts from the one before it alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scheme {
+    /// The midpoint rule: order 2 with two evaluations.
+    Midpoint,
+    /// Heun's scheme of order 3 with three evaluations.
+    Heun,
+    /// The classical scheme: order 4 with four evaluations.
+    #[default]
+    Classical,
+}
+
+impl Scheme {
+    /// Node and weight of each stage; a stage's node is also its distance along the slope before.
+    fn stages(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::Midpoint => &[(0.0, 0.0), (0.5, 1.0)],
+            Self::Heun => &[(0.0, 0.25), (1.0 / 3.0, 0.0), (2.0 / 3.0, 0.75)],
+            Self::Classical => {
+                &[(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)]
+            }
+        }
+    }
+}
+
 /// Derivative of a body's state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rate {
@@ -130,15 +155,14 @@ impl Model {
         loads: &LoadCourse,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        const NODES: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
-        const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
+        let stages = self.scheme.stages();
         ws.start.copy_from_slice(bodies);
         // taken out so that the evaluation may borrow the workspace; returned below
         let mut stage = std::mem::take(&mut ws.stage);
         stage.copy_from_slice(bodies);
         let mut outcome = Ok(());
-        for s in 0..4 {
-            let t = offset + NODES[s] * h;
+        for (s, &(node, weight)) in stages.iter().enumerate() {
+            let t = offset + node * h;
             for k in 0..self.magnets.len() {
                 ws.vertical[k] = polynomial(&loads.vertical[k], t);
                 ws.lateral[k] = polynomial(&loads.lateral[k], t);
@@ -147,14 +171,14 @@ impl Model {
             if outcome.is_err() {
                 break;
             }
-            let ahead = if s < 3 { NODES[s + 1] * h } else { 0.0 };
+            let ahead = stages.get(s + 1).map_or(0.0, |(next, _)| next * h);
             for (k, body) in stage.iter_mut().enumerate() {
                 let (v, w) = ws.acceleration(k);
                 let rate = Rate::of(body, v, w);
                 if s == 0 {
                     ws.sum[k] = Rate::zero();
                 }
-                ws.sum[k].add(&rate, WEIGHTS[s]);
+                ws.sum[k].add(&rate, weight);
                 *body = ws.start[k].moved(&rate, ahead);
             }
         }

@@ -76,7 +76,7 @@ pub use description::{
 pub use dynamics::{Loads, Workspace};
 pub use equilibrium::{Equilibrium, Holding};
 pub use error::{Error, Redundancy};
-pub use integrate::LoadCourse;
+pub use integrate::{LoadCourse, Scheme};
 pub use linearise::{BodyShape, Linearisation, MagnetSprings, damping_ratio, natural_frequency};
 pub use model::{Counts, Model, Tolerances};
 pub use observe::{Energy, Motion};

@@ -6,6 +6,7 @@ use crate::block::{Factorisation, Place};
 use crate::composite::{Composite, Member};
 use crate::description::JointKind;
 use crate::elements::{Bushing, JointForce, Spring};
+use crate::integrate::Scheme;
 use crate::joint::Joint;
 use crate::math::Vec3;
 use crate::reactions::Attachments;
@@ -116,6 +117,7 @@ pub struct Model {
     pub(crate) counts: Counts,
     pub(crate) total_mass: f64,
     pub(crate) tolerances: Tolerances,
+    pub(crate) scheme: Scheme,
 }
 
 impl Model {
@@ -147,6 +149,13 @@ impl Model {
     #[must_use]
     pub fn with_tolerances(mut self, tolerances: Tolerances) -> Self {
         self.tolerances = tolerances;
+        self
+    }
+
+    /// Replaces the integration scheme.
+    #[must_use]
+    pub fn with_scheme(mut self, scheme: Scheme) -> Self {
+        self.scheme = scheme;
         self
     }
 
