@@ -69,7 +69,7 @@ impl Bench {
         let flat = vec![0.0; self.static_loads.len()];
         let Self { model, ws, state, static_loads, .. } = self;
         let loads = Loads { vertical: static_loads, lateral: &flat };
-        measure(rounds, 20, || {
+        measure(rounds, 2, || {
             state.bodies[0].position.z += 1e-12;
             model.accelerations(state, &loads, ws)
         })
@@ -104,9 +104,8 @@ fn main() -> Result<(), Error> {
     for cars in CARS {
         let mut bench = Bench::new(cars)?;
         let bodies = bench.model.counts().bodies as f64;
-        let rounds = (200 / cars).max(15);
-        let evaluation = bench.evaluation(rounds)?;
-        let step = measure(rounds, 10, || bench.step())?;
+        let evaluation = bench.evaluation(1000 / cars)?;
+        let step = measure(1000 / cars, 1, || bench.step())?;
         let second = if cars == 2 {
             measure(5, 1, || (0..1000).try_for_each(|_| bench.step()))?
         } else {

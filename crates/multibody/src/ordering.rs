@@ -349,19 +349,43 @@ pub(crate) fn analyse(sample: Sample, safe: f64) -> Result<Ordering, Failure> {
     Ok(layout(&elimination, components))
 }
 
-/// The elimination order with columns that do not wait for each other side by side, group by group:
-/// the processor then works on several at once while the pivots' divisions take their time. It
-/// creates no other fill, since every column still comes after all that change it.
-fn sequence<'a>(gone: &'a [Gone], components: &[usize]) -> Vec<&'a Gone> {
-    let mut level = vec![0_usize; components.len()];
-    for column in gone {
-        for (later, _) in &column.below {
-            level[*later] = level[*later].max(level[column.node] + 1);
+/// Columns that are looked at together when independent ones are put side by side.
+const WINDOW: usize = 32;
+
+/// The elimination order arranged for the processor, without any other fill since every column still
+/// comes after all that change it. First what changes a column is brought close before it (a
+/// postorder of the elimination tree), so that little is read from far away. Then, window by window,
+/// columns that do not wait for each other come side by side, so that several are under way while
+/// the divisions of a pivot take their time.
+fn sequence(gone: &[Gone]) -> Vec<&Gone> {
+    let mut rank = HashMap::new();
+    for (k, column) in gone.iter().enumerate() {
+        rank.insert(column.node, k);
+    }
+    let mut level = vec![0_usize; gone.len()];
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); gone.len()];
+    let mut pending = Vec::new();
+    for (k, column) in gone.iter().enumerate() {
+        let later = || column.below.iter().filter_map(|(node, _)| rank.get(node).copied());
+        for n in later() {
+            level[n] = level[n].max(level[k] + 1);
+        }
+        match later().min() {
+            Some(parent) => children[parent].push(k),
+            None => pending.push(k),
         }
     }
-    let mut sequence: Vec<&Gone> = gone.iter().collect();
-    sequence.sort_by_key(|column| (components[column.node], level[column.node]));
-    sequence
+    // from the roots down, each before its children, then turned round
+    let mut order = Vec::with_capacity(gone.len());
+    while let Some(k) = pending.pop() {
+        order.push(k);
+        pending.append(&mut children[k]);
+    }
+    order.reverse();
+    for window in order.chunks_mut(WINDOW) {
+        window.sort_by_key(|k| level[*k]);
+    }
+    order.into_iter().map(|k| &gone[k]).collect()
 }
 
 /// Lays out the storage in elimination order and lists the updates.
@@ -374,7 +398,7 @@ fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
         rhs[k] = rows;
         rows += size.get();
     }
-    let sequence = sequence(&elimination.gone, &components);
+    let sequence = sequence(&elimination.gone);
     let mut rank = vec![0; sizes.len()];
     for (k, gone) in sequence.iter().enumerate() {
         rank[gone.node] = k;
