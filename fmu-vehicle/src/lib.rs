@@ -15,6 +15,7 @@
 mod allocation;
 mod jerks;
 mod model;
+mod modes;
 mod table;
 #[cfg(test)]
 mod tests;

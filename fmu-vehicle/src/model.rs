@@ -4,10 +4,11 @@ use fmi2_export::{
     Error, Interface, Model as Export, RealVar, RealVars, Resources, Seed, Sensitivity, Step,
     Values,
 };
-use multibody::{Holding, LoadCourse, Loads, Model, Workspace};
+use multibody::{Equilibrium, Holding, LoadCourse, Loads, Model, Workspace};
 use serde::{Deserialize, Serialize};
 
 use crate::jerks::Jerks;
+use crate::modes::{self, At};
 use crate::table::{self, Inputs, Outputs, Parameters};
 
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
@@ -106,6 +107,21 @@ pub(crate) fn loads<'a>(values: &'a Values, inputs: &Inputs) -> Loads<'a> {
 }
 
 impl Vehicle {
+    /// Static equilibrium below the track as it is now.
+    fn equilibrium(&mut self, values: &Values, time: f64) -> Result<Equilibrium, Error> {
+        let holding = Holding {
+            stiffness: values.real(self.parameters.holding_stiffness),
+            ..Holding::default()
+        };
+        let track = values.reals(self.inputs.track_displacement);
+        let mut equilibrium = self
+            .model
+            .equilibrium(track, &holding, &mut self.work)
+            .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
+        equilibrium.state.time = time;
+        Ok(equilibrium)
+    }
+
     fn write_magnets(&self, state: &State, values: &mut Values, travelled: f64) {
         let (outputs, inputs) = (&self.outputs, &self.inputs);
         for k in 0..state.loads.len() {
@@ -180,16 +196,7 @@ impl Export for Vehicle {
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
-        let holding = Holding {
-            stiffness: values.real(self.parameters.holding_stiffness),
-            ..Holding::default()
-        };
-        let track = values.reals(self.inputs.track_displacement);
-        let mut equilibrium = self
-            .model
-            .equilibrium(track, &holding, &mut self.work)
-            .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
-        equilibrium.state.time = time;
+        let equilibrium = self.equilibrium(values, time)?;
         Ok(State {
             vehicle: equilibrium.state,
             start: time,
@@ -313,5 +320,31 @@ impl Export for Vehicle {
             }
         }
         Ok(true)
+    }
+
+    /// `modes`, perhaps followed by options as JSON.
+    fn report(
+        &mut self,
+        state: &State,
+        values: &Values,
+        request: &str,
+    ) -> Result<Option<String>, Error> {
+        let (name, options) = request.split_once(' ').unwrap_or((request, ""));
+        if name != "modes" {
+            return Ok(None);
+        }
+        let options = modes::Options::read(options)?;
+        let answer = match options.at {
+            At::State => {
+                modes::report(&self.model, &state.vehicle, &loads(values, &self.inputs), &options)
+            }
+            At::Equilibrium => {
+                let found = self.equilibrium(values, state.vehicle.time)?;
+                let lateral = vec![0.0; found.loads.len()];
+                let loads = Loads { vertical: &found.loads, lateral: &lateral };
+                modes::report(&self.model, &found.state, &loads, &options)
+            }
+        };
+        answer.map(Some)
     }
 }

@@ -315,3 +315,69 @@ fn invariant_bad_layouts_are_refused_with_file_and_place() {
     assert!(broken.contains("vehicle.json") && broken.contains("bodies[0].mass"), "{broken}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+/// The report `modes`: the held magnet is a damped oscillator, the train shows its 128 degrees of
+/// freedom and the fastest pair of the independent prototype; asking changes no result.
+#[test]
+fn analytic_report_of_modes() {
+    let read = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let held = r#"modes {"magnet_stiffness": 7e5, "magnet_damping": 8e3}"#;
+    let mut magnet = unit("one-magnet");
+    magnet.initialize(0.0).unwrap();
+    let report = read(&magnet.report(held).unwrap());
+    let mode = &report["modes"][0];
+    let number = |key: &str| mode[key].as_f64().unwrap();
+    // 250 kg: λ² + 32 λ + 2800 = 0; the differences know it to 1e-9
+    assert!((number("real") + 16.0).abs() < 1e-6, "{mode}");
+    assert!((number("imaginary") - 2544.0f64.sqrt()).abs() < 1e-6, "{mode}");
+    let omega = 2800.0f64.sqrt();
+    assert!((number("frequency_hz") - omega / std::f64::consts::TAU).abs() < 1e-6, "{mode}");
+    assert!((number("damping_ratio") - 16.0 / omega).abs() < 1e-6, "{mode}");
+    assert_eq!(mode["participation"][0]["body"], "mass");
+
+    let mut train = unit("two-car");
+    train.initialize(0.0).unwrap();
+    let report = read(&train.report(held).unwrap());
+    assert_eq!(report["degrees_of_freedom"], 128);
+    assert_eq!(report["constraint_rank"], 502);
+    let modes = report["modes"].as_array().unwrap();
+    let fastest = modes.last().unwrap();
+    assert!((fastest["real"].as_f64().unwrap() + 209.48).abs() < 0.005, "{fastest}");
+    // pairs count twice: 256 states
+    let states = modes.iter().map(|m| if m["imaginary"] == 0.0 { 1 } else { 2 }).sum::<u32>();
+    assert_eq!(states, 256);
+
+    let mut other = unit("one-bogie");
+    let mut asked = unit("one-bogie");
+    for unit in [&mut other, &mut asked] {
+        unit.initialize(0.0).unwrap();
+        pushed(unit, 8);
+        unit.step(0.0, 1e-2).unwrap();
+    }
+    asked.report(held).unwrap();
+    let moving = read(&asked.report(r#"modes {"at": "state"}"#).unwrap());
+    assert_eq!(moving["time"], 0.01);
+    for unit in [&mut other, &mut asked] {
+        unit.step(1e-2, 1e-2).unwrap();
+    }
+    assert_eq!(row(&mut other, "acceleration", 8), row(&mut asked, "acceleration", 8));
+    assert_eq!(other.serialize().unwrap(), asked.serialize().unwrap());
+}
+
+#[test]
+fn invariant_wrong_requests_are_refused_with_their_reason() {
+    let mut unit = unit("one-magnet");
+    unit.initialize(0.0).unwrap();
+    for (request, reason) in [
+        ("mode", "offers no report"),
+        ("modes {", "options of the report modes"),
+        (r#"modes {"stiffness": 1}"#, "unknown field `stiffness`"),
+        (r#"modes {"at": "rest"}"#, "unknown variant `rest`"),
+        (r#"modes {"magnet_stiffness": 1e999}"#, "number out of range"),
+        (r#"modes {"magnet_stiffness": 1e300}"#, "modes"),
+    ] {
+        let text = unit.report(request).unwrap_err().to_string();
+        assert!(text.contains(reason), "{request}: {text}");
+    }
+    unit.step(0.0, 1e-3).unwrap();
+}
