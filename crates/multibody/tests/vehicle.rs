@@ -27,22 +27,6 @@ fn golden_two_car_train_has_the_counts_of_table_1() {
     assert!((model.total_mass() - 38_000.0).abs() < 1e-9);
 }
 
-/// Per car 4·11 bogie bodies, cabin, 4 boxes, 10 tables; per gap 10 links.
-#[test]
-fn analytic_counts_of_n_cars() {
-    for n in [1, 3, 8] {
-        let description = train::cars(n);
-        let model = Model::new(&description).unwrap();
-        let counts = model.counts();
-        assert_eq!(counts.bodies, 1 + n * (4 * 8 + 15) + 10 * (n - 1), "{n} cars");
-        assert_eq!(counts.equations, counts.rank);
-        // per car: 6 of the cabin, 10 tables, 4 bogies with 6 + 6 (two frames on four beams, 4·6 − 24)
-        assert_eq!(counts.degrees_of_freedom, n * (6 + 10 + 4 * 12), "{n} cars");
-        let mass = n as f64 * 18_800.0 + (n as f64 - 1.0) * 400.0;
-        assert!((model.total_mass() - mass).abs() < 1e-9);
-    }
-}
-
 #[test]
 fn analytic_magnets_go_from_front_to_rear_left_before_right() {
     let description = train::two_car();
