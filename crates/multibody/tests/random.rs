@@ -4,8 +4,10 @@
 mod common;
 
 use common::{body, empty, joint};
-use multibody::math::{Vec3, from_rotation_vector, multiply};
-use multibody::{Description, Holding, Inertia, JointKind, Loads, Model, train};
+use multibody::math::{
+    Vec3, conjugate, from_rotation_vector, multiply, normalised, rotation_matrix, rotation_vector,
+};
+use multibody::{Description, Holding, Inertia, Joint, JointKind, Loads, Model, State, train};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -49,6 +51,114 @@ fn tree(links: &[Link]) -> Description {
         d.bushings.push(bushing.clone());
     }
     d
+}
+
+/// How far the two sides of a joint stand apart, from its place and axis in the file and the way
+/// that bodies have moved: nothing of the equations is used. Zero for a closed joint.
+fn gap(model: &Model, start: &State, state: &State, joint: &Joint) -> Vec<f64> {
+    let place = Vec3::from(joint.position.unwrap());
+    let side = |name: &str| {
+        model.body_index(name).map_or((place, multibody::math::IDENTITY), |k| {
+            let (now, then) = (&state.bodies[k], &start.bodies[k]);
+            let turn = normalised(multiply(now.attitude, conjugate(then.attitude)));
+            (now.position + rotation_matrix(turn) * (place - then.position), turn)
+        })
+    };
+    let ((pa, qa), (pb, qb)) = (side(&joint.body_a), side(&joint.body_b));
+    let axis = joint.axis.map_or(Vec3::zeros(), |n| Vec3::from(n).normalize());
+    let (na, nb) = (rotation_matrix(qa) * axis, rotation_matrix(qb) * axis);
+    let apart = pb - pa;
+    let pair = match joint.kind {
+        JointKind::Bracket => [Vec3::zeros(); 2],
+        JointKind::Spherical => [apart, Vec3::zeros()],
+        JointKind::Revolute => [apart, na.cross(&nb)],
+        JointKind::Translational => {
+            [apart - na * na.dot(&apart), rotation_vector(multiply(conjugate(qa), qb))]
+        }
+    };
+    pair.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
+}
+
+fn gaps(model: &Model, start: &State, state: &State, description: &Description) -> DVector<f64> {
+    let all = description.joints.iter().flat_map(|j| gap(model, start, state, j));
+    DVector::from_vec(all.collect())
+}
+
+/// The state moved by h along velocities.
+fn along(state: &State, velocities: &DVector<f64>, h: f64) -> State {
+    let mut state = state.clone();
+    for (body, v) in state.bodies.iter_mut().zip(velocities.as_slice().chunks(6)) {
+        body.position += Vec3::new(v[0], v[1], v[2]) * h;
+        let turn = from_rotation_vector(&(Vec3::new(v[3], v[4], v[5]) * h));
+        body.attitude = multiply(body.attitude, turn);
+    }
+    state
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
+
+    /// Φ_q and γ of any tree somewhere on its way: motions that Φ_q allows leave the joints closed,
+    /// their number is that of the degrees of freedom, γ is minus the change of Φ_q along the motion
+    /// times the velocity, and Φ_q M⁻¹ Φ_qᵀ is positive definite.
+    #[test]
+    fn invariant_jacobian_of_any_tree_spans_what_its_joints_forbid(
+        links in links(), seed in any::<u64>()
+    ) {
+        let mut description = tree(&links);
+        // their stiffness would ask for small steps
+        description.bushings.clear();
+        let model = Model::new(&description).unwrap();
+        let mut ws = model.workspace();
+        let start = model.initial_state();
+        let mut state = start.clone();
+        let mut noise = common::Noise(seed);
+        let mut vector = |size: f64| Vec3::new(noise.next(), noise.next(), noise.next()) * size;
+        for body in &mut state.bodies {
+            (body.velocity, body.angular_velocity) = (vector(1.0), vector(1.0));
+        }
+        model.close_joints(&mut state, &mut ws).unwrap();
+        common::run_free(&model, &mut state, 1e-3, 100);
+        let closed = gaps(&model, &start, &state, &description).amax();
+        // closed to 1e-11 m over arms of 10 m and turned axes, as the test sees it
+        prop_assert!(closed < 1e-9, "{closed:e}");
+        let loads = Loads { vertical: &[], lateral: &[] };
+        let (mass, jacobian, rhs) = model.dense_system(&state, &loads, &mut ws);
+        let (n, m) = (mass.nrows(), jacobian.nrows());
+        if m == 0 {
+            return Ok(());
+        }
+        let schur = &jacobian * mass.try_inverse().unwrap() * jacobian.transpose();
+        prop_assert!(schur.cholesky().is_some());
+        let h = 1e-5;
+        // what no row forbids: eigenvectors of Φ_qᵀ Φ_q with eigenvalue zero
+        let normal = nalgebra::SymmetricEigen::new(jacobian.tr_mul(&jacobian));
+        let largest = normal.eigenvalues.amax();
+        let free: Vec<usize> =
+            (0..n).filter(|&k| normal.eigenvalues[k] < 1e-11 * largest).collect();
+        prop_assert_eq!(free.len(), n - m);
+        prop_assert_eq!(free.len(), model.counts().degrees_of_freedom);
+        for k in free {
+            let way = normal.eigenvectors.column(k).into_owned();
+            let ahead = gaps(&model, &start, &along(&state, &way, h), &description);
+            let behind = gaps(&model, &start, &along(&state, &way, -h), &description);
+            // rounding of 1e-14 m over h, h² times arms of 10 m, and the eigenvector's own digits
+            let rate = (ahead - behind).amax() / (2.0 * h);
+            prop_assert!(rate < 1e-5, "{rate:e}");
+        }
+        let v = DVector::from_iterator(n, state.bodies.iter().flat_map(|b| {
+            let (v, w) = (b.velocity, b.angular_velocity);
+            [v.x, v.y, v.z, w.x, w.y, w.z]
+        }));
+        let (_, ahead, _) = model.dense_system(&along(&state, &v, h), &loads, &mut ws);
+        let (_, behind, _) = model.dense_system(&along(&state, &v, -h), &loads, &mut ws);
+        let bend = (ahead - behind) * &v / (2.0 * h);
+        let gamma = rhs.rows(n, m);
+        let off = (gamma + &bend).amax();
+        // h² of third derivatives ω³ times arms of 10 m, and 1e-15·10/h times v
+        let size = 1.0 + v.amax().powi(3);
+        prop_assert!(off < 1e-7 * size, "{off:e} of {:e}", gamma.amax());
+    }
 }
 
 proptest! {
