@@ -272,8 +272,10 @@ class Vehicle:
         ends = [joint["body_a"], joint["body_b"]]
         damping = force.get("damping", 0.0)
         if joint["kind"] == "translational":
-            self.rod(*ends, joint["position"], joint["axis"], force["stiffness"], damping, 0.0)
+            pull = -force.get("preload", 0.0)
+            self.rod(*ends, joint["position"], joint["axis"], force["stiffness"], damping, pull)
             return
+        assert not force.get("preload"), "hinges with a constant moment are not needed so far"
         axes = frame(joint["axis"], 2)
         self.mbs.AddObject(
             items.ObjectConnectorTorsionalSpringDamper(
