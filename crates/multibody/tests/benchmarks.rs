@@ -10,8 +10,8 @@ use multibody::math::{
     Vec3, conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector,
 };
 use multibody::{
-    Body, Bushing, Description, Error, JointForce, JointKind, LoadCourse, Loads, Model, Spring,
-    State,
+    Body, Bushing, Description, Error, JointForce, JointKind, LoadCourse, Loads, Model, Scheme,
+    Spring, State,
 };
 use nalgebra::{DMatrix, DVector, Matrix3};
 
@@ -66,7 +66,13 @@ fn extrapolated<const N: usize>(
     y
 }
 
-fn ends_of_a_step(model: &Model, state: &State, h: f64, t: f64) -> State {
+/// The scheme of order 4, whatever the default is.
+fn classical(description: &Description) -> Model {
+    Model::new(description).unwrap().with_scheme(Scheme::Classical)
+}
+
+/// The state after the time t in steps of h.
+fn after(model: &Model, state: &State, h: f64, t: f64) -> State {
     let mut state = state.clone();
     run_free(model, &mut state, h, (t / h).round() as usize);
     state
@@ -248,11 +254,11 @@ fn squeezer_errors(model: &Model, state: &State) -> (f64, f64) {
 /// Angles, rates and joint forces at 0.03 s, to the digits of the reference.
 #[test]
 fn golden_squeezing_mechanism_of_andrews() {
-    let model = Model::new(&squeezer()).unwrap();
+    let model = classical(&squeezer());
     // one degree of freedom, and three spins of links
     assert_eq!(model.counts().degrees_of_freedom, 4);
     let start = model.initial_state();
-    let at = |h| ends_of_a_step(&model, &start, h, 0.03);
+    let at = |h| after(&model, &start, h, 0.03);
     let crank = |state: &State| {
         let turn = multiply(conjugate(start.bodies[0].attitude), state.bodies[0].attitude);
         let off = rotation_vector(turn).z - (15.810_771_195_154 - SQUEEZER_START[0]);
@@ -290,7 +296,7 @@ fn golden_squeezing_mechanism_of_andrews() {
 /// initial values): the crank and its link go by themselves.
 #[test]
 fn golden_squeezing_mechanism_starts_with_two_multipliers() {
-    let model = Model::new(&squeezer()).unwrap();
+    let model = classical(&squeezer());
     let mut ws = model.workspace();
     let none = Loads { vertical: &[0.0], lateral: &[0.0] };
     let state = model.initial_state();
@@ -365,7 +371,7 @@ fn golden_rows_of_four_bars_of_iftomm_a02() {
         (10, 4.8, [8e-3, 4e-3, 2e-3]),
         (40, 2.4, [6e-3, 3e-3, 1.5e-3]),
     ] {
-        let model = Model::new(&four_bars(n)).unwrap();
+        let model = classical(&four_bars(n));
         assert_eq!(model.counts().degrees_of_freedom, 1 + n);
         let start = turning(&model, n, 1.0);
         let exact = parallel_cranks(n, t);
@@ -373,7 +379,7 @@ fn golden_rows_of_four_bars_of_iftomm_a02() {
         let energy = model.energy(&start, &mut ws).total();
         let mut errors = Vec::new();
         for h in steps {
-            let state = ends_of_a_step(&model, &start, h, t);
+            let state = after(&model, &start, h, t);
             let left = model.energy(&state, &mut ws).total() - energy;
             errors.push((model.magnet(&state, 0).position - exact).norm());
             println!(
@@ -394,7 +400,7 @@ fn golden_rows_of_four_bars_of_iftomm_a02() {
 fn issue_3_reaching_a_singular_position_is_an_error_with_time_and_joint() {
     let mut d = four_bars(1);
     d.gravity = [0.0; 3];
-    let model = Model::new(&d).unwrap();
+    let model = classical(&d);
     let mut state = turning(&model, 1, FRAC_PI_2);
     let mut ws = model.workspace();
     let load = [[0.0; 4]];
@@ -478,7 +484,7 @@ fn slider_crank_energies(theta: f64) -> (f64, f64) {
 /// is where it began, as fast as it began.
 #[test]
 fn analytic_spatial_loop_of_every_joint_returns_after_the_time_of_its_turns() {
-    let model = Model::new(&slider_crank()).unwrap();
+    let model = classical(&slider_crank());
     let counts = model.counts();
     // the loop's motion and the rod's spin about itself
     assert_eq!((counts.joints.len(), counts.degrees_of_freedom), (4, 2));
@@ -547,7 +553,7 @@ fn analytic_symmetric_gyroscope() {
     let mut d = empty("top");
     d.gravity = [0.0; 3];
     d.bodies.push(body("top", 2.0, [1.2, 1.2, 2.0], [0.0; 3]));
-    let model = Model::new(&d).unwrap();
+    let model = classical(&d);
     let mut start = model.initial_state();
     let omega = Vec3::new(2.0, 0.0, 5.0);
     start.bodies[0].angular_velocity = omega;
@@ -559,7 +565,7 @@ fn analytic_symmetric_gyroscope() {
     let errors: Vec<f64> = [10e-3, 5e-3, 2.5e-3]
         .into_iter()
         .map(|h| {
-            let end = ends_of_a_step(&model, &start, h, t);
+            let end = after(&model, &start, h, t);
             rotation_vector(multiply(conjugate(exact), end.bodies[0].attitude)).norm()
         })
         .collect();
@@ -575,7 +581,7 @@ fn invariant_tumbling_gyroscope_over_a_long_run() {
     let mut d = empty("tumbling");
     d.gravity = [0.0; 3];
     d.bodies.push(body("top", 2.0, [1.0, 2.0, 2.5], [0.0; 3]));
-    let model = Model::new(&d).unwrap();
+    let model = classical(&d);
     let mut state = model.initial_state();
     state.bodies[0].velocity = Vec3::new(1.0, -2.0, 3.0);
     state.bodies[0].angular_velocity = Vec3::new(0.01, 3.0, 0.02);
@@ -632,7 +638,7 @@ fn analytic_bushing_held_body_in_six_degrees_of_freedom() {
         rotational_damping: c_turn,
         preload: axes.tr_mul(&Vec3::new(0.0, 0.0, -mass * G)).into(),
     });
-    let model = Model::new(&d).unwrap();
+    let model = classical(&d);
     let world = |v: [f64; 3]| axes * Matrix3::from_diagonal(&Vec3::from(v)) * axes.transpose();
     let cross = |a: &Vec3| Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0);
     let mut b = DMatrix::zeros(3, 6);
@@ -678,7 +684,7 @@ fn analytic_bushing_held_body_in_six_degrees_of_freedom() {
     let errors: Vec<f64> = [4e-3, 2e-3, 1e-3]
         .into_iter()
         .map(|h| {
-            let end = ends_of_a_step(&model, &start, h, t);
+            let end = after(&model, &start, h, t);
             let way = end.bodies[0].position - part(exact.as_slice(), 0);
             let turn = rotation_vector(end.bodies[0].attitude) - part(exact.as_slice(), 3);
             way.amax().max(turn.amax()) / size
@@ -707,7 +713,7 @@ fn analytic_spring_pendulum_of_large_rotation() {
         damping: 0.0,
         free_length: Some(length),
     });
-    let model = Model::new(&d).unwrap();
+    let model = classical(&d);
     // x, z, φ about y (x towards −z), and their rates
     let f = |y: &[f64; 6]| {
         let (sin, cos) = y[2].sin_cos();
@@ -732,7 +738,7 @@ fn analytic_spring_pendulum_of_large_rotation() {
     let errors: Vec<f64> = [5e-3, 2.5e-3, 1.25e-3]
         .into_iter()
         .map(|h| {
-            let end = ends_of_a_step(&model, &start, h, t).bodies[0];
+            let end = after(&model, &start, h, t).bodies[0];
             let turn = from_rotation_vector(&Vec3::new(0.0, finer[2], 0.0));
             let off = rotation_vector(multiply(conjugate(turn), end.attitude)).norm();
             let way = end.position - Vec3::new(finer[0], 0.0, finer[1]);
