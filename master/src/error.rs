@@ -33,6 +33,9 @@ pub enum Error {
     /// A unit that refuses to be instantiated.
     #[error("a unit cannot be instantiated")]
     Instantiate(#[source] UnitError),
+    /// A report that the unit does not give.
+    #[error("the unit does not answer")]
+    Report(#[source] UnitError),
     /// Initialization.
     #[error("the run could not start")]
     Initialize(#[from] InitializeError),
@@ -101,6 +104,9 @@ impl Error {
             Self::Instantiate(_) => {
                 "a unit refuses when its modelDescription.xml and its binary do not belong together \
                  (different GUID) or its resources are missing; package it anew"
+            }
+            Self::Report(_) => {
+                "what a unit reports is not of the FMI standard: see the documentation of the unit"
             }
             Self::Initialize(InitializeError::Loop { .. }) => {
                 "give start values nearer to the solution, or raise initialization.iterations or \

@@ -128,6 +128,22 @@ pub enum UnitFault {
         /// The C function.
         call: &'static str,
     },
+    /// A report beyond the standard is not offered.
+    #[error("unit {instance} offers no reports (its library lacks fmi2_export_report)")]
+    NoReports {
+        /// Name of the instance.
+        instance: String,
+    },
+    /// A request for a report is not answered.
+    #[error("unit {instance} gives no answer to \"{request}\"{}", said(messages))]
+    Unanswered {
+        /// Name of the instance.
+        instance: String,
+        /// What was asked.
+        request: String,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
     /// A text cannot be a C string.
     #[error("unit {instance}: {what} contains a zero byte")]
     ZeroByte {
@@ -299,6 +315,40 @@ impl Instance {
         self.check(status, "fmi2ExitInitializationMode", &[])?;
         self.running = true;
         Ok(())
+    }
+
+    /// Asks for a report, which is not of the standard (`fmi2_export_report`).
+    ///
+    /// # Errors
+    /// The unit offers no reports, not this one, or not now.
+    pub fn report(&mut self, request: &str) -> Result<String, UnitError> {
+        let Some(function) = self.functions.report else {
+            return fail(UnitFault::NoReports { instance: self.name.clone() });
+        };
+        self.alive()?;
+        let Ok(text) = CString::new(request) else {
+            let what = "the request for a report".to_owned();
+            return fail(UnitFault::ZeroByte { instance: self.name.clone(), what });
+        };
+        // room for most reports, so that they are made once
+        let mut buffer = vec![0_u8; 1 << 20];
+        loop {
+            let (start, room) = (buffer.as_mut_ptr().cast(), buffer.len());
+            // SAFETY: the component is this library's; request and buffer outlive the call
+            let length = unsafe { function(self.component, text.as_ptr(), start, room) };
+            if length == 0 {
+                return fail(UnitFault::Unanswered {
+                    instance: self.name.clone(),
+                    request: request.to_owned(),
+                    messages: self.take_messages(),
+                });
+            }
+            if length <= room {
+                buffer.truncate(length);
+                return Ok(String::from_utf8_lossy(&buffer).into_owned());
+            }
+            buffer.resize(length, 0);
+        }
     }
 
     /// Ends the run.

@@ -2,7 +2,7 @@
 //!
 //! Libraries stay loaded until the process ends, since unloading crashes some of them.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -86,7 +86,10 @@ macro_rules! functions {
         $(#[$doc])*
         #[derive(Clone, Copy)]
         #[expect(dead_code, reason = "the whole interface is looked up; not all of it is called yet")]
-        $visibility struct $name { $(pub(crate) $field: sys::$type,)* }
+        $visibility struct $name {
+            $(pub(crate) $field: sys::$type,)*
+            pub(crate) report: Option<Report>,
+        }
 
         impl $name {
             fn find(library: &Library) -> Self {
@@ -97,6 +100,10 @@ macro_rules! functions {
                         unsafe { library.get::<sys::$type>(concat!(stringify!($symbol), "\0").as_bytes()) }
                             .map_or(None, |symbol| *symbol)
                     },)*
+                    // SAFETY: only units of this kit export this name, with this type
+                    report: unsafe { library.get::<Report>(b"fmi2_export_report\0") }
+                        .ok()
+                        .map(|symbol| *symbol),
                 }
             }
         }
@@ -145,6 +152,11 @@ functions! {
         get_string_status: fmi2GetStringStatus as fmi2GetStringStatusTYPE,
     }
 }
+
+/// `fmi2_export_report`, which is not of the standard: writes the answer to a request into a buffer
+/// and returns its length, 0 for none.
+pub(crate) type Report =
+    unsafe extern "C" fn(sys::fmi2Component, sys::fmi2String, *mut c_char, usize) -> usize;
 
 /// Functions without which no instance can be stepped; the others are missed when needed.
 fn indispensable(functions: &Functions) -> [(bool, &'static str); 8] {

@@ -14,14 +14,23 @@ use master::package::Package;
 pub struct Arguments {
     /// The unit (.fmu).
     unit: PathBuf,
-    /// Print the whole description as JSON.
+    /// Print the whole description (or the modes) as JSON.
     #[arg(long)]
     json: bool,
+    /// Show the modes of small motions at the start, from units that offer this report.
+    #[arg(long)]
+    modes: bool,
+    /// Options of the modes as JSON, as the unit's documentation says.
+    #[arg(long, value_name = "JSON", requires = "modes")]
+    options: Option<String>,
 }
 
 /// Prints a page about the unit.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let package = Package::open(&arguments.unit)?;
+    if arguments.modes {
+        return super::modes::run(package, arguments.options.as_deref(), arguments.json);
+    }
     let text = if arguments.json {
         serde_json::to_string_pretty(package.description()).unwrap_or_default() + "\n"
     } else {

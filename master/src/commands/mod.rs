@@ -1,6 +1,7 @@
 //! One module per subcommand.
 
 pub mod inspect;
+pub mod modes;
 pub mod run;
 pub mod validate;
 
