@@ -1,7 +1,7 @@
 //! FMI 2.0 co-simulation unit `vehicle`: a Maglev vehicle as a constrained multibody system
 //! (eqs 9-12).
 //!
-//! The physics is in the crate `multibody`; here is its interface: [`table`] declares the
+//! The physics is in the crate `multibody`; here is its interface: `table` declares the
 //! variables, [`Vehicle`] maps them. The layout (bodies, joints, force elements, magnets) is data:
 //! `vehicle.json` in the unit's resources.
 //!
