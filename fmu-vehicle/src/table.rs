@@ -201,8 +201,8 @@ impl Observed {
                 .display("mm")
                 .nominal(1e-3)
                 .description(format!(
-                    "{way} displacement of {name}'s centre of mass from the place in its file, \
-                     {sign} positive"
+                    "{name}: {way} displacement of the centre of mass from its place in the vehicle \
+                     file, {sign} positive"
                 ))
                 .done()
         };
@@ -213,7 +213,7 @@ impl Observed {
                 .unit(Unit::RADIAN)
                 .display("deg")
                 .nominal(1e-3)
-                .description(format!("{what} angle of {name}, positive {sign}"))
+                .description(format!("{name}: {what} angle, positive {sign}"))
                 .done()
         };
         let acceleration = |interface: &mut Interface, way: &str, sign: &str| {
@@ -223,7 +223,7 @@ impl Observed {
                 .unit(Unit::METRE_PER_SECOND_SQUARED)
                 .nominal(0.1)
                 .description(format!(
-                    "{way} acceleration of {name}'s centre of mass, {sign} positive"
+                    "{name}: {way} acceleration of the centre of mass, {sign} positive"
                 ))
                 .done()
         };
@@ -234,7 +234,7 @@ impl Observed {
                 .unit(Unit::METRE_PER_SECOND_SQUARED)
                 .nominal(0.1)
                 .description(format!(
-                    "{way} acceleration of {name} at its ride comfort point {{k}}, {sign} positive"
+                    "{name}: {way} acceleration at ride comfort point {{k}}, {sign} positive"
                 ))
                 .done()
         };

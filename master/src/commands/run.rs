@@ -29,7 +29,7 @@ pictures. Ctrl-C ends a run cleanly and keeps what was recorded.";
 pub struct Arguments {
     /// The scenario: a .json file that names units, connections and what to record.
     scenario: PathBuf,
-    /// Folder for the results [default: results/<scenario name>].
+    /// Folder for the results [default: results/ and the name of the scenario].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Set a parameter or start value, of several by a pattern (m_*.gain=7, m_[01..04].gain=7);
