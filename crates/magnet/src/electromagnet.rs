@@ -155,20 +155,9 @@ impl Electromagnet {
         }
     }
 
-    /// Rate of the current caused by the gap's rate alone, in A/s: (k_c/kᵢ)·ċ, or i·ċ/c.
-    pub fn motional_rate(&self, gap: f64, gap_rate: f64, current: f64) -> f64 {
-        self.current_by_gap(gap, current) * gap_rate
-    }
-
     /// di/dt in A/s (eq. 2, or its nonlinear form) for the total voltage `voltage` = R·i_op + Δv.
     pub fn current_rate(&self, gap: f64, gap_rate: f64, current: f64, voltage: f64) -> f64 {
         (voltage - self.resistance * current) / self.inductance_at(gap)
-            + self.motional_rate(gap, gap_rate, current)
-    }
-
-    /// Voltage, in V, that holds the current where it is.
-    pub fn holding_voltage(&self, gap: f64, gap_rate: f64, current: f64) -> f64 {
-        self.resistance * current
-            - self.inductance_at(gap) * self.motional_rate(gap, gap_rate, current)
+            + self.current_by_gap(gap, current) * gap_rate
     }
 }
