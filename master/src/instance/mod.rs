@@ -4,177 +4,25 @@
 //! `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`UnitError`], `fmi2Pending` is polled. After
 //! `fmi2Fatal` nothing of the unit is called any more, not even to free it.
 
+mod fault;
+mod state;
+
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_void};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use fmi2_sys as sys;
-use thiserror::Error;
-
 use crate::description::Value;
 use crate::library::Functions;
 use crate::logger::{Message, Sink};
 use crate::package::Package;
+use fault::fail;
+pub use fault::{UnitError, UnitFault};
+use fmi2_sys as sys;
+pub use state::StateId;
 
 /// A step that is still pending after this time counts as hanging.
 pub const PENDING_LIMIT: Duration = Duration::from_secs(600);
-
-/// A [`UnitFault`], boxed since it is rare and large.
-#[derive(Debug, Error)]
-#[error(transparent)]
-pub struct UnitError(Box<UnitFault>);
-
-impl UnitError {
-    /// What went wrong.
-    #[must_use]
-    pub fn fault(&self) -> &UnitFault {
-        &self.0
-    }
-}
-
-impl From<UnitFault> for UnitError {
-    fn from(fault: UnitFault) -> Self {
-        Self(Box::new(fault))
-    }
-}
-
-#[cold]
-fn fail<T>(fault: UnitFault) -> Result<T, UnitError> {
-    Err(fault.into())
-}
-
-/// What went wrong inside of a unit.
-#[derive(Debug, Error)]
-pub enum UnitFault {
-    /// `fmi2Instantiate` returned nothing.
-    #[error("unit {instance} refused to be instantiated{}", said(messages))]
-    Refused {
-        /// Name of the instance.
-        instance: String,
-        /// What the unit said.
-        messages: Vec<Message>,
-    },
-    /// A call ended with Error, Fatal or an unknown status.
-    #[error(
-        "unit {instance}: {call} returned {status}{}{}{}",
-        at(*time), about(variables), said(messages)
-    )]
-    Status {
-        /// Name of the instance.
-        instance: String,
-        /// The C function.
-        call: &'static str,
-        /// Its status by name.
-        status: String,
-        /// Simulated time of the call (s), from the start on.
-        time: Option<f64>,
-        /// Variables that the call was about, if few.
-        variables: Vec<String>,
-        /// What the unit said.
-        messages: Vec<Message>,
-    },
-    /// A step was discarded.
-    #[error(
-        "unit {instance}: fmi2DoStep returned fmi2Discard at {time} s: it could not finish the step \
-         of {size} s{}{}{}",
-        last_successful.map(|t| format!("; it got to {t} s")).unwrap_or_default(),
-        if *.terminated { "; it asks to end the simulation" } else { "" },
-        said(messages)
-    )]
-    Discarded {
-        /// Name of the instance.
-        instance: String,
-        /// Time at the step's beginning (s).
-        time: f64,
-        /// The step (s).
-        size: f64,
-        /// Until when the unit got (s), if it says so.
-        last_successful: Option<f64>,
-        /// Whether the unit asks to end the simulation.
-        terminated: bool,
-        /// What the unit said.
-        messages: Vec<Message>,
-    },
-    /// A step was still pending after [`PENDING_LIMIT`].
-    #[error(
-        "unit {instance}: fmi2DoStep at {time} s is still pending after {} s", PENDING_LIMIT.as_secs()
-    )]
-    Hanging {
-        /// Name of the instance.
-        instance: String,
-        /// Time at the step's beginning (s).
-        time: f64,
-    },
-    /// An output is NaN or infinite.
-    #[error("unit {instance}: {variable} is {value} at {time} s{}", said(messages))]
-    NotFinite {
-        /// Name of the instance.
-        instance: String,
-        /// Name of the variable.
-        variable: String,
-        /// NaN, inf or -inf.
-        value: f64,
-        /// When (s).
-        time: f64,
-        /// What the unit said.
-        messages: Vec<Message>,
-    },
-    /// The unit lacks a function that is needed.
-    #[error("unit {instance} lacks the function {call}, which is needed here")]
-    Lacks {
-        /// Name of the instance.
-        instance: String,
-        /// The C function.
-        call: &'static str,
-    },
-    /// A report beyond the standard is not offered.
-    #[error("unit {instance} offers no reports (its library lacks fmi2_export_report)")]
-    NoReports {
-        /// Name of the instance.
-        instance: String,
-    },
-    /// A request for a report is not answered.
-    #[error("unit {instance} gives no answer to \"{request}\"{}", said(messages))]
-    Unanswered {
-        /// Name of the instance.
-        instance: String,
-        /// What was asked.
-        request: String,
-        /// What the unit said.
-        messages: Vec<Message>,
-    },
-    /// A text cannot be a C string.
-    #[error("unit {instance}: {what} contains a zero byte")]
-    ZeroByte {
-        /// Name of the instance.
-        instance: String,
-        /// Which text.
-        what: String,
-    },
-    /// A fatal error of another instance of the same unit.
-    #[error("unit {instance} cannot be used any more after a fatal error of its library")]
-    Dead {
-        /// Name of the instance.
-        instance: String,
-    },
-}
-
-fn at(time: Option<f64>) -> String {
-    time.map(|time| format!(" at {time} s")).unwrap_or_default()
-}
-
-fn about(variables: &[String]) -> String {
-    if variables.is_empty() { String::new() } else { format!(" for {}", variables.join(", ")) }
-}
-
-fn said(messages: &[Message]) -> String {
-    let grave: Vec<_> = messages.iter().filter(|message| message.grave).collect();
-    let shown = if grave.is_empty() { messages.iter().collect() } else { grave };
-    let texts: Vec<String> =
-        shown.iter().rev().take(3).rev().map(|message| message.text.clone()).collect();
-    if texts.is_empty() { String::new() } else { format!("; it says: {}", texts.join("; ")) }
-}
 
 /// A running instance. Freed when dropped, unless its library failed fatally.
 pub struct Instance {
@@ -191,6 +39,8 @@ pub struct Instance {
     running: bool,
     steps: u64,
     time: Option<f64>,
+    /// saved states, null where freed
+    states: Vec<sys::fmi2FMUstate>,
 }
 
 macro_rules! call {
@@ -204,6 +54,7 @@ macro_rules! call {
         unsafe { function($self.component $(, $argument)*) }
     }};
 }
+use call;
 
 impl Instance {
     /// Creates an instance of the package's unit.
@@ -257,6 +108,7 @@ impl Instance {
             running: false,
             steps: 0,
             time: None,
+            states: Vec::new(),
         };
         if component.is_null() {
             let messages = instance.take_messages();
@@ -724,6 +576,7 @@ impl Drop for Instance {
         if self.component.is_null() || self.dead.get() {
             return;
         }
+        self.free_states();
         if let Some(free) = self.functions.free_instance {
             // SAFETY: the component is alive and not used after this
             unsafe { free(self.component) };
