@@ -22,6 +22,7 @@ impl<U: Unit> Algorithm<U> for Jacobi {
         exchange.extrapolate(size);
         for (k, unit) in units.iter_mut().enumerate() {
             exchange.send(k, unit, size)?;
+            unit.begin_step(time, size)?;
         }
         for unit in units.iter_mut() {
             unit.step(time, size)?;

@@ -26,6 +26,17 @@ pub trait Unit {
     /// The unit refuses them.
     fn send(&mut self, inputs: &Inputs) -> Result<(), Self::Error>;
 
+    /// Begins the step that the next [`step`](Self::step) ends, for units that work elsewhere while
+    /// others begin theirs.
+    ///
+    /// # Errors
+    /// The unit fails.
+    #[inline]
+    fn begin_step(&mut self, time: f64, size: f64) -> Result<(), Self::Error> {
+        let _ = (time, size);
+        Ok(())
+    }
+
     /// Advances from `time` over `size`.
     ///
     /// # Errors
