@@ -1,0 +1,131 @@
+//! The checked system: instances with their settings, connections resolved to variables.
+//!
+//! Everything that can be found wrong before a unit runs is found here: names, causalities, types,
+//! units of measurement, inputs driven twice or not at all, values that do not fit.
+
+mod error;
+mod links;
+mod names;
+mod settings;
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use indexmap::IndexMap;
+
+pub use error::SystemError;
+
+use crate::description::{Conversion, Description, Value, Variable};
+use crate::package::Package;
+use crate::scenario::Scenario;
+
+/// A variable of an instance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Port {
+    /// Index into [`System::instances`].
+    pub instance: usize,
+    /// Index into the unit's variables.
+    pub variable: usize,
+}
+
+/// A checked connection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// The output.
+    pub from: Port,
+    /// The input.
+    pub to: Port,
+    /// From the output's unit of measurement to the input's.
+    pub conversion: Conversion,
+}
+
+/// An instance to be made.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub package: Rc<Package>,
+    /// Set while instantiated: parameters and exact or approximate start values.
+    pub parameters: Vec<(usize, Value)>,
+    /// Set in initialization mode: inputs.
+    pub inputs: Vec<(usize, Value)>,
+}
+
+impl Plan {
+    /// Description of its unit.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        self.package.description()
+    }
+}
+
+/// All instances and connections of a scenario, checked.
+#[derive(Debug)]
+pub struct System {
+    /// In the order of the scenario.
+    pub instances: Vec<Plan>,
+    /// In the order of the scenario.
+    pub links: Vec<Link>,
+    by_name: HashMap<String, usize>,
+}
+
+/// A setting from outside of the scenario: `instance.variable=value`, patterns allowed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Override {
+    /// `instance.variable`
+    pub target: String,
+    /// The value as text.
+    pub value: String,
+}
+
+impl std::fmt::Display for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.target, self.value)
+    }
+}
+
+type Result<T> = std::result::Result<T, SystemError>;
+
+impl System {
+    /// Opens all units and checks everything.
+    ///
+    /// # Errors
+    /// The first thing found wrong.
+    pub fn new(scenario: &Scenario, overrides: &[Override]) -> Result<Self> {
+        let mut packages = IndexMap::new();
+        for (name, path) in &scenario.units {
+            let package = Package::open(path)
+                .map_err(|source| SystemError::Package { name: name.clone(), source })?;
+            packages.insert(name.as_str(), Rc::new(package));
+        }
+        let mut system = Self { instances: Vec::new(), links: Vec::new(), by_name: HashMap::new() };
+        for (pattern, instance) in &scenario.instances {
+            system.add(pattern, instance, &packages)?;
+        }
+        for entry in overrides {
+            system.override_value(entry)?;
+        }
+        system.connect(scenario)?;
+        system.check_inputs()?;
+        Ok(system)
+    }
+
+    /// Index of the instance of that name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// `instance.variable` of a port.
+    #[must_use]
+    pub fn port_name(&self, port: Port) -> String {
+        format!("{}.{}", self.instances[port.instance].name, self.variable(port).name)
+    }
+
+    /// The variable of a port.
+    #[must_use]
+    pub fn variable(&self, port: Port) -> &Variable {
+        &self.instances[port.instance].description().variables[port.variable]
+    }
+}

@@ -1,0 +1,161 @@
+//! Instances and the values that the scenario and the command line give them.
+
+use std::rc::Rc;
+
+use indexmap::IndexMap;
+
+use super::error::causality_name;
+use super::{Override, Plan, Port, Result, System, SystemError};
+use crate::description::{Causality, Initial, Type, Value, Variability};
+use crate::package::Package;
+use crate::pattern;
+use crate::scenario::{Instance, Setting};
+
+impl System {
+    pub(super) fn add(
+        &mut self,
+        pattern: &str,
+        instance: &Instance,
+        packages: &IndexMap<&str, Rc<Package>>,
+    ) -> Result<()> {
+        let place = format!("instances.{pattern}");
+        let package = packages.get(instance.unit.as_str()).ok_or_else(|| SystemError::Unknown {
+            place: format!("{place}.unit"),
+            what: "unit",
+            name: instance.unit.clone(),
+            within: Some("units".to_owned()),
+            suggestion: pattern::suggest(&instance.unit, packages.keys().copied())
+                .map(str::to_owned),
+        })?;
+        let names = pattern::expand(pattern)
+            .map_err(|source| SystemError::Pattern { place: "instances".to_owned(), source })?;
+        let bad = |name: &str, why| SystemError::InstanceName { name: name.to_owned(), why };
+        for name in names {
+            if name.is_empty() || name.contains(['.', '*']) || name.chars().any(char::is_control) {
+                return Err(bad(
+                    &name,
+                    "is empty or contains a dot, a star or a control character",
+                ));
+            }
+            let index = self.instances.len();
+            if self.by_name.insert(name.clone(), index).is_some() {
+                return Err(bad(&name, "occurs twice"));
+            }
+            let package = Rc::clone(package);
+            self.instances.push(Plan { name, package, parameters: Vec::new(), inputs: Vec::new() });
+            self.set_all(&place, index, instance)?;
+        }
+        Ok(())
+    }
+
+    /// Takes the values that the scenario gives an instance.
+    fn set_all(&mut self, place: &str, index: usize, instance: &Instance) -> Result<()> {
+        for (list, settings) in [("parameters", &instance.parameters), ("start", &instance.start)] {
+            let place = format!("{place}.{list}");
+            for (names, setting) in settings {
+                let expanded = pattern::expand(names)
+                    .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
+                for name in expanded {
+                    let variable = self.find_variable(&place, index, &name)?;
+                    let port = Port { instance: index, variable };
+                    self.check_list(&place, port, list)?;
+                    self.set(&format!("{place}.{name}"), port, setting)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Parameters belong under "parameters", all else under "start".
+    fn check_list(&self, place: &str, port: Port, list: &str) -> Result<()> {
+        let causality = self.variable(port).causality;
+        let right = if causality == Causality::Parameter { "parameters" } else { "start" };
+        if right == list {
+            return Ok(());
+        }
+        Err(SystemError::NotSettable {
+            place: place.to_owned(),
+            port: self.port_name(port),
+            why: format!("it is {}; it belongs under \"{right}\"", causality_name(causality)),
+        })
+    }
+
+    pub(super) fn override_value(&mut self, entry: &Override) -> Result<()> {
+        let place = format!("--set {}={}", entry.target, entry.value);
+        let ports = self.select(&place, &entry.target)?;
+        for port in ports {
+            let setting = match self.variable(port).kind {
+                Type::String => Setting::Text(entry.value.clone()),
+                _ => Setting::from_text(&entry.value),
+            };
+            self.set(&place, port, &setting)?;
+        }
+        Ok(())
+    }
+
+    /// Remembers a value for a variable, replacing an earlier one.
+    fn set(&mut self, place: &str, port: Port, setting: &Setting) -> Result<()> {
+        let variable = self.variable(port);
+        let value = self.value(place, port, setting)?;
+        let refuse = |why: &str| {
+            Err(SystemError::NotSettable {
+                place: place.to_owned(),
+                port: self.port_name(port),
+                why: why.to_owned(),
+            })
+        };
+        if variable.variability == Variability::Constant {
+            return refuse("it is constant");
+        }
+        let is_input = variable.causality == Causality::Input;
+        if !is_input && !matches!(variable.initial, Some(Initial::Exact | Initial::Approx)) {
+            return refuse(&format!(
+                "it is {} that the unit computes itself",
+                causality_name(variable.causality)
+            ));
+        }
+        let plan = &mut self.instances[port.instance];
+        let list = if is_input { &mut plan.inputs } else { &mut plan.parameters };
+        match list.iter_mut().find(|(variable, _)| *variable == port.variable) {
+            Some(entry) => entry.1 = value,
+            None => list.push((port.variable, value)),
+        }
+        Ok(())
+    }
+
+    fn value(&self, place: &str, port: Port, setting: &Setting) -> Result<Value> {
+        let variable = self.variable(port);
+        let misfit = || SystemError::Value {
+            place: place.to_owned(),
+            port: self.port_name(port),
+            value: setting.to_string(),
+            kind: variable.kind,
+        };
+        let value = match (variable.kind, setting) {
+            (Type::Real, Setting::Number(x)) => Value::Real(*x),
+            (Type::Integer | Type::Enumeration, Setting::Number(x))
+                if x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(x) =>
+            {
+                #[expect(clippy::cast_possible_truncation, reason = "checked: a whole i32")]
+                Value::Integer(*x as i32)
+            }
+            (Type::Boolean, Setting::Boolean(x)) => Value::Boolean(*x),
+            (Type::String, Setting::Text(x)) => Value::String(x.clone()),
+            _ => return Err(misfit()),
+        };
+        if let Setting::Number(x) = *setting {
+            let min = variable.min.unwrap_or(f64::NEG_INFINITY);
+            let max = variable.max.unwrap_or(f64::INFINITY);
+            if x < min || x > max {
+                return Err(SystemError::OutOfRange {
+                    place: place.to_owned(),
+                    port: self.port_name(port),
+                    value: x,
+                    min,
+                    max,
+                });
+            }
+        }
+        Ok(value)
+    }
+}
