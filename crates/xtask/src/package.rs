@@ -4,14 +4,12 @@
 //! (`fmi2_export_describe`), so it can never disagree with the code.
 
 use std::{
-    ffi::{CString, c_char},
     fs,
-    io::{Cursor, Write},
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, Result, bail};
-use zip::{ZipWriter, write::SimpleFileOptions};
+use fmi2_package::Archive;
 
 use crate::{documentation, workspace};
 
@@ -83,11 +81,7 @@ pub fn package(check: bool, only: Option<&str>) -> Result<Vec<PathBuf>> {
             eprintln!("warning: {} is stale: run `cargo xtask codegen`", committed.display());
         }
         let file = folder.join(format!("{}.fmu", unit.name));
-        // Renamed into place, so that a run that starts meanwhile never sees half a unit.
-        let partial = folder.join(format!(".{}.fmu.partial", unit.name));
-        fs::write(&partial, archive(&unit, &xml)?)
-            .and_then(|()| fs::rename(&partial, &file))
-            .with_context(|| format!("writing {}", file.display()))?;
+        archive(&unit, &xml)?.write(&file)?;
         packed.push(file);
     }
     eprintln!("packed {} units into {}", packed.len(), folder.display());
@@ -116,75 +110,21 @@ fn library(identifier: &str) -> PathBuf {
 
 /// `modelDescription.xml` of `unit`, as its built library prints it.
 pub fn describe(unit: &Unit) -> Result<String> {
-    type Describe = unsafe extern "C" fn(*const c_char, *mut c_char, usize) -> usize;
-
-    let path = library(unit.identifier);
-    let resources = unit.resources.as_deref().unwrap_or(Path::new(""));
-    let resources = CString::new(resources.to_string_lossy().as_bytes())?;
-    // SAFETY: our own library, built a moment ago; loading it runs no code of its own.
-    let library = unsafe { libloading::Library::new(&path) }
-        .with_context(|| format!("loading {}", path.display()))?;
-    // SAFETY: the export kit defines the symbol with this type.
-    let describe = unsafe { library.get::<Describe>(b"fmi2_export_describe\0") }
-        .with_context(|| format!("{} has no fmi2_export_describe", path.display()))?;
-    let mut buffer = vec![0u8; 1 << 16];
-    loop {
-        // SAFETY: a NUL-terminated path, and a buffer with its true capacity.
-        let length =
-            unsafe { describe(resources.as_ptr(), buffer.as_mut_ptr().cast(), buffer.len()) };
-        if length == 0 {
-            let end = buffer.iter().position(|&b| b == 0).unwrap_or(buffer.len());
-            bail!("{}: {}", unit.name, String::from_utf8_lossy(&buffer[..end]));
-        }
-        if length < buffer.len() {
-            buffer.truncate(length);
-            return Ok(String::from_utf8(buffer)?);
-        }
-        buffer.resize(length + 1, 0);
-    }
+    fmi2_package::describe(&library(unit.identifier), unit.resources.as_deref())
+        .with_context(|| format!("describing the unit {}", unit.name))
 }
 
-/// The .fmu's bytes. Same input gives the same bytes: sorted, without times.
-fn archive(unit: &Unit, xml: &str) -> Result<Vec<u8>> {
-    let mut files: Vec<(String, Vec<u8>)> =
-        vec![("modelDescription.xml".into(), xml.as_bytes().to_vec())];
-    let binary = library(unit.identifier);
-    let suffix = std::env::consts::DLL_SUFFIX;
-    files.push((
-        format!("binaries/{}/{}{suffix}", platform()?, unit.identifier),
-        fs::read(&binary).with_context(|| format!("reading {}", binary.display()))?,
-    ));
-    files.push(("documentation/index.html".into(), documentation::page(xml)?.into_bytes()));
+/// The .fmu's files.
+fn archive(unit: &Unit, xml: &str) -> Result<Archive> {
+    let mut archive = Archive::new(xml)?;
+    archive.binary(fmi2_package::host()?, &library(unit.identifier))?;
+    archive.file("documentation/index.html", documentation::page(xml)?)?;
     for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
         let text = fs::read(workspace::root().join(licence))?;
-        files.push((format!("documentation/licenses/{licence}"), text));
+        archive.file(&format!("documentation/licenses/{licence}"), text)?;
     }
     if let Some(folder) = &unit.resources {
-        for entry in fs::read_dir(folder)? {
-            let entry = entry?;
-            let name = entry.file_name().to_string_lossy().into_owned();
-            files.push((format!("resources/{name}"), fs::read(entry.path())?));
-        }
+        archive.folder("resources", folder)?;
     }
-    files.sort();
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let options = SimpleFileOptions::default().unix_permissions(0o644);
-    for (name, content) in files {
-        zip.start_file(name, options.last_modified_time(zip::DateTime::default()))?;
-        zip.write_all(&content)?;
-    }
-    Ok(zip.finish()?.into_inner())
-}
-
-/// FMI 2.0's name of the platform that we build for.
-fn platform() -> Result<&'static str> {
-    match (std::env::consts::OS, std::env::consts::ARCH) {
-        ("linux", "x86_64") => Ok("linux64"),
-        ("windows", "x86_64") => Ok("win64"),
-        ("macos", "x86_64") => Ok("darwin64"),
-        // FMI 2.0 names no others; FMI 3.0's names are what tools look for then.
-        ("linux", "aarch64") => Ok("aarch64-linux"),
-        ("macos", "aarch64") => Ok("aarch64-darwin"),
-        (os, arch) => bail!("FMI 2.0 has no platform name for {os} on {arch}"),
-    }
+    Ok(archive)
 }
