@@ -11,6 +11,8 @@ pub mod signal;
 
 use std::ffi::CString;
 
+use serde::{Deserialize, Serialize};
+
 pub use gauss_seidel::GaussSeidel;
 pub use jacobi::Jacobi;
 use signal::{Signal, Taylor};
@@ -64,7 +66,7 @@ pub struct Inputs {
 }
 
 /// Outputs of one unit that feed inputs.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outputs {
     /// Real outputs with the derivatives that the unit offers.
     pub reals: Vec<Taylor>,
@@ -74,6 +76,14 @@ pub struct Outputs {
     pub booleans: Vec<i32>,
     /// String outputs.
     pub strings: Vec<CString>,
+}
+
+impl Outputs {
+    fn is_like(&self, other: &Self) -> bool {
+        let size =
+            |it: &Self| (it.reals.len(), it.integers.len(), it.booleans.len(), it.strings.len());
+        size(self) == size(other)
+    }
 }
 
 /// A Real input's source.
@@ -134,7 +144,34 @@ pub struct Exchange {
     outputs: Vec<Outputs>,
 }
 
+/// Everything of an [`Exchange`] that changes from step to step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExchangeState {
+    signals: Vec<Signal>,
+    outputs: Vec<Outputs>,
+}
+
 impl Exchange {
+    /// What has to be kept to go on from this communication point later.
+    #[must_use]
+    pub fn state(&self) -> ExchangeState {
+        ExchangeState { signals: self.signals.clone(), outputs: self.outputs.clone() }
+    }
+
+    /// Goes back to a state; false, and nothing is changed, if it is not of the same connections.
+    #[must_use]
+    pub fn restore(&mut self, state: &ExchangeState) -> bool {
+        let alike = self.signals.len() == state.signals.len()
+            && self.signals.iter().zip(&state.signals).all(|(a, b)| a.is_like(b))
+            && self.outputs.len() == state.outputs.len()
+            && self.outputs.iter().zip(&state.outputs).all(|(a, b)| a.is_like(b));
+        if alike {
+            self.signals.clone_from(&state.signals);
+            self.outputs.clone_from(&state.outputs);
+        }
+        alike
+    }
+
     /// Lays out the signals; `degree` is that of the extrapolation.
     #[must_use]
     pub fn new(links: Vec<Links>, degree: usize) -> Self {
@@ -285,6 +322,17 @@ pub trait Algorithm<U: Unit> {
 
     /// Whether the source has stepped before the target sends for its inputs.
     fn interpolates(&self, source: usize, target: usize) -> bool;
+
+    /// What the algorithm itself remembers from step to step, for a checkpoint; most remember
+    /// nothing.
+    fn state(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Goes back to such a state; false if it is not one of this algorithm's.
+    fn restore(&mut self, state: &[u8]) -> bool {
+        state.is_empty()
+    }
 }
 
 #[cfg(test)]

@@ -37,11 +37,13 @@
 //! The formulas are those of Newton's divided differences on equal steps; the step is therefore
 //! constant between two [`Signal::restart`]s.
 
+use serde::{Deserialize, Serialize};
+
 /// A function over the step by its value and first three derivatives at the step's beginning.
 pub type Taylor = [f64; 4];
 
 /// One Real output with what is needed to represent it over a step.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Signal {
     /// d: highest derivative that the source offers, 0 to 3.
     offered: usize,
@@ -67,6 +69,12 @@ impl Signal {
     #[must_use]
     pub fn offered(&self) -> usize {
         self.offered
+    }
+
+    /// Whether the other signal is represented in the same way, by data of the same kind.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.offered, self.degree) == (other.offered, other.degree) && other.known <= 3
     }
 
     /// Forgets the history: at the start, after an event, or when the step changes.

@@ -243,3 +243,30 @@ fn analytic_units_are_converted_with_factor_and_offset() {
     Jacobi.step(&mut exchange, &mut units, 0.0, 1.0).unwrap();
     assert_eq!(units[1].0, [16.0, 2.0, 0.0, 0.0]);
 }
+
+/// A run that goes on from the bytes of a state in a fresh exchange gives the same bits.
+#[test]
+fn invariant_states_of_the_exchange_continue_exactly() {
+    let h = 1e-3;
+    let run = |stop_over: bool| {
+        let mut algorithm = GaussSeidel::new(vec![0, 1]);
+        let mut units = thrown(1);
+        let mut exchange = Exchange::new(links(1), 3);
+        exchange.start(0.0, &mut units).unwrap();
+        for n in 0..20 {
+            if stop_over && n == 7 {
+                let bytes = postcard::to_stdvec(&exchange.state()).unwrap();
+                exchange = Exchange::new(links(1), 3);
+                assert!(exchange.restore(&postcard::from_bytes(&bytes).unwrap()));
+                let memory = Algorithm::<Mass>::state(&algorithm);
+                algorithm = GaussSeidel::new(vec![0, 1]);
+                assert!(Algorithm::<Mass>::restore(&mut algorithm, &memory));
+            }
+            algorithm.step(&mut exchange, &mut units, f64::from(n) * h, h).unwrap();
+        }
+        [units[0].x.to_bits(), units[1].x.to_bits()]
+    };
+    assert_eq!(run(false), run(true));
+    let other = Exchange::new(links(0), 3).state();
+    assert!(!Exchange::new(links(1), 3).restore(&other), "other derivatives on offer");
+}
