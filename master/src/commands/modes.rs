@@ -1,9 +1,9 @@
 //! `maglev inspect --modes`: a unit's own linearisation, shown as a table.
 
-use std::cell::Cell;
 use std::fmt::Write as _;
 use std::process::ExitCode;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use master::error::Error;
 use master::initialize::InitializeError;
@@ -20,10 +20,10 @@ const LEAST_SHARE: f64 = 0.02;
 /// Initialises an instance with its start values and asks it.
 pub fn run(package: Package, options: Option<&str>, json: bool) -> Result<ExitCode, Error> {
     let functions = Functions::load(&package)?;
-    let dead = Rc::new(Cell::new(false));
+    let dead = Arc::new(AtomicBool::new(false));
     let name = package.description().co_simulation.model_identifier.clone();
     let mut unit =
-        Instance::new(&Rc::new(package), functions, &dead, &name).map_err(Error::Instantiate)?;
+        Instance::new(&Arc::new(package), functions, &dead, &name).map_err(Error::Instantiate)?;
     let started = |e| Error::Initialize(InitializeError::Unit(e));
     unit.setup_experiment(0.0, 1.0).map_err(started)?;
     unit.enter_initialization_mode().map_err(started)?;

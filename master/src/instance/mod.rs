@@ -7,9 +7,9 @@
 mod fault;
 mod state;
 
-use std::cell::Cell;
 use std::ffi::{CStr, CString, c_void};
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::description::Value;
@@ -27,14 +27,14 @@ pub const PENDING_LIMIT: Duration = Duration::from_secs(600);
 /// A running instance. Freed when dropped, unless its library failed fatally.
 pub struct Instance {
     name: String,
-    package: Rc<Package>,
+    package: Arc<Package>,
     functions: Functions,
     component: *mut c_void,
     // the unit holds their addresses as long as it lives
     sink: Box<Sink>,
     _callbacks: Box<sys::fmi2CallbackFunctions>,
     /// shared by all instances of a library
-    dead: Rc<Cell<bool>>,
+    dead: Arc<AtomicBool>,
     warned: bool,
     running: bool,
     steps: u64,
@@ -42,6 +42,13 @@ pub struct Instance {
     /// saved states, null where freed
     states: Vec<sys::fmi2FMUstate>,
 }
+
+// SAFETY: what an instance owns is used by one thread at a time, as every method takes it by
+// exclusive reference, and FMI 2.0 lets the caller choose which thread that is; what it shares with
+// other instances (package, fatal mark) is shared by Arc and synchronised
+unsafe impl Send for Instance {}
+/// What instances share may be used by several threads.
+const _: fn(&Package) -> &(dyn std::any::Any + Send + Sync) = |package| package;
 
 macro_rules! call {
     ($self:ident, $field:ident, $name:literal $(, $argument:expr)* $(,)?) => {{
@@ -62,9 +69,9 @@ impl Instance {
     /// # Errors
     /// The unit refuses, for instance because its binary expects another GUID.
     pub fn new(
-        package: &Rc<Package>,
+        package: &Arc<Package>,
         functions: Functions,
-        dead: &Rc<Cell<bool>>,
+        dead: &Arc<AtomicBool>,
         name: &str,
     ) -> Result<Self, UnitError> {
         let sink = Box::new(Sink::default());
@@ -98,12 +105,12 @@ impl Instance {
         };
         let mut instance = Self {
             name: name.to_owned(),
-            package: Rc::clone(package),
+            package: Arc::clone(package),
             functions,
             component,
             sink,
             _callbacks: callbacks,
-            dead: Rc::clone(dead),
+            dead: Arc::clone(dead),
             warned: false,
             running: false,
             steps: 0,
@@ -500,7 +507,7 @@ impl Instance {
 
     #[inline]
     fn alive(&self) -> Result<(), UnitError> {
-        if self.dead.get() {
+        if self.dead.load(Ordering::Relaxed) {
             return fail(UnitFault::Dead { instance: self.name.clone() });
         }
         Ok(())
@@ -531,7 +538,7 @@ impl Instance {
             return Ok(());
         }
         if status == sys::fmi2Status::fmi2Fatal {
-            self.dead.set(true);
+            self.dead.store(true, Ordering::Relaxed);
         }
         fail(UnitFault::Status {
             instance: self.name.clone(),
@@ -573,7 +580,7 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        if self.component.is_null() || self.dead.get() {
+        if self.component.is_null() || self.dead.load(Ordering::Relaxed) {
             return;
         }
         self.free_states();

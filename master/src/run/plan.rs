@@ -1,9 +1,9 @@
 //! From the checked system to instances with their traffic laid out.
 
-use std::cell::Cell;
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::selection::Selection;
 use crate::coupling::{Algorithm, Exchange, Links, RealLink};
@@ -18,7 +18,7 @@ use crate::system::{Link, System};
 
 /// Makes all instances; each library is loaded once.
 pub(super) fn instantiate(system: &System) -> Result<Vec<Instance>, Error> {
-    let mut loaded: HashMap<PathBuf, (Functions, Rc<Cell<bool>>)> = HashMap::new();
+    let mut loaded: HashMap<PathBuf, (Functions, Arc<AtomicBool>)> = HashMap::new();
     let mut instances = Vec::with_capacity(system.instances.len());
     for plan in &system.instances {
         let package = &plan.package;
@@ -27,9 +27,10 @@ pub(super) fn instantiate(system: &System) -> Result<Vec<Instance>, Error> {
         let once = package.description().co_simulation.can_be_instantiated_only_once_per_process;
         let (functions, dead) = match loaded.get(&binary) {
             Some(known) if !once => known.clone(),
-            Some(_) => (Functions::load_copy(package)?, Rc::default()),
+            Some(_) => (Functions::load_copy(package)?, Arc::default()),
             None => {
-                let fresh: (Functions, Rc<Cell<bool>>) = (Functions::load(package)?, Rc::default());
+                let fresh: (Functions, Arc<AtomicBool>) =
+                    (Functions::load(package)?, Arc::default());
                 loaded.insert(binary, fresh.clone());
                 fresh
             }

@@ -1,7 +1,7 @@
 //! Connections: from an output to an input of the same type, units of measurement converted.
 
 use std::collections::{HashMap, HashSet};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::{Link, Port, Result, System, SystemError};
 use crate::description::{Causality, Conversion};
@@ -80,7 +80,7 @@ impl System {
     pub(super) fn check_inputs(&mut self) -> Result<()> {
         let fed: HashSet<Port> = self.links.iter().map(|link| link.to).collect();
         for instance in 0..self.instances.len() {
-            let package = Rc::clone(&self.instances[instance].package);
+            let package = Arc::clone(&self.instances[instance].package);
             let description = package.description();
             for variable in description.with_causality(Causality::Input) {
                 let port = Port { instance, variable };

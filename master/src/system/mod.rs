@@ -9,7 +9,7 @@ mod names;
 mod settings;
 
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -45,7 +45,7 @@ pub struct Plan {
     /// Its name.
     pub name: String,
     /// Its unit.
-    pub package: Rc<Package>,
+    pub package: Arc<Package>,
     /// Set while instantiated: parameters and exact or approximate start values.
     pub parameters: Vec<(usize, Value)>,
     /// Set in initialization mode: inputs.
@@ -97,7 +97,7 @@ impl System {
         for (name, path) in &scenario.units {
             let package = Package::open(path)
                 .map_err(|source| SystemError::Package { name: name.clone(), source })?;
-            packages.insert(name.as_str(), Rc::new(package));
+            packages.insert(name.as_str(), Arc::new(package));
         }
         let mut system = Self { instances: Vec::new(), links: Vec::new(), by_name: HashMap::new() };
         for (pattern, instance) in &scenario.instances {

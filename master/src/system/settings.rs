@@ -1,6 +1,6 @@
 //! Instances and the values that the scenario and the command line give them.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -16,7 +16,7 @@ impl System {
         &mut self,
         pattern: &str,
         instance: &Instance,
-        packages: &IndexMap<&str, Rc<Package>>,
+        packages: &IndexMap<&str, Arc<Package>>,
     ) -> Result<()> {
         let place = format!("instances.{pattern}");
         let package = packages.get(instance.unit.as_str()).ok_or_else(|| SystemError::Unknown {
@@ -41,7 +41,7 @@ impl System {
             if self.by_name.insert(name.clone(), index).is_some() {
                 return Err(bad(&name, "occurs twice"));
             }
-            let package = Rc::clone(package);
+            let package = Arc::clone(package);
             self.instances.push(Plan { name, package, parameters: Vec::new(), inputs: Vec::new() });
             self.set_all(&place, index, instance)?;
         }
