@@ -4,25 +4,11 @@ It reads the same scenario files as `maglev` (instances, parameters, connections
 a difference in the results is a difference between the masters, not between two set-ups.
 """
 
-import json
-import re
 import shutil
-from pathlib import Path
 
 import fmpy
 from fmpy.fmi2 import FMU2Slave
-
-
-def expand(pattern):
-    """`ems_[01..64].gap` -> [`ems_01.gap`, …]; a name without a range stands for itself."""
-    found = re.search(r"\[(\d+)\.\.(\d+)\]", pattern)
-    if not found:
-        return [pattern]
-    first, last = found.groups()
-    return [
-        pattern[: found.start()] + f"{k:0{len(first)}d}" + pattern[found.end() :]
-        for k in range(int(first), int(last) + 1)
-    ]
+from scenario import Scenario
 
 
 class Unit:
@@ -55,40 +41,18 @@ class Unit:
         self.slave.setReal([self.variables[n].valueReference for n in names], values)
 
 
-def connect(scenario):
-    """The connections, one (source unit, output, target unit, input) each."""
-    wires = []
-    for connection in scenario["connections"]:
-        targets = connection["to"] if isinstance(connection["to"], list) else [connection["to"]]
-        for target in targets:
-            sources, sinks = expand(connection["from"]), expand(target)
-            if len(sources) == 1:
-                sources = sources * len(sinks)
-            assert len(sources) == len(sinks), connection
-            wires += [(*a.split("."), *b.split(".")) for a, b in zip(sources, sinks)]
-    return wires
-
-
 def simulate(path, signals, stop=None, step=None):
     """Steps the scenario and returns (times, one row of `signals` per communication point)."""
-    path = Path(path)
-    scenario = json.loads(path.read_text())
-    experiment = scenario["experiment"]
-    start, step = experiment["start"], step or experiment["step"]
-    stop = experiment["stop"] if stop is None else stop
-    loaded = {}
-    for name, file in scenario["units"].items():
-        file = path.parent / file
-        loaded[name] = fmpy.extract(str(file)), fmpy.read_model_description(str(file))
-    units = {}
-    for pattern, given in scenario["instances"].items():
-        for name in expand(pattern):
-            folder, description = loaded[given["unit"]]
-            units[name] = Unit(name, folder, description, given.get("parameters", {}), start, stop)
+    scenario = Scenario(path, stop, step)
+    start, step = scenario.start, scenario.step
+    loaded, units = {}, {}
+    for name, (file, parameters) in scenario.instances.items():
+        if file not in loaded:
+            loaded[file] = fmpy.extract(str(file)), fmpy.read_model_description(str(file))
+        units[name] = Unit(name, *loaded[file], parameters, start, scenario.stop)
 
-    wires = connect(scenario)
     reads, writes = {}, {}
-    for source, output, target, variable in wires:
+    for source, output, target, variable in scenario.wires:
         if output not in reads.setdefault(source, []):
             reads[source].append(output)
         writes.setdefault(target, []).append((variable, source, output))
@@ -124,7 +88,7 @@ def simulate(path, signals, stop=None, step=None):
         return [units[u].get([v])[0] for u, v in recorded]
 
     times, rows = [start], [record()]
-    for n in range(round((stop - start) / step)):
+    for n in range(scenario.steps):
         values = exchange(reads)
         for target in units:
             send(target, values)
