@@ -2,6 +2,8 @@
 //!
 //! They run what `cargo xtask package` built: `target/fmu/*.fmu` and `target/release/maglev`.
 
+pub mod monolithic;
+
 use std::{
     fs,
     path::{Path, PathBuf},
