@@ -12,6 +12,8 @@ use crate::instance::{UnitError, UnitFault};
 use crate::library::LibraryError;
 use crate::package::PackageError;
 use crate::plot::PlotError;
+use crate::record::ParquetError;
+use crate::run::CheckpointError;
 use crate::scenario::ScenarioError;
 use crate::system::SystemError;
 
@@ -59,6 +61,27 @@ pub enum Error {
         #[source]
         source: std::io::Error,
     },
+    /// The Parquet copy of the results cannot be written.
+    #[error("the results in {folder} are complete as results.csv, but not as results.parquet")]
+    Parquet {
+        /// Where.
+        folder: PathBuf,
+        /// Why.
+        #[source]
+        source: ParquetError,
+    },
+    /// Checkpoints are asked for, and units cannot give their states.
+    #[error(
+        "checkpoints cannot be made: {} (canSerializeFMUstate is not true)",
+        cannot_serialize(units)
+    )]
+    NoCheckpoints {
+        /// The .fmu files.
+        units: Vec<PathBuf>,
+    },
+    /// A run cannot go on from its checkpoint.
+    #[error("the run cannot be resumed")]
+    Checkpoint(#[from] CheckpointError),
     /// A picture cannot be drawn.
     #[error("{file}")]
     Plot {
@@ -76,7 +99,7 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Initialize(_) | Self::Step { .. } | Self::Plot { .. } => 1,
-            Self::Output { running: true, .. } => 1,
+            Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             _ => 2,
         }
     }
@@ -114,6 +137,14 @@ impl Error {
             }
             Self::Initialize(InitializeError::Unit(error)) | Self::Step { source: error, .. } => {
                 return unit_help(error);
+            }
+            Self::Parquet { .. } => "free space on the disk",
+            Self::NoCheckpoints { .. } => {
+                "run it without checkpoints, or ask who exported the units for serialized states"
+            }
+            Self::Checkpoint(error) => return checkpoint_help(error),
+            Self::Output { source, .. } if source.kind() == ErrorKind::NotFound => {
+                "the folder is gone: do not move or remove it while a run writes to it"
             }
             Self::Output { .. } => "choose another folder with --out, or free space on the disk",
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",
@@ -173,6 +204,29 @@ fn system_help(error: &SystemError) -> Option<&'static str> {
         }
         SystemError::Form { .. } => "write instance.variable, such as motor.speed",
         _ => return None,
+    })
+}
+
+fn cannot_serialize(units: &[PathBuf]) -> String {
+    let names: Vec<String> = units.iter().map(|path| path.display().to_string()).collect();
+    match names.len() {
+        1 => format!("the unit {} cannot serialize its state", names[0]),
+        _ => format!("the units {} cannot serialize their states", names.join(", ")),
+    }
+}
+
+fn checkpoint_help(error: &CheckpointError) -> Option<&'static str> {
+    Some(match error {
+        CheckpointError::Missing { .. } => {
+            "a run writes checkpoints if asked to with --checkpoint-every, and a finished one leaves \
+             none"
+        }
+        CheckpointError::Unit { .. } => {
+            "put back the file that the run began with, or run the scenario anew"
+        }
+        CheckpointError::Scenario(error) => return scenario_help(error),
+        CheckpointError::Read { .. } => "check the folder and the files in it",
+        _ => "run the scenario anew",
     })
 }
 

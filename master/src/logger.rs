@@ -1,6 +1,7 @@
 //! Messages that units send through the logger callback.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use fmi2_sys as sys;
@@ -10,6 +11,16 @@ use crate::description::Description;
 
 /// Messages kept per instance; a unit that floods the log loses the oldest.
 const KEPT: usize = 100;
+
+/// Messages that have arrived from all units.
+static ARRIVED: AtomicU64 = AtomicU64::new(0);
+
+/// Number of messages that have arrived from all units so far: one look per step tells whether there
+/// are any to take.
+#[inline]
+pub(crate) fn arrived() -> u64 {
+    ARRIVED.load(Ordering::Relaxed)
+}
 
 /// One message of a unit.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -80,6 +91,7 @@ extern "C" fn master_log_sink(
         text: text(message).trim_end().to_owned(),
         grave: status != sys::fmi2Status::fmi2OK,
     };
+    ARRIVED.fetch_add(1, Ordering::Relaxed);
     let mut messages = sink.messages.lock().unwrap_or_else(PoisonError::into_inner);
     if messages.len() == KEPT {
         messages.remove(0);

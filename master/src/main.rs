@@ -29,6 +29,9 @@ enum Command {
     /// Run a scenario and write its results
     #[command(arg_required_else_help = true)]
     Run(commands::run::Arguments),
+    /// Go on with a run from its last checkpoint
+    #[command(arg_required_else_help = true)]
+    Resume(commands::resume::Arguments),
     /// Show what a unit offers
     #[command(arg_required_else_help = true)]
     Inspect(commands::inspect::Arguments),
@@ -42,6 +45,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => commands::run::run(&arguments),
+        Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
         Command::Schema => commands::print(&master::scenario::Scenario::schema()),

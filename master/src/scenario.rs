@@ -47,9 +47,17 @@ pub struct Scenario {
     /// How loops between units are solved before the start.
     #[serde(default)]
     pub initialization: Initialization,
-    /// What is written to results.csv.
+    /// What is written to the results, and as which files.
     #[serde(default)]
     pub record: Record,
+    /// States to go on from after a crash.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checkpoint: Option<Checkpoints>,
+    /// Simulated seconds per second of wall time that the run is held to; left out: as fast as
+    /// possible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub real_time: Option<f64>,
     /// Pictures to draw.
     #[serde(default)]
     pub plots: Vec<Plot>,
@@ -265,15 +273,78 @@ impl Default for Initialization {
     }
 }
 
-/// What is written to results.csv.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+/// What is written to the results.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Record {
     /// Interval between rows (s), a multiple of the step; left out: every step. Statistics are
     /// taken at every communication point all the same.
     pub interval: Option<f64>,
+    /// `instance.variable`, patterns and `*` allowed, or an object with an interval of its own. A
+    /// signal that several entries name is recorded as the first of them says.
+    pub signals: Vec<Recorded>,
+    /// Files to write: csv for results.csv, parquet for results.parquet.
+    pub format: Vec<Format>,
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self { interval: None, signals: Vec::new(), format: vec![Format::Csv] }
+    }
+}
+
+/// Signals to record.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected \"instance.variable\" or {\"signals\": [...], \"interval\": ...}"
+)]
+pub enum Recorded {
+    /// One pattern, at the interval of all.
+    Signal(String),
+    /// Several, at an interval of their own.
+    Group(RecordedGroup),
+}
+
+/// Signals recorded at an interval of their own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RecordedGroup {
     /// `instance.variable`, patterns and `*` allowed.
     pub signals: Vec<String>,
+    /// Interval between their values (s), a multiple of the step.
+    pub interval: f64,
+}
+
+/// A format of results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// results.csv
+    Csv,
+    /// results.parquet
+    Parquet,
+}
+
+impl std::str::FromStr for Format {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "csv" => Ok(Self::Csv),
+            "parquet" => Ok(Self::Parquet),
+            _ => Err(format!("there is no format \"{text}\"; there are csv and parquet")),
+        }
+    }
+}
+
+/// States of a run that are kept, so that `maglev resume` can go on from the last one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Checkpoints {
+    /// Simulated time between two of them (s), rounded to whole steps, at least one.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub every: f64,
 }
 
 /// One picture: panels above each other over a common time axis.
@@ -363,9 +434,11 @@ pub enum ScenarioError {
         /// Step (s).
         step: f64,
     },
-    /// The recording interval is no multiple of the step.
-    #[error("record.interval {interval} s is not a multiple of the step {step} s")]
+    /// A recording interval is no multiple of the step.
+    #[error("{place} {interval} s is not a multiple of the step {step} s")]
     Interval {
+        /// JSON path.
+        place: String,
         /// Interval (s).
         interval: f64,
         /// Step (s).
@@ -438,7 +511,21 @@ impl Scenario {
             range,
         };
         self.experiment.steps()?;
-        self.stride()?;
+        for entry in 0..self.record.signals.len().max(1) {
+            self.stride(entry)?;
+        }
+        if self.record.format.is_empty() {
+            return Err(range("record.format", "empty".to_owned(), "csv, parquet, or both"));
+        }
+        let positive = "finite numbers above zero";
+        for (what, value) in [
+            ("checkpoint.every", self.checkpoint.map(|it| it.every)),
+            ("real_time", self.real_time),
+        ] {
+            if let Some(value) = value.filter(|&value| !(value > 0.0 && value.is_finite())) {
+                return Err(range(what, value.to_string(), positive));
+            }
+        }
         let order = self.algorithm.extrapolation;
         if order > 3 {
             return Err(range("algorithm.extrapolation", order.to_string(), "0 to 3"));
@@ -466,21 +553,37 @@ impl Scenario {
         Ok(())
     }
 
-    /// Number of steps between two recorded rows.
+    /// Number of steps between two values of what an entry of `record.signals` names.
     ///
     /// # Errors
-    /// `record.interval` is no multiple of the step.
-    pub fn stride(&self) -> Result<u64, ScenarioError> {
+    /// The interval is no multiple of the step.
+    pub fn stride(&self, entry: usize) -> Result<u64, ScenarioError> {
         let step = self.experiment.step;
-        let Some(interval) = self.record.interval else { return Ok(1) };
+        let (place, interval) = match self.record.signals.get(entry) {
+            Some(Recorded::Group(group)) => {
+                (format!("record.signals[{entry}].interval"), group.interval)
+            }
+            _ => match self.record.interval {
+                Some(interval) => ("record.interval".to_owned(), interval),
+                None => return Ok(1),
+            },
+        };
         let count = (interval / step).round();
         let fits =
             (1.0..9e15).contains(&count) && (count * step - interval).abs() <= 1e-9 * interval;
         if !fits {
-            return Err(ScenarioError::Interval { interval, step });
+            return Err(ScenarioError::Interval { place, interval, step });
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 9e15")]
         Ok(count as u64)
+    }
+
+    /// Number of steps between two checkpoints, if there are any.
+    #[must_use]
+    pub fn checkpoint_stride(&self) -> Option<u64> {
+        let count = (self.checkpoint?.every / self.experiment.step).round().clamp(1.0, 9e15);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 9e15")]
+        Some(count as u64)
     }
 
     /// The JSON schema of a scenario file, as text with a final line feed.

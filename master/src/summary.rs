@@ -1,13 +1,15 @@
 //! summary.json: what ran, how it ended, how long it took, and the statistics of the signals.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use indexmap::IndexMap;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::initialize::SolvedLoop;
-use crate::record::Statistics;
+use crate::record::{Kind, Statistics, write_whole};
+use crate::run::RealTime;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -59,6 +61,19 @@ pub struct UnitSummary {
     pub exchange_seconds: f64,
 }
 
+/// An instance that took part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InstanceSummary {
+    /// Its unit's name in the scenario.
+    pub unit: String,
+    /// Finished steps.
+    pub steps: u64,
+    /// Wall time in `fmi2DoStep` (s), extrapolated from every seventh step.
+    pub step_seconds: f64,
+    /// Wall time in calls that set inputs and get outputs (s), extrapolated likewise.
+    pub exchange_seconds: f64,
+}
+
 /// The algorithm as it ran.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct AlgorithmSummary {
@@ -78,11 +93,11 @@ pub struct AlgorithmSummary {
 /// Wall times (s).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct WallTime {
-    /// From opening the units to the end.
+    /// From opening the units to the end, of the last part of a resumed run.
     pub total_seconds: f64,
-    /// Opening, loading, instantiating and initializing.
+    /// Opening, loading, instantiating and initializing, likewise.
     pub start_seconds: f64,
-    /// Stepping, with recording.
+    /// Stepping, with recording, checkpoints and waiting for real time; all parts of a resumed run.
     pub run_seconds: f64,
     /// Thereof in the units' code.
     pub units_seconds: f64,
@@ -101,8 +116,10 @@ pub struct SignalSummary {
 }
 
 /// A message of a unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UnitMessage {
+    /// Simulated time at the end of the step in which it arrived (s).
+    pub time: f64,
     /// Which instance.
     pub instance: String,
     /// Status by its name in the standard.
@@ -132,8 +149,10 @@ pub struct Summary {
     pub steps: u64,
     /// Simulated time at the end (s).
     pub reached: f64,
-    /// Rows in results.csv.
+    /// Rows in the results.
     pub rows: u64,
+    /// How often the run went on from a checkpoint.
+    pub resumed: u64,
     /// Simulated time over wall time of the stepping.
     pub real_time_factor: f64,
     /// How units were coupled.
@@ -148,11 +167,20 @@ pub struct Summary {
     pub overrides: Vec<String>,
     /// Units by their name in the scenario.
     pub units: IndexMap<String, UnitSummary>,
+    /// Instances by their name.
+    pub instances: IndexMap<String, InstanceSummary>,
+    /// How well the run kept to real time, if it was held to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub real_time: Option<RealTime>,
+    /// Number of events by their kind; events.csv has them all.
+    pub events: BTreeMap<Kind, u64>,
     /// Recorded signals.
     pub signals: IndexMap<String, SignalSummary>,
     /// The units' first messages.
     pub messages: Vec<UnitMessage>,
-    /// Pictures in the results folder.
+    /// Results in the folder.
+    pub tables: Vec<String>,
+    /// Pictures in the folder.
     pub pictures: Vec<String>,
 }
 
@@ -164,6 +192,6 @@ impl Summary {
     pub fn write(&self, folder: &Path) -> std::io::Result<()> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
-        std::fs::write(folder.join("summary.json"), text)
+        write_whole(&folder.join("summary.json"), text.as_bytes())
     }
 }

@@ -1,7 +1,9 @@
 //! One module per subcommand.
 
+pub mod display;
 pub mod inspect;
 pub mod modes;
+pub mod resume;
 pub mod run;
 pub mod validate;
 

@@ -1,27 +1,26 @@
 //! `maglev run`
 
-use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use master::error::Error;
-use master::run::{Job, Observer};
-use master::scenario::{AlgorithmName, Scenario};
-use master::summary::{Status, Summary};
+use master::run::Job;
+use master::scenario::{AlgorithmName, Checkpoints, Format, Scenario};
 use master::system::Override;
+
+use super::display::watch;
 
 const EXAMPLES: &str = "\
 Examples:
   maglev run scenarios/one-bogie.json --stop 5 --out /tmp/bogie
   maglev run scenarios/one-bogie.json --set 'ems_*.gain_gap=6' --set vehicle.travel_speed=2
 
-Writes results.csv (recorded signals), summary.json (statistics, times, units) and the scenario's
-pictures. Ctrl-C ends a run cleanly and keeps what was recorded.";
+  maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
+
+Writes results.csv or results.parquet (recorded signals), events.csv (warnings, messages), summary.json
+(statistics, times, units) and the scenario's pictures. Ctrl-C ends a run cleanly and keeps what was
+recorded; with checkpoints, `maglev resume` goes on from there.";
 
 /// Arguments of `maglev run`.
 #[derive(Args)]
@@ -51,6 +50,15 @@ pub struct Arguments {
     /// Interval between recorded rows (s) instead of the scenario's.
     #[arg(long, value_name = "T")]
     record_interval: Option<f64>,
+    /// Write a checkpoint every so many simulated seconds; `maglev resume` goes on from the last one.
+    #[arg(long, value_name = "T")]
+    checkpoint_every: Option<f64>,
+    /// Hold the run to so many simulated seconds per second.
+    #[arg(long, value_name = "FACTOR")]
+    real_time: Option<f64>,
+    /// Files of results, separated by commas, instead of the scenario's: csv, parquet.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    format: Vec<Format>,
     /// Say nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
@@ -81,107 +89,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(interval) = arguments.record_interval {
         scenario.record.interval = Some(interval);
     }
+    if let Some(every) = arguments.checkpoint_every {
+        scenario.checkpoint = Some(Checkpoints { every });
+    }
+    scenario.real_time = arguments.real_time.or(scenario.real_time);
+    if !arguments.format.is_empty() {
+        scenario.record.format.clone_from(&arguments.format);
+    }
     let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // without a handler the run still works, only Ctrl-C ends it at once
-    let handled = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).is_ok();
-    let mut display = Display::new(stop, arguments.quiet);
-    if !handled {
-        display.notice("Ctrl-C will lose the results of this run");
-    }
     let job = Job { scenario: &scenario, name: &name, overrides: &arguments.set, folder: &folder };
-    let outcome = job.run(&mut display);
-    display.close();
-    let summary = outcome.inspect_err(|error| {
-        if error.exit_status() == 1 && !arguments.quiet {
-            eprintln!("results until then: {}", folder.display());
-        }
-    })?;
-    if !arguments.quiet {
-        print_end(&summary, &folder)?;
-    }
-    Ok(match summary.status {
-        Status::Finished => ExitCode::SUCCESS,
-        Status::Interrupted | Status::Failed => ExitCode::FAILURE,
-    })
-}
-
-fn print_end(summary: &Summary, folder: &Path) -> Result<(), Error> {
-    let wall = summary.wall_time;
-    if summary.status == Status::Interrupted {
-        eprintln!("interrupted at {} s; what was recorded is kept", summary.reached);
-    }
-    #[expect(clippy::cast_precision_loss, reason = "for people to read")]
-    let steps = summary.steps.max(1) as f64;
-    let mut text = format!(
-        "{} steps of {} s in {:.2} s ({:.1} times real time; {:.0} % in the units, {:.2} µs per step \
-         in the master)\n",
-        summary.steps,
-        summary.step,
-        wall.run_seconds,
-        summary.real_time_factor,
-        100.0 * wall.units_seconds / wall.run_seconds.max(f64::MIN_POSITIVE),
-        1e6 * wall.master_seconds / steps,
-    );
-    let files = ["results.csv", "summary.json"].into_iter();
-    for name in files.chain(summary.pictures.iter().map(String::as_str)) {
-        text += &format!("{}\n", folder.join(name).display());
-    }
-    super::print(&text).map(|_| ())
-}
-
-/// Progress on a terminal, notices as lines.
-struct Display {
-    bar: Option<ProgressBar>,
-    stop: Arc<AtomicBool>,
-    quiet: bool,
-}
-
-impl Display {
-    fn new(stop: Arc<AtomicBool>, quiet: bool) -> Self {
-        Self { bar: None, stop, quiet }
-    }
-
-    fn close(&mut self) {
-        if let Some(bar) = self.bar.take() {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-impl Observer for Display {
-    fn begin(&mut self, steps: u64) {
-        if self.quiet || !std::io::stderr().is_terminal() {
-            return;
-        }
-        let bar =
-            ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr_with_hz(10));
-        let style = "{percent:>3} % {bar:40} {msg} (left: {eta})";
-        if let Ok(style) = ProgressStyle::with_template(style) {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(200));
-        self.bar = Some(bar);
-    }
-
-    fn progress(&mut self, done: u64, time: f64, factor: f64) {
-        if let Some(bar) = &self.bar {
-            bar.set_position(done);
-            bar.set_message(format!("{time:.2} s, {factor:.1} × real time"));
-        }
-    }
-
-    fn notice(&mut self, text: &str) {
-        match &self.bar {
-            _ if self.quiet => {}
-            Some(bar) => bar.suspend(|| eprintln!("note: {text}")),
-            None => eprintln!("note: {text}"),
-        }
-    }
-
-    fn interrupted(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
+    watch(&folder, arguments.quiet, |observer| job.run(observer))
 }

@@ -1,78 +1,111 @@
 //! Where a run's signals go: table, statistics, curves, pictures.
 
-use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use super::selection::{Selection, to_base};
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::CheckpointError;
+use super::selection::to_base;
+use super::setup::Setup;
+use super::simulation::Simulation;
 use crate::error::Error;
-use crate::participant::{Participant, Slot};
 use crate::plot;
-use crate::record::{Curve, Gatherer, Table};
-use crate::scenario::Scenario;
-use crate::system::System;
+use crate::record::{Column, Curve, Gatherer, Position, Table, copy_to_parquet, write_whole};
+use crate::scenario::Format;
 
 /// Where the run's signals go.
-pub(super) struct Output {
-    pub(super) folder: PathBuf,
-    pub(super) table: Table,
+pub(super) struct Output<'a> {
+    setup: &'a Setup,
+    folder: PathBuf,
+    columns: Vec<Column>,
+    table: Table,
     pub(super) gatherers: Vec<Gatherer>,
     /// of the signals that are drawn
-    pub(super) curves: Vec<Option<Curve>>,
+    curves: Vec<Option<Curve>>,
     conversions: Vec<(f64, f64)>,
     values: Vec<f64>,
-    stride: u64,
-    points: u64,
 }
 
-impl Output {
-    pub(super) fn create(
+/// The part of the output that a checkpoint keeps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct OutputState {
+    table: Position,
+    gatherers: Vec<Gatherer>,
+    curves: Vec<Option<Curve>>,
+}
+
+/// What a run has left in its folder besides summary.json.
+pub(super) struct Files {
+    pub(super) rows: u64,
+    pub(super) tables: Vec<String>,
+    pub(super) pictures: Vec<String>,
+    /// a table that is not asked for
+    pub(super) spare: Option<PathBuf>,
+}
+
+impl<'a> Output<'a> {
+    pub(super) fn create(setup: &'a Setup, folder: &Path) -> io::Result<Self> {
+        let columns = setup.selection.columns(&setup.system);
+        let table = Table::create(folder, &columns)?;
+        let gatherers = vec![Gatherer::default(); columns.len()];
+        Ok(Self::new(setup, folder, columns, table, gatherers, curves(setup)))
+    }
+
+    /// Goes on with the files of an earlier run from its checkpoint.
+    pub(super) fn resume(
+        setup: &'a Setup,
         folder: &Path,
-        scenario: &Scenario,
-        system: &System,
-        selection: &Selection,
-    ) -> Result<Self, Error> {
-        let failed = |source| Error::Output { path: folder.to_owned(), running: false, source };
-        fs::create_dir_all(folder).map_err(failed)?;
-        let names: Vec<String> = selection.ports[..selection.recorded]
-            .iter()
-            .map(|&port| system.port_name(port))
-            .collect();
-        let table = Table::create(folder, names.iter().map(String::as_str)).map_err(failed)?;
-        let mut curves = vec![None; selection.ports.len()];
-        let points = scenario.experiment.steps()? + 1;
-        for panels in &selection.plots {
-            let count = panels.iter().map(Vec::len).sum();
-            for &k in panels.iter().flatten() {
-                // a signal in two pictures is reduced for the finer one
-                let slices = plot::slices(count);
-                let curve = Curve::new(points, slices);
-                if curves[k].as_ref().is_none_or(|other: &Curve| other.is_coarser_than(&curve)) {
-                    curves[k] = Some(curve);
-                }
-            }
+        state: OutputState,
+    ) -> Result<Self, CheckpointError> {
+        let columns = setup.selection.columns(&setup.system);
+        let drawn = setup.selection.ports.len();
+        if state.gatherers.len() != columns.len() || state.curves.len() != drawn {
+            return Err(CheckpointError::Misfit { what: "recorded signals" });
         }
-        Ok(Self {
+        let table = Table::resume(folder, &columns, state.table)
+            .map_err(|source| CheckpointError::Results { path: Table::path(folder), source })?;
+        Ok(Self::new(setup, folder, columns, table, state.gatherers, state.curves))
+    }
+
+    fn new(
+        setup: &'a Setup,
+        folder: &Path,
+        columns: Vec<Column>,
+        table: Table,
+        gatherers: Vec<Gatherer>,
+        curves: Vec<Option<Curve>>,
+    ) -> Self {
+        let ports = &setup.selection.ports;
+        Self {
+            setup,
             folder: folder.to_owned(),
+            columns,
             table,
-            gatherers: vec![Gatherer::default(); selection.recorded],
+            gatherers,
             curves,
-            conversions: selection.ports.iter().map(|&port| to_base(system, port)).collect(),
-            values: vec![0.0; selection.ports.len()],
-            stride: scenario.stride()?,
-            points: 0,
+            conversions: ports.iter().map(|&port| to_base(&setup.system, port)).collect(),
+            values: vec![0.0; ports.len()],
+        }
+    }
+
+    /// Puts all rows on the disk and returns what it takes to go on after them.
+    pub(super) fn state(&mut self) -> io::Result<OutputState> {
+        Ok(OutputState {
+            table: self.table.position()?,
+            gatherers: self.gatherers.clone(),
+            curves: self.curves.clone(),
         })
     }
 
-    pub(super) fn take(
-        &mut self,
-        time: f64,
-        participants: &[Participant],
-        slots: &[(usize, Slot)],
-    ) -> Result<(), Error> {
-        for ((value, &(unit, slot)), &(factor, offset)) in
-            self.values.iter_mut().zip(slots).zip(&self.conversions)
+    /// Takes the signals at the communication point that the simulation has reached.
+    #[inline]
+    pub(super) fn take(&mut self, simulation: &Simulation<'_>) -> io::Result<()> {
+        let time = simulation.time();
+        for ((value, signal), &(factor, offset)) in
+            self.values.iter_mut().zip(simulation.values()).zip(&self.conversions)
         {
-            *value = factor * participants[unit].value(slot) + offset;
+            *value = factor * signal + offset;
         }
         for (gatherer, &value) in self.gatherers.iter_mut().zip(&self.values) {
             gatherer.take(time, value);
@@ -82,27 +115,61 @@ impl Output {
                 curve.take(time, value);
             }
         }
-        if self.points.is_multiple_of(self.stride) {
-            let recorded = self.gatherers.len();
-            self.table.row(time, self.values[..recorded].iter().copied()).map_err(|source| {
-                Error::Output { path: self.folder.clone(), running: true, source }
-            })?;
+        self.table.take(simulation.done(), time, &self.values[..self.gatherers.len()])
+    }
+
+    /// Completes the table, copies it and draws the pictures.
+    pub(super) fn finish(self, draw: bool) -> Result<Files, Error> {
+        let Self { setup, folder, columns, table, curves, .. } = self;
+        let rows = table.rows();
+        let failed = |source| Error::Output { path: folder.clone(), running: true, source };
+        let csv = table.finish().map_err(failed)?;
+        let formats = &setup.scenario.record.format;
+        let mut tables = Vec::new();
+        let spare = (!formats.contains(&Format::Csv)).then_some(csv);
+        if spare.is_none() {
+            tables.push("results.csv".to_owned());
         }
-        self.points += 1;
-        Ok(())
+        if formats.contains(&Format::Parquet) {
+            copy_to_parquet(&folder, &columns)
+                .map_err(|source| Error::Parquet { folder: folder.clone(), source })?;
+            tables.push("results.parquet".to_owned());
+        }
+        let pictures = if draw { pictures(setup, &folder, curves)? } else { Vec::new() };
+        Ok(Files { rows, tables, pictures, spare })
     }
 }
 
+/// Empty curves for the signals that are drawn.
+fn curves(setup: &Setup) -> Vec<Option<Curve>> {
+    let mut curves = vec![None; setup.selection.ports.len()];
+    let points = setup.steps + 1;
+    for panels in &setup.selection.plots {
+        let count = panels.iter().map(Vec::len).sum();
+        for &k in panels.iter().flatten() {
+            // a signal in two pictures is reduced for the finer one
+            let curve = Curve::new(points, plot::slices(count));
+            if curves[k].as_ref().is_none_or(|other: &Curve| other.is_coarser_than(&curve)) {
+                curves[k] = Some(curve);
+            }
+        }
+    }
+    curves
+}
+
 /// Draws the scenario's pictures into the folder and returns their names.
-pub(super) fn draw(
-    scenario: &Scenario,
-    system: &System,
-    selection: &Selection,
+fn pictures(
+    setup: &Setup,
     folder: &Path,
     curves: Vec<Option<Curve>>,
 ) -> Result<Vec<String>, Error> {
+    let Setup { scenario, system, selection, .. } = setup;
     let points: Vec<Vec<(f64, f64)>> =
         curves.into_iter().map(|curve| curve.map(Curve::finish).unwrap_or_default()).collect();
+    let line = |scale: f64, label: Option<&String>, index: usize| plot::Line {
+        label: label.cloned().unwrap_or_else(|| system.port_name(selection.ports[index])),
+        points: points[index].iter().map(|&(t, y)| (t, scale * y)).collect(),
+    };
     let mut pictures = Vec::new();
     for (plot, panels) in scenario.plots.iter().zip(&selection.plots) {
         let panels: Vec<plot::Panel> = plot
@@ -111,17 +178,9 @@ pub(super) fn draw(
             .zip(panels)
             .map(|(panel, indices)| plot::Panel {
                 ylabel: panel.ylabel.clone(),
-                lines: indices
-                    .iter()
-                    .enumerate()
-                    .map(|(k, &index)| plot::Line {
-                        label: panel
-                            .labels
-                            .get(k)
-                            .cloned()
-                            .unwrap_or_else(|| system.port_name(selection.ports[index])),
-                        points: points[index].iter().map(|&(t, y)| (t, panel.scale * y)).collect(),
-                    })
+                lines: (0_usize..)
+                    .zip(indices)
+                    .map(|(k, &index)| line(panel.scale, panel.labels.get(k), index))
                     .collect(),
             })
             .collect();
@@ -129,7 +188,11 @@ pub(super) fn draw(
         let svg = plot::draw(title, &panels)
             .map_err(|source| Error::Plot { file: plot.file.clone(), source })?;
         let path = folder.join(&plot.file);
-        fs::write(&path, svg).map_err(|source| Error::Output { path, running: true, source })?;
+        write_whole(&path, svg.as_bytes()).map_err(|source| Error::Output {
+            path,
+            running: true,
+            source,
+        })?;
         pictures.push(plot.file.clone());
     }
     Ok(pictures)

@@ -1,15 +1,19 @@
 //! The signals that a run is about: what is recorded and what is drawn.
 
+use std::collections::HashSet;
+
 use crate::description::Type;
 use crate::error::Error;
 use crate::participant::{Participant, Slot};
-use crate::scenario::Scenario;
+use crate::record::Column;
+use crate::scenario::{Recorded, Scenario};
 use crate::system::{Port, System, SystemError};
 
 /// Signals of interest: those recorded first, then those only drawn.
 pub(super) struct Selection {
     pub(super) ports: Vec<Port>,
-    pub(super) recorded: usize,
+    /// of each recorded signal, the number of steps between two of its values
+    pub(super) strides: Vec<u64>,
     /// per plot, per panel: positions in `ports`
     pub(super) plots: Vec<Vec<Vec<usize>>>,
 }
@@ -17,14 +21,24 @@ pub(super) struct Selection {
 impl Selection {
     pub(super) fn new(scenario: &Scenario, system: &System) -> Result<Self, Error> {
         let mut ports: Vec<Port> = Vec::new();
-        for (k, pattern) in scenario.record.signals.iter().enumerate() {
-            for port in Self::select(system, &format!("record.signals[{k}]"), pattern)? {
-                if !ports.contains(&port) {
-                    ports.push(port);
+        let mut strides = Vec::new();
+        // a set beside the list: thousands of signals are usual
+        let mut known = HashSet::new();
+        for (k, entry) in scenario.record.signals.iter().enumerate() {
+            let place = format!("record.signals[{k}]");
+            let patterns = match entry {
+                Recorded::Signal(pattern) => std::slice::from_ref(pattern),
+                Recorded::Group(group) => group.signals.as_slice(),
+            };
+            for pattern in patterns {
+                for port in Self::select(system, &place, pattern)? {
+                    if known.insert(port) {
+                        ports.push(port);
+                        strides.push(scenario.stride(k)?);
+                    }
                 }
             }
         }
-        let recorded = ports.len();
         let mut plots = Vec::new();
         for (k, plot) in scenario.plots.iter().enumerate() {
             let mut panels = Vec::new();
@@ -44,7 +58,24 @@ impl Selection {
             }
             plots.push(panels);
         }
-        Ok(Self { ports, recorded, plots })
+        Ok(Self { ports, strides, plots })
+    }
+
+    /// The recorded signals.
+    pub(super) fn recorded(&self) -> impl Iterator<Item = Port> {
+        self.ports.iter().take(self.strides.len()).copied()
+    }
+
+    /// The columns of the results.
+    pub(super) fn columns(&self, system: &System) -> Vec<Column> {
+        self.recorded()
+            .zip(&self.strides)
+            .map(|(port, &stride)| Column {
+                name: system.port_name(port),
+                unit: base_unit(system, port),
+                stride,
+            })
+            .collect()
     }
 
     /// Signals that have numbers; a star passes over texts, naming one is an error.

@@ -1,0 +1,133 @@
+//! What a run shows on the terminal: progress, notices, its end.
+
+use std::io::IsTerminal as _;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use master::error::Error;
+use master::run::{Checkpoint, Observer};
+use master::summary::{Status, Summary};
+
+/// Runs with progress on the terminal until the end or Ctrl-C, and tells how it went.
+pub fn watch(
+    folder: &Path,
+    quiet: bool,
+    run: impl FnOnce(&mut dyn Observer) -> Result<Summary, Error>,
+) -> Result<ExitCode, Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // without a handler the run still works, only Ctrl-C ends it at once
+    let handled = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).is_ok();
+    let mut display = Display { bar: None, stop, quiet };
+    if !handled {
+        display.notice("Ctrl-C will lose the results of this run");
+    }
+    let outcome = run(&mut display);
+    display.close();
+    let again = || {
+        if Checkpoint::path(folder).exists() {
+            eprintln!("to go on from the last checkpoint: maglev resume {}", folder.display());
+        }
+    };
+    let summary = outcome.inspect_err(|error| {
+        if error.exit_status() == 1 && !quiet {
+            eprintln!("results until then: {}", folder.display());
+            again();
+        }
+    })?;
+    if summary.status == Status::Interrupted && !quiet {
+        eprintln!("interrupted at {} s; what was recorded is kept", summary.reached);
+        again();
+    }
+    if !quiet {
+        print_end(&summary, folder)?;
+    }
+    Ok(match summary.status {
+        Status::Finished => ExitCode::SUCCESS,
+        Status::Interrupted | Status::Failed => ExitCode::FAILURE,
+    })
+}
+
+fn print_end(summary: &Summary, folder: &Path) -> Result<(), Error> {
+    let wall = summary.wall_time;
+    #[expect(clippy::cast_precision_loss, reason = "for people to read")]
+    let steps = summary.steps.max(1) as f64;
+    let mut text = format!(
+        "{} steps of {} s in {:.2} s ({:.1} times real time; {:.0} % in the units, {:.2} µs per step \
+         in the master)\n",
+        summary.steps,
+        summary.step,
+        wall.run_seconds,
+        summary.real_time_factor,
+        100.0 * wall.units_seconds / wall.run_seconds.max(f64::MIN_POSITIVE),
+        1e6 * wall.master_seconds / steps,
+    );
+    if let Some(real_time) = &summary.real_time {
+        text += &format!(
+            "{} of {} steps were late for {} times real time, by {:.3} ms at worst\n",
+            real_time.overruns,
+            real_time.steps,
+            real_time.factor,
+            1e3 * real_time.worst_seconds
+        );
+    }
+    let files = summary.tables.iter().chain(&summary.pictures).map(String::as_str);
+    for name in files.chain(["events.csv", "summary.json"]) {
+        text += &format!("{}\n", folder.join(name).display());
+    }
+    super::print(&text).map(|_| ())
+}
+
+/// Progress on a terminal, notices as lines.
+struct Display {
+    bar: Option<ProgressBar>,
+    stop: Arc<AtomicBool>,
+    quiet: bool,
+}
+
+impl Display {
+    fn close(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Observer for Display {
+    fn begin(&mut self, steps: u64) {
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return;
+        }
+        let bar =
+            ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr_with_hz(10));
+        let style = "{percent:>3} % {bar:40} {msg} (left: {eta})";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        self.bar = Some(bar);
+    }
+
+    fn progress(&mut self, done: u64, time: f64, factor: f64) {
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+            bar.set_message(format!("{time:.2} s, {factor:.1} × real time"));
+        }
+    }
+
+    fn notice(&mut self, text: &str) {
+        match &self.bar {
+            _ if self.quiet => {}
+            Some(bar) => bar.suspend(|| eprintln!("note: {text}")),
+            None => eprintln!("note: {text}"),
+        }
+    }
+
+    fn interrupted(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,152 @@
+//! results.csv.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::file::{Growing, Position};
+
+/// A recorded signal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// `instance.variable`
+    pub name: String,
+    /// Unit of measurement of its values.
+    pub unit: Option<String>,
+    /// It has a value at every so many communication points, counted from the start.
+    pub stride: u64,
+}
+
+/// results.csv: a row at every communication point at which a signal is due; the signals that are
+/// not have an empty field. Numbers are the shortest decimals that read back to the same floats.
+pub struct Table {
+    file: Growing,
+    number: ryu::Buffer,
+    strides: Vec<u64>,
+    /// without repetition
+    distinct: Vec<u64>,
+}
+
+impl Table {
+    /// Begins the table in the folder.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn create(folder: &Path, columns: &[Column]) -> io::Result<Self> {
+        let names = columns.iter().map(|column| column.name.as_str());
+        let header = super::events::line(std::iter::once("time").chain(names))?;
+        Ok(Self::new(Growing::create(Self::path(folder), &header)?, columns))
+    }
+
+    /// Goes on with a table from an earlier position; rows after it are cut off.
+    ///
+    /// # Errors
+    /// The file cannot be written, or is not the one that the position is of.
+    pub fn resume(folder: &Path, columns: &[Column], position: Position) -> io::Result<Self> {
+        Ok(Self::new(Growing::resume(Self::path(folder), position)?, columns))
+    }
+
+    /// Where the table of a folder is once it is complete.
+    #[must_use]
+    pub fn path(folder: &Path) -> PathBuf {
+        folder.join("results.csv")
+    }
+
+    fn new(file: Growing, columns: &[Column]) -> Self {
+        let strides: Vec<u64> = columns.iter().map(|column| column.stride).collect();
+        let mut distinct = strides.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        if distinct.is_empty() {
+            distinct.push(1);
+        }
+        Self { file, number: ryu::Buffer::new(), strides, distinct }
+    }
+
+    /// Takes the values at communication point `n`, which are written where they are due.
+    ///
+    /// # Errors
+    /// The file cannot be written, for instance because the disk is full. Whole rows are in it.
+    #[inline]
+    pub fn take(&mut self, n: u64, time: f64, values: &[f64]) -> io::Result<()> {
+        if !self.distinct.iter().any(|&stride| n.is_multiple_of(stride)) {
+            return Ok(());
+        }
+        let all = self.distinct.len() == 1;
+        let Self { file, number, strides, .. } = self;
+        let row = file.buffer();
+        row.extend_from_slice(number.format(time).as_bytes());
+        for (&value, &stride) in values.iter().zip(strides.iter()) {
+            row.push(b',');
+            if all || n.is_multiple_of(stride) {
+                row.extend_from_slice(number.format(value).as_bytes());
+            }
+        }
+        row.push(b'\n');
+        file.end_record()
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.file.records()
+    }
+
+    /// Puts all rows on the disk and tells how far the file got.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn position(&mut self) -> io::Result<Position> {
+        self.file.position()
+    }
+
+    /// Completes the table and gives it its name.
+    ///
+    /// # Errors
+    /// The file cannot be written or renamed.
+    pub fn finish(self) -> io::Result<PathBuf> {
+        self.file.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn columns(list: &[(&str, u64)]) -> Vec<Column> {
+        let column =
+            |&(name, stride): &(&str, u64)| Column { name: name.into(), unit: None, stride };
+        list.iter().map(column).collect()
+    }
+
+    #[test]
+    fn invariant_rows_read_back_to_the_same_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut table = Table::create(folder.path(), &columns(&[("a.x", 1), ("b,y", 1)])).unwrap();
+        let values = [0.1 + 0.2, 1e-300, -0.0, 8e-3, f64::MAX];
+        for (n, x) in (0..).zip(values) {
+            table.take(n, x, &[x, -x]).unwrap();
+        }
+        assert!(!folder.path().join("results.csv").exists());
+        let path = table.finish().unwrap();
+        let text = fs::read_to_string(path).unwrap();
+        assert!(text.starts_with("time,a.x,\"b,y\"\n0.30000000000000004,"), "{text}");
+        for (line, x) in text.lines().skip(1).zip(values) {
+            let read: f64 = line.split(',').next().unwrap().parse().unwrap();
+            assert_eq!(read.to_bits(), x.to_bits());
+        }
+        assert!(!folder.path().join("results.csv.partial").exists());
+    }
+
+    #[test]
+    fn analytic_signals_are_written_where_they_are_due() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut table = Table::create(folder.path(), &columns(&[("a", 2), ("b", 3)])).unwrap();
+        for n in 0..=6 {
+            table.take(n, n as f64, &[1.0, 2.0]).unwrap();
+        }
+        assert_eq!(table.rows(), 5);
+        let text = fs::read_to_string(table.finish().unwrap()).unwrap();
+        assert_eq!(text, "time,a,b\n0.0,1.0,2.0\n2.0,1.0,\n3.0,,2.0\n4.0,1.0,\n6.0,1.0,2.0\n");
+    }
+}

@@ -1,0 +1,131 @@
+//! What happens in a run besides its signals: messages of units and events.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::Observer;
+use crate::logger::{self, Message};
+use crate::participant::Participant;
+use crate::record::{Event, EventLog, Kind, LogState};
+use crate::summary::UnitMessage;
+
+/// Messages of units kept for the summary.
+const MAX_MESSAGES: usize = 200;
+
+/// Gathers messages and events: all of them for events.csv, the first for the summary.
+pub(super) struct Journal {
+    log: EventLog,
+    messages: Vec<UnitMessage>,
+    /// per instance, whether the observer knows that it warns
+    warned: Vec<bool>,
+    /// messages of all units that have been listened to
+    heard: u64,
+}
+
+/// The part of a journal that a checkpoint keeps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct JournalState {
+    log: LogState,
+    messages: Vec<UnitMessage>,
+    warned: Vec<bool>,
+}
+
+impl Journal {
+    pub(super) fn create(folder: &Path) -> io::Result<Self> {
+        Ok(Self::new(EventLog::create(folder)?, Vec::new(), Vec::new()))
+    }
+
+    pub(super) fn resume(folder: &Path, state: JournalState) -> io::Result<Self> {
+        let log = EventLog::resume(folder, &state.log)?;
+        Ok(Self::new(log, state.messages, state.warned))
+    }
+
+    fn new(log: EventLog, messages: Vec<UnitMessage>, warned: Vec<bool>) -> Self {
+        Self { log, messages, warned, heard: 0 }
+    }
+
+    pub(super) fn state(&mut self) -> io::Result<JournalState> {
+        Ok(JournalState {
+            log: self.log.state()?,
+            messages: self.messages.clone(),
+            warned: self.warned.clone(),
+        })
+    }
+
+    /// Notes an event of the run itself.
+    pub(super) fn note(
+        &mut self,
+        time: f64,
+        kind: Kind,
+        text: impl Into<String>,
+    ) -> io::Result<()> {
+        self.log.add(&Event { time, kind, instance: String::new(), text: text.into() })
+    }
+
+    /// Whether a unit has said something since the last time.
+    #[inline]
+    pub(super) fn has_news(&self) -> bool {
+        self.heard != logger::arrived()
+    }
+
+    /// Takes the units' messages and tells the first grave one of each unit.
+    pub(super) fn listen(
+        &mut self,
+        time: f64,
+        participants: &mut [Participant],
+        observer: &mut dyn Observer,
+    ) -> io::Result<()> {
+        self.heard = logger::arrived();
+        self.warned.resize(participants.len(), false);
+        for (k, participant) in participants.iter_mut().enumerate() {
+            let instance = participant.instance_mut();
+            let messages = instance.take_messages();
+            let grave = messages.iter().find(|message| message.grave);
+            if (instance.warned() || grave.is_some())
+                && !std::mem::replace(&mut self.warned[k], true)
+            {
+                let silent = "a call returned fmi2Warning";
+                let text = grave.map_or(silent, |message| message.text.as_str());
+                observer.notice(&format!("unit {} warns: {text}", instance.name()));
+                if grave.is_none() {
+                    self.log.add(&Event {
+                        time,
+                        kind: Kind::Warning,
+                        instance: instance.name().to_owned(),
+                        text: silent.to_owned(),
+                    })?;
+                }
+            }
+            let name = instance.name().to_owned();
+            for message in messages {
+                self.keep(time, &name, message)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, time: f64, instance: &str, message: Message) -> io::Result<()> {
+        let kind = if message.grave { Kind::Warning } else { Kind::Message };
+        let text = format!("[{}] {}", message.status, message.text);
+        self.log.add(&Event { time, kind, instance: instance.to_owned(), text })?;
+        if self.messages.len() < MAX_MESSAGES {
+            self.messages.push(UnitMessage {
+                time,
+                instance: instance.to_owned(),
+                status: message.status,
+                text: message.text,
+            });
+        }
+        Ok(())
+    }
+
+    /// Completes events.csv; returns the messages for the summary and the events by their kind.
+    pub(super) fn finish(self) -> io::Result<(Vec<UnitMessage>, BTreeMap<Kind, u64>)> {
+        let counts = self.log.counts().clone();
+        self.log.finish()?;
+        Ok((self.messages, counts))
+    }
+}

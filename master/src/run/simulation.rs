@@ -1,0 +1,199 @@
+//! Units that are loaded, connected and initialized, stepped one communication step at a time.
+
+use serde::{Deserialize, Serialize};
+
+use super::plan;
+use super::setup::Setup;
+use crate::coupling::{Algorithm, Exchange, ExchangeState, GaussSeidel, Jacobi};
+use crate::error::Error;
+use crate::initialize::{SolvedLoop, initialize};
+use crate::instance::UnitError;
+use crate::participant::{Participant, Slot};
+use crate::run::CheckpointError;
+use crate::scenario::AlgorithmName;
+
+/// A running co-simulation: [`Setup::start`] makes it, [`step`](Self::step) advances it.
+pub struct Simulation<'a> {
+    setup: &'a Setup,
+    algorithm: Box<dyn Algorithm<Participant>>,
+    exchange: Exchange,
+    participants: Vec<Participant>,
+    /// where the signals of interest are
+    slots: Vec<(usize, Slot)>,
+    loops: Vec<SolvedLoop>,
+    done: u64,
+}
+
+/// Everything of a [`Simulation`] that changes from step to step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimulationState {
+    done: u64,
+    units: Vec<UnitState>,
+    exchange: ExchangeState,
+    algorithm: Vec<u8>,
+}
+
+/// The serialized FMU state of one instance.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct UnitState {
+    instance: String,
+    bytes: Vec<u8>,
+}
+
+impl<'a> Simulation<'a> {
+    pub(super) fn start(setup: &'a Setup) -> Result<Self, Error> {
+        let Setup { scenario, system, selection, order, .. } = setup;
+        let mut instances = plan::instantiate(system)?;
+        let loops =
+            initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;
+        let algorithm: Box<dyn Algorithm<Participant>> = match scenario.algorithm.name {
+            AlgorithmName::Jacobi => Box::new(Jacobi),
+            AlgorithmName::GaussSeidel => Box::new(GaussSeidel::new(order.clone())),
+        };
+        let time = scenario.experiment.start;
+        let failed = |source| Error::Step { time, source };
+        let (mut participants, mut exchange) =
+            plan::plan(scenario, system, selection, instances, &*algorithm).map_err(failed)?;
+        exchange.start(time, &mut participants).map_err(failed)?;
+        for (k, participant) in participants.iter_mut().enumerate() {
+            let highest = participant.probe_inputs().map_err(failed)?;
+            exchange.limit(k, highest);
+            // a unit may have complained about what was only probed
+            participant.instance_mut().take_messages();
+        }
+        let slots = selection.slots(&participants);
+        Ok(Self { setup, algorithm, exchange, participants, slots, loops, done: 0 })
+    }
+
+    /// Advances by one communication step.
+    ///
+    /// # Errors
+    /// A unit fails; nothing can be stepped after that.
+    #[inline]
+    pub fn step(&mut self) -> Result<(), Error> {
+        let time = self.time();
+        let size = self.setup.scenario.experiment.step;
+        self.algorithm
+            .step(&mut self.exchange, &mut self.participants, time, size)
+            .map_err(|source| Error::Step { time, source })?;
+        self.done += 1;
+        Ok(())
+    }
+
+    /// Number of finished steps.
+    #[must_use]
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
+    /// Number of steps until the stop time.
+    #[must_use]
+    pub fn remaining(&self) -> u64 {
+        self.setup.steps.saturating_sub(self.done)
+    }
+
+    /// The time that has been reached (s).
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.setup.time_after(self.done)
+    }
+
+    /// The value that a recorded signal has now, by its position among [`Setup::signals`]; true
+    /// counts as 1. Real values are in the variable's own unit of measurement.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, signal: usize) -> f64 {
+        let (participant, slot) = self.slots[signal];
+        self.participants[participant].value(slot)
+    }
+
+    /// Values of all signals of interest: those recorded, then those only drawn.
+    #[inline]
+    pub(super) fn values(&self) -> impl Iterator<Item = f64> {
+        self.slots.iter().map(|&(participant, slot)| self.participants[participant].value(slot))
+    }
+
+    /// Loops that were solved before the start.
+    #[must_use]
+    pub fn loops(&self) -> &[SolvedLoop] {
+        &self.loops
+    }
+
+    /// The instances.
+    #[must_use]
+    pub fn participants(&self) -> &[Participant] {
+        &self.participants
+    }
+
+    pub(super) fn participants_mut(&mut self) -> &mut [Participant] {
+        &mut self.participants
+    }
+
+    /// Ends the run for all units.
+    ///
+    /// # Errors
+    /// The first unit's that fails.
+    pub fn terminate(&mut self) -> Result<(), Error> {
+        let time = self.time();
+        for participant in &mut self.participants {
+            let terminated = participant.instance_mut().terminate();
+            terminated.map_err(|source| Error::Step { time, source })?;
+        }
+        Ok(())
+    }
+
+    /// All that is needed to go on from here in another process.
+    ///
+    /// # Errors
+    /// A unit cannot serialize its state.
+    pub fn state(&mut self) -> Result<SimulationState, Error> {
+        let time = self.time();
+        let mut units = Vec::with_capacity(self.participants.len());
+        for participant in &mut self.participants {
+            let bytes = serialized(participant).map_err(|source| Error::Step { time, source })?;
+            units.push(UnitState { instance: participant.instance().name().to_owned(), bytes });
+        }
+        let exchange = self.exchange.state();
+        Ok(SimulationState { done: self.done, units, exchange, algorithm: self.algorithm.state() })
+    }
+
+    /// Goes back, or forward, to a state of the same scenario.
+    ///
+    /// # Errors
+    /// The state is not one of this scenario with these units.
+    pub fn restore(&mut self, state: &SimulationState) -> Result<(), CheckpointError> {
+        let names = |it: &Participant| it.instance().name().to_owned();
+        let alike =
+            self.participants.iter().map(names).eq(state.units.iter().map(|u| u.instance.clone()));
+        if !alike || state.done > self.setup.steps {
+            return Err(CheckpointError::Misfit { what: "instances or steps" });
+        }
+        for (participant, unit) in self.participants.iter_mut().zip(&state.units) {
+            restore(participant, &unit.bytes)
+                .map_err(|source| CheckpointError::State { source })?;
+        }
+        if !self.exchange.restore(&state.exchange) {
+            return Err(CheckpointError::Misfit { what: "signals between the units" });
+        }
+        if !self.algorithm.restore(&state.algorithm) {
+            return Err(CheckpointError::Misfit { what: "state of the algorithm" });
+        }
+        self.done = state.done;
+        Ok(())
+    }
+}
+
+fn serialized(participant: &mut Participant) -> Result<Vec<u8>, UnitError> {
+    let instance = participant.instance_mut();
+    let saved = instance.save_state(None)?;
+    let bytes = instance.serialize_state(saved)?;
+    instance.free_state(saved)?;
+    Ok(bytes)
+}
+
+fn restore(participant: &mut Participant, bytes: &[u8]) -> Result<(), UnitError> {
+    let instance = participant.instance_mut();
+    let saved = instance.deserialize_state(bytes)?;
+    instance.restore_state(saved)?;
+    instance.free_state(saved)
+}
