@@ -29,6 +29,9 @@ pub enum Error {
     /// A unit's archive.
     #[error("the unit cannot be used")]
     Package(#[from] PackageError),
+    /// A file that is no unit, because it cannot be read.
+    #[error("the unit cannot be checked")]
+    Unreadable(#[from] crate::validate::Unreadable),
     /// A unit's binary.
     #[error("a unit cannot be loaded")]
     Library(#[from] LibraryError),
@@ -123,6 +126,7 @@ impl Error {
             Self::Scenario(error) => return scenario_help(error),
             Self::System(error) => return system_help(error),
             Self::Package(error) => return package_help(error),
+            Self::Unreadable(_) => "give the path of a .fmu file",
             Self::Library(error) => library_help(error),
             Self::Instantiate(_) => {
                 "a unit refuses when its modelDescription.xml and its binary do not belong together \
