@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{Cursor, Write as _};
+use std::io::{Cursor, Read as _, Write as _};
 use std::path::Path;
 
-use zip::{ZipWriter, write::SimpleFileOptions};
+use zip::{ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 use crate::Error;
 
@@ -32,6 +32,36 @@ impl Archive {
             .to_owned();
         let description = ("modelDescription.xml".to_owned(), description.as_bytes().to_vec());
         Ok(Self { identifier, files: BTreeMap::from([description]) })
+    }
+
+    /// Reads an .fmu that was packed before.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no unit.
+    pub fn open(file: &Path) -> Result<Self, Error> {
+        let mut zip = ZipArchive::new(Cursor::new(fs::read(file).map_err(Error::at(file))?))?;
+        let mut files = BTreeMap::new();
+        for index in 0..zip.len() {
+            let mut entry = zip.by_index(index)?;
+            let name = entry.name()?.into_owned();
+            if name.ends_with('/') {
+                continue;
+            }
+            let mut content = Vec::new();
+            entry.read_to_end(&mut content).map_err(Error::at(&name))?;
+            files.insert(name, content);
+        }
+        let description = files.get("modelDescription.xml").map(Vec::as_slice).unwrap_or_default();
+        let mut archive = Self::new(&String::from_utf8_lossy(description))?;
+        for (name, content) in files {
+            archive.file(&name, content)?;
+        }
+        Ok(archive)
+    }
+
+    /// Its files, by name.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files.iter().map(|(name, content)| (name.as_str(), content.as_slice()))
     }
 
     /// The model identifier, which names the binaries.

@@ -11,16 +11,17 @@ pub use error::Error;
 
 /// Name of the folder under `binaries/` for a system, in the words of [`std::env::consts`].
 ///
-/// FMI 2.0 names `linux64`, `win64` and `darwin64` (section 2.3.1); for the 64-bit ARM systems, which
-/// it does not name, these are FMI 3.0's names, which tools look for.
+/// FMI 2.0 (section 2.3.1) names systems by their word size only. Importers on 64-bit ARM (FMPy,
+/// `maglev`) look in the folders of those names too, so a library for ARM lies there; on macOS one
+/// universal file serves both processors.
 #[must_use]
 pub fn platform(os: &str, arch: &str) -> Option<&'static str> {
     match (os, arch) {
-        ("linux", "x86_64") => Some("linux64"),
-        ("windows", "x86_64") => Some("win64"),
-        ("macos", "x86_64") => Some("darwin64"),
-        ("linux", "aarch64") => Some("aarch64-linux"),
-        ("macos", "aarch64") => Some("aarch64-darwin"),
+        ("linux", "x86_64" | "aarch64") => Some("linux64"),
+        ("linux", "x86") => Some("linux32"),
+        ("windows", "x86_64" | "aarch64") => Some("win64"),
+        ("windows", "x86") => Some("win32"),
+        ("macos", "x86_64" | "aarch64") => Some("darwin64"),
         _ => None,
     }
 }

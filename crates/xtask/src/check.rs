@@ -1,10 +1,13 @@
 //! `cargo xtask test` and `cargo xtask codegen`: what must hold on main.
 
-use std::{ffi::OsStr, fs, time::Instant};
+use std::{ffi::OsStr, fs, path::Path, time::Instant};
 
 use anyhow::{Context, Result, bail};
 
-use crate::{package, python, workspace};
+use crate::{
+    package::{self, Order},
+    python, workspace,
+};
 
 /// A named step of the whole check.
 type Step = (&'static str, fn() -> Result<()>);
@@ -13,7 +16,9 @@ type Step = (&'static str, fn() -> Result<()>);
 pub fn all(with_python: bool) -> Result<()> {
     let mut steps: Vec<Step> = vec![
         ("format", || cargo(&["fmt", "--all", "--check"])),
-        ("package the units", || package::package(true, None).map(drop)),
+        ("package the units", || {
+            package::package(&Order { check: true, ..Order::default() }).map(drop)
+        }),
         ("lints", || {
             cargo(&["clippy", "--release", "--workspace", "--all-targets", "--", "-D", "warnings"])
         }),
@@ -62,7 +67,7 @@ fn cargo(args: &[&str]) -> Result<()> {
 }
 
 fn python_tests() -> Result<()> {
-    let python = python::environment()?;
+    let python = python::environment("python", Path::new(python::TESTS))?;
     workspace::run(python, &["-m", "pytest", "-q", "-rA", "--tb=short", "tests/python"])
 }
 
@@ -92,7 +97,7 @@ fn bindings(check: bool) -> Result<()> {
 }
 
 /// Writes `content` to `file` where it differs; with `check` that is an error.
-pub fn generated(file: &std::path::Path, content: &str, check: bool) -> Result<()> {
+pub fn generated(file: &Path, content: &str, check: bool) -> Result<()> {
     if fs::read_to_string(file).is_ok_and(|text| text == content) {
         return Ok(());
     }

@@ -3,16 +3,20 @@
 // A task runner talks to its user on the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod binaries;
 mod check;
 mod documentation;
 mod package;
 mod python;
+mod target;
 mod workspace;
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+
+use crate::{package::Order, target::Target};
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "The project's tasks", version)]
@@ -31,6 +35,30 @@ enum Task {
         /// Pack only the units whose name starts so
         #[arg(long)]
         only: Option<String>,
+        /// Build for this system, instead of the one at hand; may be given repeatedly, and all
+        /// libraries go into one .fmu. A Linux target may end in the oldest glibc that must do
+        #[arg(long, value_name = "TRIPLE")]
+        target: Vec<Target>,
+        /// Build for every Linux with glibc 2.17 or later, and check that the libraries keep to it
+        #[arg(long)]
+        portable: bool,
+        /// Folder for the .fmu files [default: target/fmu]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Print what the libraries in .fmu files need and export, and check it
+    Binaries {
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Newest glibc that those for Linux may need, such as 2.17
+        #[arg(long, value_name = "VERSION")]
+        glibc: Option<String>,
+    },
+    /// Join .fmu files of one unit, packed on several systems, into one
+    Merge {
+        out: PathBuf,
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
     },
     /// Package the units and run a scenario with the release build of `maglev`
     Run {
@@ -57,9 +85,18 @@ enum Task {
 
 fn main() -> Result<()> {
     match Cli::parse().task {
-        Task::Package { check, only } => package::package(check, only.as_deref()).map(drop),
+        Task::Package { check, only, mut target, portable, out } => {
+            if portable {
+                target.push(target::PORTABLE.parse().map_err(anyhow::Error::msg)?);
+            }
+            let glibc = target.iter().find_map(|target| target.glibc.clone());
+            let files = package::package(&Order { check, only, targets: target, out })?;
+            if glibc.is_some() { binaries::report(&files, glibc.as_deref()) } else { Ok(()) }
+        }
+        Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),
+        Task::Merge { out, files } => package::merge(&out, &files),
         Task::Run { scenario, options } => {
-            package::package(false, None)?;
+            package::package(&Order::default())?;
             workspace::run_maglev(&scenario, &options)
         }
         Task::Test { no_python } => check::all(!no_python),

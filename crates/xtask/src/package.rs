@@ -4,6 +4,7 @@
 //! (`fmi2_export_describe`), so it can never disagree with the code.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
@@ -11,7 +12,11 @@ use std::{
 use anyhow::{Context, Result, bail};
 use fmi2_package::Archive;
 
-use crate::{documentation, workspace};
+use crate::{
+    binaries, documentation,
+    target::{self, Target},
+    workspace,
+};
 
 /// A unit that can be packed: a library with one set of resources.
 pub struct Unit {
@@ -60,41 +65,66 @@ fn subfolders(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Builds the three libraries and packs every unit; returns the .fmu files.
-///
-/// With `check`, a stale committed description is an error, else a warning.
-pub fn package(check: bool, only: Option<&str>) -> Result<Vec<PathBuf>> {
+/// What to pack, and where to.
+#[derive(Default)]
+pub struct Order {
+    /// A stale committed description is an error, else a warning.
+    pub check: bool,
+    /// Only the units whose name starts so.
+    pub only: Option<String>,
+    /// The systems; none means the one that this program runs on.
+    pub targets: Vec<Target>,
+    /// Folder of the .fmu files; `target/fmu` unless given.
+    pub out: Option<PathBuf>,
+}
+
+/// Builds the libraries for every target and packs every unit; returns the .fmu files.
+pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
+    let host = [Target::host()];
+    let targets = if order.targets.is_empty() { &host[..] } else { &order.targets };
+    target::distinct(targets)?;
+    // descriptions come from libraries that run here
     build()?;
-    let folder = workspace::unit_dir();
+    for target in targets.iter().filter(|&target| *target != host[0]) {
+        target.build(&packages())?;
+    }
+    let folder = order.out.clone().unwrap_or_else(workspace::unit_dir);
     fs::create_dir_all(&folder).with_context(|| format!("creating {}", folder.display()))?;
     let mut packed = Vec::new();
     for unit in units()? {
-        if only.is_some_and(|prefix| !unit.name.starts_with(prefix)) {
+        if order.only.as_ref().is_some_and(|prefix| !unit.name.starts_with(prefix)) {
             continue;
         }
         let xml = describe(&unit)?;
-        let committed = description_file(&unit);
-        if fs::read_to_string(&committed).is_ok_and(|text| text == xml) {
-        } else if check {
-            bail!("{} is stale: run `cargo xtask codegen` and commit", committed.display());
-        } else {
-            eprintln!("warning: {} is stale: run `cargo xtask codegen`", committed.display());
-        }
+        compare(&unit, &xml, order.check)?;
         let file = folder.join(format!("{}.fmu", unit.name));
-        archive(&unit, &xml)?.write(&file)?;
+        archive(&unit, &xml, targets)?.write(&file)?;
         packed.push(file);
     }
     eprintln!("packed {} units into {}", packed.len(), folder.display());
     Ok(packed)
 }
 
-/// Builds the unit libraries in release mode.
-pub fn build() -> Result<()> {
-    let mut args = vec!["build".to_owned(), "--release".into(), "--quiet".into()];
-    for (identifier, _) in CRATES {
-        args.extend(["--package".into(), format!("fmu-{identifier}")]);
+/// Holds a unit's description against the committed one.
+fn compare(unit: &Unit, xml: &str, check: bool) -> Result<()> {
+    let committed = description_file(unit);
+    if fs::read_to_string(&committed).is_ok_and(|text| text == xml) {
+    } else if check {
+        bail!("{} is stale: run `cargo xtask codegen` and commit", committed.display());
+    } else {
+        eprintln!("warning: {} is stale: run `cargo xtask codegen`", committed.display());
     }
-    workspace::run(workspace::cargo(), &args)
+    Ok(())
+}
+
+/// Builds the unit libraries for this system in release mode.
+pub fn build() -> Result<()> {
+    Target::host().build(&packages())
+}
+
+/// The unit crates.
+fn packages() -> [&'static str; 3] {
+    ["fmu-ems", "fmu-guideway", "fmu-vehicle"]
 }
 
 /// The committed print of a unit's description.
@@ -102,22 +132,29 @@ pub fn description_file(unit: &Unit) -> PathBuf {
     workspace::root().join("modelDescription").join(format!("{}.xml", unit.name))
 }
 
-fn library(identifier: &str) -> PathBuf {
-    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
-    let name = format!("{DLL_PREFIX}fmu_{identifier}{DLL_SUFFIX}");
-    workspace::target_dir().join("release").join(name)
-}
-
 /// `modelDescription.xml` of `unit`, as its built library prints it.
 pub fn describe(unit: &Unit) -> Result<String> {
-    fmi2_package::describe(&library(unit.identifier), unit.resources.as_deref())
+    fmi2_package::describe(&Target::host().library(unit.identifier), unit.resources.as_deref())
         .with_context(|| format!("describing the unit {}", unit.name))
 }
 
 /// The .fmu's files.
-fn archive(unit: &Unit, xml: &str) -> Result<Archive> {
+fn archive(unit: &Unit, xml: &str, targets: &[Target]) -> Result<Archive> {
     let mut archive = Archive::new(xml)?;
-    archive.binary(fmi2_package::host()?, &library(unit.identifier))?;
+    let mut libraries: BTreeMap<&str, Vec<PathBuf>> = BTreeMap::new();
+    for target in targets {
+        libraries.entry(target.platform()?).or_default().push(target.library(unit.identifier));
+    }
+    for (platform, files) in libraries {
+        if let [library] = files.as_slice() {
+            archive.binary(platform, library)?;
+        } else {
+            let folder = workspace::target_dir().join("universal");
+            let joined = folder.join(format!("libfmu_{}.dylib", unit.identifier));
+            binaries::universal(&files, &joined)?;
+            archive.binary(platform, &joined)?;
+        }
+    }
     archive.file("documentation/index.html", documentation::page(xml)?)?;
     for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
         let text = fs::read(workspace::root().join(licence))?;
@@ -127,4 +164,76 @@ fn archive(unit: &Unit, xml: &str) -> Result<Archive> {
         archive.folder("resources", folder)?;
     }
     Ok(archive)
+}
+
+/// Joins .fmu files of one unit, packed on several systems, into one with all their libraries.
+pub fn merge(out: &Path, files: &[PathBuf]) -> Result<()> {
+    let [first, others @ ..] = files else { bail!("nothing to merge") };
+    let mut merged = Archive::open(first)?;
+    for file in others {
+        let other = Archive::open(file)?;
+        for (name, content) in other.files() {
+            let there =
+                merged.files().find(|(known, _)| *known == name).map(|(_, content)| content);
+            match there {
+                Some(known) if known == content => {}
+                // what does not describe the unit may differ: a picture's last bits, for instance
+                Some(_) if !name.starts_with("binaries/") && !decides(name) => {}
+                Some(_) => bail!(
+                    "{}: {name} differs from that of {}: build both from the same commit, \
+                     and each system once",
+                    file.display(),
+                    first.display()
+                ),
+                None => drop(merged.file(name, content)?),
+            }
+        }
+    }
+    merged.write(out)?;
+    Ok(())
+}
+
+/// Whether a file decides what a unit computes.
+fn decides(name: &str) -> bool {
+    name == "modelDescription.xml" || name.starts_with("resources/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(folder: &Path, name: &str, guid: &str, files: &[(&str, &str)]) -> PathBuf {
+        let xml = format!(
+            r#"<fmiModelDescription guid="{guid}"><CoSimulation modelIdentifier="one"/></fmiModelDescription>"#
+        );
+        let mut archive = Archive::new(&xml).unwrap();
+        for (file, content) in files {
+            archive.file(file, *content).unwrap();
+        }
+        let path = folder.join(name);
+        archive.write(&path).unwrap();
+        path
+    }
+
+    #[test]
+    fn merged_units_hold_the_libraries_of_all_systems() {
+        let folder = std::env::temp_dir().join(format!("xtask-merge-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let linux = unit(&folder, "a.fmu", "1", &[("binaries/linux64/one.so", "elf")]);
+        let windows = unit(&folder, "b.fmu", "1", &[("binaries/win64/one.dll", "pe")]);
+        let other = unit(&folder, "c.fmu", "2", &[("binaries/darwin64/one.dylib", "macho")]);
+        let twice = unit(&folder, "d.fmu", "1", &[("binaries/linux64/one.so", "another")]);
+        let out = folder.join("all.fmu");
+        merge(&out, &[linux.clone(), windows]).unwrap();
+        let names: Vec<_> =
+            Archive::open(&out).unwrap().files().map(|(name, _)| name.to_owned()).collect();
+        let expected =
+            ["binaries/linux64/one.so", "binaries/win64/one.dll", "modelDescription.xml"];
+        assert_eq!(names, expected);
+        for wrong in [other, twice] {
+            let error = merge(&out, &[linux.clone(), wrong]).unwrap_err().to_string();
+            assert!(error.contains("differs"), "{error}");
+        }
+        fs::remove_dir_all(folder).unwrap();
+    }
 }

@@ -1,31 +1,38 @@
-//! The project's own Python environment, for the tests against foreign tools.
+//! The project's own Python environments: the foreign tools of the tests, and zig.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Result};
 
 use crate::workspace;
 
 /// Packages of the test environment, one requirement a line.
-const REQUIREMENTS: &str = "tests/python/requirements.txt";
+pub const TESTS: &str = "tests/python/requirements.txt";
 
-/// A Python that has what the tests need; makes the environment where it is missing.
+/// A Python that has what a file of requirements names; makes the environment where it is missing.
 ///
-/// It lies in target/python and is made anew when the requirements change.
-pub fn environment() -> Result<PathBuf> {
+/// It lies in `target/{name}` and is made anew when the requirements change.
+pub fn environment(name: &str, requirements: &Path) -> Result<PathBuf> {
     let root = workspace::root();
-    let wanted = fs::read_to_string(root.join(REQUIREMENTS)).context(REQUIREMENTS)?;
-    let folder = root.join("target").join("python");
-    let python = folder.join("bin").join("python");
+    let wanted = fs::read_to_string(root.join(requirements))
+        .with_context(|| format!("reading {}", requirements.display()))?;
+    let folder = root.join("target").join(name);
+    let python = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+    let python = folder.join(python);
     let stamp = folder.join("requirements.txt");
     if fs::read_to_string(&stamp).is_ok_and(|had| had == wanted) {
         return Ok(python);
     }
     let folder = folder.to_string_lossy().into_owned();
-    workspace::run("python3", &["-m", "venv", "--clear", &folder])?;
+    let system = if cfg!(windows) { "python" } else { "python3" };
+    workspace::run(system, &["-m", "venv", "--clear", &folder])?;
+    let list = requirements.to_string_lossy();
     workspace::run(
         &python,
-        &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", REQUIREMENTS],
+        &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", &list],
     )?;
     fs::write(stamp, wanted)?;
     Ok(python)
