@@ -13,6 +13,7 @@ use crate::library::LibraryError;
 use crate::package::PackageError;
 use crate::plot::PlotError;
 use crate::record::ParquetError;
+use crate::reference::ReferenceError;
 use crate::run::CheckpointError;
 use crate::scenario::ScenarioError;
 use crate::system::SystemError;
@@ -85,6 +86,9 @@ pub enum Error {
     /// A run cannot go on from its checkpoint.
     #[error("the run cannot be resumed")]
     Checkpoint(#[from] CheckpointError),
+    /// Reference results.
+    #[error("the reference results cannot be compared")]
+    Reference(#[from] ReferenceError),
     /// A picture cannot be drawn.
     #[error("{file}")]
     Plot {
@@ -103,6 +107,7 @@ impl Error {
         match self {
             Self::Initialize(_) | Self::Step { .. } | Self::Plot { .. } => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
+            Self::Reference(ReferenceError::Unit(_)) => 1,
             _ => 2,
         }
     }
@@ -150,6 +155,7 @@ impl Error {
             Self::Output { source, .. } if source.kind() == ErrorKind::NotFound => {
                 "the folder is gone: do not move or remove it while a run writes to it"
             }
+            Self::Reference(error) => return reference_help(error),
             Self::Output { .. } => "choose another folder with --out, or free space on the disk",
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",
         })
@@ -175,6 +181,17 @@ fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
         ScenarioError::Interval { .. } => "choose a recording interval of a whole number of steps",
         ScenarioError::Experiment { .. } => "stop must be greater than start, and step positive",
         ScenarioError::Range { .. } => return None,
+    })
+}
+
+fn reference_help(error: &ReferenceError) -> Option<&'static str> {
+    Some(match error {
+        ReferenceError::Library(error) => library_help(error),
+        ReferenceError::Unit(error) => return unit_help(error),
+        ReferenceError::None { .. } => {
+            "units packed by `cargo xtask package` carry them; run others in a scenario"
+        }
+        _ => "the unit's files of reference results are damaged; package it anew",
     })
 }
 

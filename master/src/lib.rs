@@ -38,6 +38,7 @@ pub mod participant;
 pub mod pattern;
 pub mod plot;
 pub mod record;
+pub mod reference;
 pub mod run;
 pub mod scenario;
 pub mod summary;

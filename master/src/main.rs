@@ -38,6 +38,9 @@ enum Command {
     /// Look for defects of a unit without running it
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),
+    /// Repeat the reference experiments that a unit carries, and compare
+    #[command(arg_required_else_help = true)]
+    Reference(commands::reference::Arguments),
     /// Print the JSON schema of scenarios.
     Schema,
 }
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
         Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
+        Command::Reference(arguments) => commands::reference::run(&arguments),
         Command::Schema => commands::print(&master::scenario::Scenario::schema()),
     };
     outcome.unwrap_or_else(|error| {

@@ -90,7 +90,8 @@ pub struct Package {
 }
 
 impl Package {
-    /// Opens, checks and unpacks a .fmu file (binaries for this system and resources).
+    /// Opens, checks and unpacks a .fmu file (binaries for this system, resources and
+    /// reference results).
     ///
     /// # Errors
     /// The archive or its description is unusable, or the temporary folder cannot be written.
@@ -107,7 +108,9 @@ impl Package {
         let binaries = format!("binaries/{PLATFORM}/");
         archive
             .unpack(folder.path(), |name| {
-                name.starts_with(&binaries) || name.starts_with("resources/")
+                name.starts_with(&binaries)
+                    || name.starts_with("resources/")
+                    || name.starts_with(crate::reference::files::FOLDER)
             })
             .map_err(archived)?;
         let findings = archive
@@ -128,6 +131,12 @@ impl Package {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The folder that it is unpacked to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
     }
 
     /// What the unit says about itself.

@@ -3,6 +3,7 @@
 pub mod display;
 pub mod inspect;
 pub mod modes;
+pub mod reference;
 pub mod resume;
 pub mod run;
 pub mod validate;
