@@ -42,6 +42,9 @@ enum Task {
         /// Build for every Linux with glibc 2.17 or later, and check that the libraries keep to it
         #[arg(long)]
         portable: bool,
+        /// Build the command `maglev` for the same systems, as maglev-PLATFORM-PROCESSOR beside them
+        #[arg(long)]
+        maglev: bool,
         /// Folder for the .fmu files [default: target/fmu]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
@@ -85,12 +88,12 @@ enum Task {
 
 fn main() -> Result<()> {
     match Cli::parse().task {
-        Task::Package { check, only, mut target, portable, out } => {
+        Task::Package { check, only, mut target, portable, maglev, out } => {
             if portable {
                 target.push(target::PORTABLE.parse().map_err(anyhow::Error::msg)?);
             }
             let glibc = target.iter().find_map(|target| target.glibc.clone());
-            let files = package::package(&Order { check, only, targets: target, out })?;
+            let files = package::package(&Order { check, only, targets: target, maglev, out })?;
             if glibc.is_some() { binaries::report(&files, glibc.as_deref()) } else { Ok(()) }
         }
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),

@@ -74,6 +74,8 @@ pub struct Order {
     pub only: Option<String>,
     /// The systems; none means the one that this program runs on.
     pub targets: Vec<Target>,
+    /// Build the command `maglev` as well, as `maglev-{platform}` beside the units.
+    pub maglev: bool,
     /// Folder of the .fmu files; `target/fmu` unless given.
     pub out: Option<PathBuf>,
 }
@@ -100,6 +102,17 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
         let file = folder.join(format!("{}.fmu", unit.name));
         archive(&unit, &xml, targets)?.write(&file)?;
         packed.push(file);
+    }
+    if order.maglev {
+        for target in targets {
+            target.build(&["master"])?;
+            let built = target.maglev();
+            let end =
+                built.extension().map(|end| format!(".{}", end.display())).unwrap_or_default();
+            // two processors of one platform are told apart by theirs
+            let file = folder.join(format!("maglev-{}-{}{end}", target.platform()?, target.arch()));
+            fs::copy(&built, &file).with_context(|| format!("copying {}", built.display()))?;
+        }
     }
     eprintln!("packed {} units into {}", packed.len(), folder.display());
     Ok(packed)

@@ -76,6 +76,11 @@ impl Target {
             .with_context(|| format!("FMI 2.0 has no name for {} on {}", self.os, self.arch))
     }
 
+    /// The processor, in the words of [`std::env::consts`].
+    pub fn arch(&self) -> &'static str {
+        self.arch
+    }
+
     /// Where cargo puts the library of the unit crate `fmu-{identifier}`.
     pub fn library(&self, identifier: &str) -> PathBuf {
         let name = match self.os {
