@@ -230,8 +230,8 @@ impl<'a> Run<'a> {
         let Setup { scenario, system, .. } = setup;
         let failed = |source| Error::Output { path: job.folder.to_owned(), running: true, source };
         let gatherers = output.gatherers.clone();
-        let files = output.finish(progress.done > 0)?;
-        let (messages, events) = journal.finish().map_err(failed)?;
+        let (files, completed) = output.finish(progress.done > 0);
+        let (messages, events, logged) = journal.finish();
         let experiment = scenario.experiment;
         let instances = totals::instances(system, scenario, participants, &earlier);
         let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();
@@ -264,7 +264,8 @@ impl<'a> Run<'a> {
             tables: files.tables.clone(),
             pictures: files.pictures.clone(),
         };
-        summary.write(job.folder).map_err(failed)?;
+        let written = summary.write(job.folder);
+        completed.and(logged.and(written).map_err(failed))?;
         Ok((summary, files))
     }
 }

@@ -122,10 +122,10 @@ impl Journal {
         Ok(())
     }
 
-    /// Completes events.csv; returns the messages for the summary and the events by their kind.
-    pub(super) fn finish(self) -> io::Result<(Vec<UnitMessage>, BTreeMap<Kind, u64>)> {
+    /// Completes events.csv; returns the messages for the summary, the number of events by their
+    /// kind, and whether it worked.
+    pub(super) fn finish(self) -> (Vec<UnitMessage>, BTreeMap<Kind, u64>, io::Result<()>) {
         let counts = self.log.counts().clone();
-        self.log.finish()?;
-        Ok((self.messages, counts))
+        (self.messages, counts, self.log.finish().map(|_| ()))
     }
 }

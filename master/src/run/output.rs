@@ -35,7 +35,8 @@ pub(super) struct OutputState {
     curves: Vec<Option<Curve>>,
 }
 
-/// What a run has left in its folder besides summary.json.
+/// What a run has left in its folder besides events.csv and summary.json.
+#[derive(Default)]
 pub(super) struct Files {
     pub(super) rows: u64,
     pub(super) tables: Vec<String>,
@@ -118,25 +119,34 @@ impl<'a> Output<'a> {
         self.table.take(simulation.done(), time, &self.values[..self.gatherers.len()])
     }
 
-    /// Completes the table, copies it and draws the pictures.
-    pub(super) fn finish(self, draw: bool) -> Result<Files, Error> {
+    /// Completes the table, copies it and draws the pictures. What fails does not hinder the rest;
+    /// the first error is returned beside what is there.
+    pub(super) fn finish(self, draw: bool) -> (Files, Result<(), Error>) {
         let Self { setup, folder, columns, table, curves, .. } = self;
-        let rows = table.rows();
-        let failed = |source| Error::Output { path: folder.clone(), running: true, source };
-        let csv = table.finish().map_err(failed)?;
         let formats = &setup.scenario.record.format;
-        let mut tables = Vec::new();
-        let spare = (!formats.contains(&Format::Csv)).then_some(csv);
-        if spare.is_none() {
-            tables.push("results.csv".to_owned());
+        let mut files = Files { rows: table.rows(), ..Files::default() };
+        let failed = |source| Error::Output { path: folder.clone(), running: true, source };
+        let mut result = table.finish().map_err(failed).map(|csv| {
+            if formats.contains(&Format::Csv) {
+                files.tables.push("results.csv".to_owned());
+            } else {
+                files.spare = Some(csv);
+            }
+        });
+        if result.is_ok() && formats.contains(&Format::Parquet) {
+            let copied = copy_to_parquet(&folder, &columns)
+                .map_err(|source| Error::Parquet { folder: folder.clone(), source });
+            result = copied.map(|_| files.tables.push("results.parquet".to_owned()));
+            if result.is_err() {
+                // the only table that there is
+                files.spare = None;
+            }
         }
-        if formats.contains(&Format::Parquet) {
-            copy_to_parquet(&folder, &columns)
-                .map_err(|source| Error::Parquet { folder: folder.clone(), source })?;
-            tables.push("results.parquet".to_owned());
+        if draw {
+            let drawn = pictures(setup, &folder, curves, &mut files.pictures);
+            result = result.and(drawn);
         }
-        let pictures = if draw { pictures(setup, &folder, curves)? } else { Vec::new() };
-        Ok(Files { rows, tables, pictures, spare })
+        (files, result)
     }
 }
 
@@ -157,12 +167,13 @@ fn curves(setup: &Setup) -> Vec<Option<Curve>> {
     curves
 }
 
-/// Draws the scenario's pictures into the folder and returns their names.
+/// Draws the scenario's pictures into the folder and adds their names.
 fn pictures(
     setup: &Setup,
     folder: &Path,
     curves: Vec<Option<Curve>>,
-) -> Result<Vec<String>, Error> {
+    names: &mut Vec<String>,
+) -> Result<(), Error> {
     let Setup { scenario, system, selection, .. } = setup;
     let points: Vec<Vec<(f64, f64)>> =
         curves.into_iter().map(|curve| curve.map(Curve::finish).unwrap_or_default()).collect();
@@ -170,7 +181,6 @@ fn pictures(
         label: label.cloned().unwrap_or_else(|| system.port_name(selection.ports[index])),
         points: points[index].iter().map(|&(t, y)| (t, scale * y)).collect(),
     };
-    let mut pictures = Vec::new();
     for (plot, panels) in scenario.plots.iter().zip(&selection.plots) {
         let panels: Vec<plot::Panel> = plot
             .panels
@@ -193,7 +203,7 @@ fn pictures(
             running: true,
             source,
         })?;
-        pictures.push(plot.file.clone());
+        names.push(plot.file.clone());
     }
-    Ok(pictures)
+    Ok(())
 }

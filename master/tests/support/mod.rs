@@ -5,7 +5,7 @@
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::{Value, json};
 use zip::ZipWriter;
@@ -65,6 +65,12 @@ pub const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
   </ModelStructure>
 </fmiModelDescription>
 "#;
+
+/// The same of a unit whose state can be saved and serialized.
+pub fn with_states() -> String {
+    let states = "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"";
+    DESCRIPTION.replace("canInterpolateInputs", &format!("{states} canInterpolateInputs"))
+}
 
 /// A folder of its own with units and scenarios.
 pub struct Bench {
@@ -138,6 +144,28 @@ impl Bench {
     pub fn maglev(&self, arguments: &[&str]) -> Ran {
         let output = Command::new(env!("CARGO_BIN_EXE_maglev"))
             .args(arguments)
+            .current_dir(self.folder.path())
+            .output()
+            .unwrap();
+        Ran(output)
+    }
+
+    /// Starts `maglev` on the bench and lets it run.
+    pub fn start(&self, arguments: &[&str]) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_maglev"))
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    /// Runs a shell command on the bench, in which `maglev` is this program.
+    pub fn shell(&self, command: &str) -> Ran {
+        let program = concat!("maglev() { ", env!("CARGO_BIN_EXE_maglev"), " \"$@\"; }; ");
+        let output = Command::new("bash")
+            .args(["-c", &format!("{program}{command}")])
             .current_dir(self.folder.path())
             .output()
             .unwrap();

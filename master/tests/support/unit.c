@@ -149,12 +149,51 @@ status fmi2SetString(component c, const vref *r, size_t n, const char *const *v)
         strncpy(((unit *)c)->string[r[i]], v[i], 63);
     return OK;
 }
-status fmi2GetFMUstate(component c, void **s) { return ERROR; }
-status fmi2SetFMUstate(component c, void *s) { return ERROR; }
-status fmi2FreeFMUstate(component c, void **s) { return ERROR; }
-status fmi2SerializedFMUstateSize(component c, void *s, size_t *n) { return ERROR; }
-status fmi2SerializeFMUstate(component c, void *s, char *b, size_t n) { return ERROR; }
-status fmi2DeSerializeFMUstate(component c, const char *b, size_t n, void **s) { return ERROR; }
+/* a state is a copy of the unit; what belongs to this process is left as it is */
+status fmi2GetFMUstate(component c, void **s)
+{
+    if (!*s)
+        *s = malloc(sizeof(unit));
+    memcpy(*s, c, sizeof(unit));
+    return OK;
+}
+status fmi2SetFMUstate(component c, void *s)
+{
+    const callbacks *call = ((unit *)c)->call;
+    memcpy(c, s, sizeof(unit));
+    ((unit *)c)->call = call;
+    return OK;
+}
+status fmi2FreeFMUstate(component c, void **s)
+{
+    free(*s);
+    *s = NULL;
+    return OK;
+}
+status fmi2SerializedFMUstateSize(component c, void *s, size_t *n)
+{
+    *n = sizeof(unit);
+    return OK;
+}
+status fmi2SerializeFMUstate(component c, void *s, char *b, size_t n)
+{
+    unit copy = *(unit *)s;
+    if (copy.integer[FAULT] == 9) {
+        say(c, ERROR, "no bytes today");
+        return ERROR;
+    }
+    copy.call = NULL;
+    memcpy(b, &copy, n);
+    return OK;
+}
+status fmi2DeSerializeFMUstate(component c, const char *b, size_t n, void **s)
+{
+    if (n != sizeof(unit))
+        return ERROR;
+    *s = malloc(n);
+    memcpy(*s, b, n);
+    return OK;
+}
 status fmi2GetDirectionalDerivative(component c, const vref *u, size_t nu, const vref *k, size_t nk,
                                     const double *dk, double *du)
 {
