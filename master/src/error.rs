@@ -106,6 +106,7 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Initialize(_) | Self::Step { .. } | Self::Plot { .. } => 1,
+            Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Reference(ReferenceError::Unit(_)) => 1,
             _ => 2,
@@ -133,6 +134,9 @@ impl Error {
             Self::Package(error) => return package_help(error),
             Self::Unreadable(_) => "give the path of a .fmu file",
             Self::Library(error) => library_help(error),
+            Self::Instantiate(error) if !matches!(error.fault(), UnitFault::Refused { .. }) => {
+                return unit_help(error);
+            }
             Self::Instantiate(_) => {
                 "a unit refuses when its modelDescription.xml and its binary do not belong together \
                  (different GUID) or its resources are missing; package it anew"
@@ -180,6 +184,10 @@ fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
         }
         ScenarioError::Interval { .. } => "choose a recording interval of a whole number of steps",
         ScenarioError::Experiment { .. } => "stop must be greater than start, and step positive",
+        ScenarioError::NothingIsolated => {
+            "a step without end can only be stopped in a process of its own: add --isolate, or \
+             \"isolate\": true to instances in the scenario"
+        }
         ScenarioError::Range { .. } => return None,
     })
 }
@@ -298,9 +306,45 @@ fn unit_help(error: &UnitError) -> Option<&'static str> {
             "the model has left the range that it is valid in: check parameters and start values, \
              or take a smaller step"
         }
-        UnitFault::Discarded { .. } => "take a smaller step (--step)",
+        UnitFault::Discarded { terminated: true, .. } => "the unit has ended the simulation itself",
+        UnitFault::Discarded { can_retry: true, .. } => {
+            "take a smaller step (--step); with \"on_discard\": \"retry\" under \"algorithm\", such \
+             steps are tried in parts"
+        }
+        UnitFault::Discarded { .. } => {
+            "take a smaller step (--step); a unit that can save its state would be tried in parts"
+        }
+        UnitFault::Status { status, .. } if status == "fmi2Fatal" => {
+            "the unit gave up for good: check its parameters and inputs, or ask who made it"
+        }
         UnitFault::Status { .. } => {
             "check the unit's parameters and inputs; a smaller step may help"
+        }
+        UnitFault::Crashed { signal: 9, .. } => {
+            "who did not end it by hand should look at the memory: the system ends processes that \
+             want too much of it"
+        }
+        UnitFault::Crashed { .. } => {
+            "the unit has a fault: ask who made it, or run it under a debugger; parameters, inputs \
+             or a smaller step may avoid it"
+        }
+        UnitFault::Exited { .. } => {
+            "a unit must not end its process: its license, resources or another program that it \
+             needs may be missing"
+        }
+        UnitFault::TimedOut { call, .. } if *call == "fmi2DoStep" => {
+            "if the step is no endless loop, allow more time (--step-timeout)"
+        }
+        UnitFault::TimedOut { .. } => {
+            "if it is no endless loop, allow more time (isolation.call_timeout in the scenario)"
+        }
+        UnitFault::Hanging { .. } => "if the unit still works on the step, allow more time",
+        UnitFault::NoProcess { .. } => {
+            "check the limits of processes and memory, or run without --isolate"
+        }
+        UnitFault::CannotIsolate { .. } => "run without --isolate",
+        UnitFault::Lacks { .. } => {
+            "the unit's binary is incomplete; `maglev validate` lists what is missing"
         }
         _ => return None,
     })

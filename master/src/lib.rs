@@ -25,12 +25,14 @@
 )]
 
 pub mod archive;
+mod component;
 pub mod coupling;
 pub mod description;
 pub mod error;
 pub mod graph;
 pub mod initialize;
 pub mod instance;
+pub mod isolate;
 pub mod library;
 pub mod logger;
 pub mod package;

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use fmi2_sys as sys;
 use libloading::Library;
 use object::{Object as _, ObjectSymbol as _};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::package::{PLATFORM, Package};
@@ -110,6 +111,19 @@ macro_rules! functions {
 
         /// Names of all functions that a co-simulation unit exports.
         pub const SYMBOLS: &[&str] = &[$(stringify!($symbol)),*];
+
+        /// A function of the interface, by its position in [`SYMBOLS`].
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[expect(non_camel_case_types, clippy::enum_variant_names, reason = "the standard's names")]
+        #[allow(dead_code, reason = "the whole interface is named; not all of it is called")]
+        #[repr(u8)]
+        pub(crate) enum Call {
+            $($symbol,)*
+        }
+
+        impl Call {
+            const ALL: &[Self] = &[$(Self::$symbol),*];
+        }
     };
 }
 
@@ -153,6 +167,18 @@ functions! {
     }
 }
 
+impl Call {
+    /// Its name in the standard.
+    pub(crate) const fn name(self) -> &'static str {
+        SYMBOLS[self as usize]
+    }
+
+    /// The function at a position in [`SYMBOLS`].
+    pub(crate) fn from_number(number: u32) -> Option<Self> {
+        Self::ALL.get(number as usize).copied()
+    }
+}
+
 /// `fmi2_export_report`, which is not of the standard: writes the answer to a request into a buffer
 /// and returns its length, 0 for none.
 pub(crate) type Report =
@@ -179,6 +205,12 @@ impl Functions {
     /// No binary for this system, the loader refuses it, indispensable functions are missing, or
     /// it follows another version of the standard.
     pub fn load(package: &Package) -> Result<Self, LibraryError> {
+        Self::check_presence(package)?;
+        Self::open(package.path(), &package.binary())
+    }
+
+    /// Looks whether there is a binary to load.
+    pub(crate) fn check_presence(package: &Package) -> Result<(), LibraryError> {
         let description = package.description();
         if description.co_simulation.needs_execution_tool {
             return Err(LibraryError::NeedsTool {
@@ -200,7 +232,7 @@ impl Functions {
                 platforms: package.platforms().into_iter().map(str::to_owned).collect(),
             });
         }
-        Self::open(package, &binary)
+        Ok(())
     }
 
     /// Loads a copy of the unit's binary, for units that allow one instance per process and
@@ -217,11 +249,12 @@ impl Functions {
         let copy = binary.with_file_name(format!("{stem}-copy{number}.{end}"));
         std::fs::copy(&binary, &copy)
             .map_err(|source| LibraryError::Copy { unit: package.path().to_owned(), source })?;
-        Self::open(package, &copy)
+        Self::open(package.path(), &copy)
     }
 
-    fn open(package: &Package, binary: &Path) -> Result<Self, LibraryError> {
-        let unit = || package.path().to_owned();
+    /// Loads a binary; `unit` is for messages.
+    pub(crate) fn open(unit: &Path, binary: &Path) -> Result<Self, LibraryError> {
+        let unit = || unit.to_owned();
         // SAFETY: loading runs the library's initialisers; running the unit's code is what the
         // user asked for
         let library = unsafe { open_library(binary) }.map_err(|source| LibraryError::Load {

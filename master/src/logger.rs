@@ -8,6 +8,8 @@ use fmi2_sys as sys;
 use serde::Serialize;
 
 use crate::description::Description;
+#[cfg(target_os = "linux")]
+use crate::isolate::Ring;
 
 /// Messages kept per instance; a unit that floods the log loses the oldest.
 const KEPT: usize = 100;
@@ -20,6 +22,11 @@ static ARRIVED: AtomicU64 = AtomicU64::new(0);
 #[inline]
 pub(crate) fn arrived() -> u64 {
     ARRIVED.load(Ordering::Relaxed)
+}
+
+/// Counts news of a unit that have come by another way than the callback.
+pub(crate) fn note_arrival() {
+    ARRIVED.fetch_add(1, Ordering::Relaxed);
 }
 
 /// One message of a unit.
@@ -43,9 +50,17 @@ impl std::fmt::Display for Message {
 }
 
 /// Where one instance's messages arrive. Its address is the `componentEnvironment`.
-#[derive(Debug, Default)]
 pub(crate) struct Sink {
-    messages: Mutex<Vec<Message>>,
+    messages: Mutex<Store>,
+}
+
+/// Where messages stay until they are taken.
+enum Store {
+    /// For the master in this process.
+    Here(Vec<Message>),
+    /// For a master in another process.
+    #[cfg(target_os = "linux")]
+    Ring(&'static Ring),
 }
 
 unsafe extern "C" {
@@ -92,11 +107,22 @@ extern "C" fn master_log_sink(
         grave: status != sys::fmi2Status::fmi2OK,
     };
     ARRIVED.fetch_add(1, Ordering::Relaxed);
-    let mut messages = sink.messages.lock().unwrap_or_else(PoisonError::into_inner);
-    if messages.len() == KEPT {
-        messages.remove(0);
+    match &mut *sink.messages.lock().unwrap_or_else(PoisonError::into_inner) {
+        Store::Here(messages) => {
+            if messages.len() == KEPT {
+                messages.remove(0);
+            }
+            messages.push(message);
+        }
+        #[cfg(target_os = "linux")]
+        Store::Ring(ring) => ring.push(message),
     }
-    messages.push(message);
+}
+
+impl Default for Sink {
+    fn default() -> Self {
+        Self { messages: Mutex::new(Store::Here(Vec::new())) }
+    }
 }
 
 impl Sink {
@@ -111,10 +137,20 @@ impl Sink {
         }
     }
 
+    /// A sink whose messages another process takes from the ring.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn into_ring(ring: &'static Ring) -> Self {
+        Self { messages: Mutex::new(Store::Ring(ring)) }
+    }
+
     /// Takes all messages, with variable references expanded.
     pub(crate) fn take(&self, description: &Description) -> Vec<Message> {
-        let mut messages =
-            std::mem::take(&mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut messages = match &mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner)
+        {
+            Store::Here(messages) => std::mem::take(messages),
+            #[cfg(target_os = "linux")]
+            Store::Ring(ring) => ring.take(),
+        };
         for message in &mut messages {
             message.text = expand(&message.text, description);
         }
@@ -123,7 +159,7 @@ impl Sink {
 }
 
 /// Replaces `#r123#` by the variable's name and `##` by `#` (FMI 2.0.5, section 2.1.5).
-fn expand(text: &str, description: &Description) -> String {
+pub(crate) fn expand(text: &str, description: &Description) -> String {
     let mut expanded = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(at) = rest.find('#') {

@@ -46,6 +46,9 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    if let Some(status) = master::isolate::serve_if_worker() {
+        return status;
+    }
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),

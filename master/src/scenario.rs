@@ -7,6 +7,7 @@ use std::fmt;
 use std::hash::Hash;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -47,6 +48,9 @@ pub struct Scenario {
     /// How loops between units are solved before the start.
     #[serde(default)]
     pub initialization: Initialization,
+    /// Units in processes of their own, where their crashes are caught.
+    #[serde(default)]
+    pub isolation: Isolation,
     /// What is written to the results, and as which files.
     #[serde(default)]
     pub record: Record,
@@ -77,6 +81,9 @@ pub struct Instance {
     #[serde(default, deserialize_with = "unique", skip_serializing_if = "IndexMap::is_empty")]
     #[schemars(with = "IndexMap<String, Setting>")]
     pub start: IndexMap<String, Setting>,
+    /// Run it in a process of its own, or not; left out: as `isolation.all` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub isolate: Option<bool>,
     /// A remark, not used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
@@ -239,6 +246,8 @@ pub struct Algorithm {
     pub extrapolation: u8,
     /// Use derivatives of outputs where units offer them; otherwise history alone.
     pub derivatives: bool,
+    /// What to do when a unit discards a step.
+    pub on_discard: OnDiscard,
     /// Sequence of a Gauss-Seidel step: instance names, patterns allowed. Instances left out
     /// follow in the order that the dependencies suggest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -251,9 +260,42 @@ impl Default for Algorithm {
             name: AlgorithmName::default(),
             extrapolation: 2,
             derivatives: true,
+            on_discard: OnDiscard::default(),
             order: Vec::new(),
         }
     }
+}
+
+/// What to do when a unit discards a step (`fmi2Discard`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnDiscard {
+    /// Put its state back and make the same step in 2, 4, 8 … up to 1024 parts. Units that cannot
+    /// save their state, or take steps of one size only, end the run.
+    #[default]
+    Retry,
+    /// End the run. Spares saving the state before every step.
+    Fail,
+}
+
+/// Units in processes of their own, where a crash, an exit or a step without end is caught.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Isolation {
+    /// Isolate all instances that do not say otherwise.
+    pub all: bool,
+    /// Longest wall time for one step of an isolated instance (s); left out: no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub step_timeout: Option<f64>,
+    /// Longest wall time for any other call (s); left out: 60 s or `step_timeout`, whichever is
+    /// longer, or no limit without `step_timeout`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub call_timeout: Option<f64>,
+    /// Address space that an isolated instance may have (bytes); left out: no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub memory: Option<u64>,
 }
 
 /// How loops between units are solved before the start.
@@ -444,6 +486,9 @@ pub enum ScenarioError {
         /// Step (s).
         step: f64,
     },
+    /// Limits for isolated instances, and no such instance.
+    #[error("isolation: there are limits for isolated instances, but no instance is isolated")]
+    NothingIsolated,
     /// A setting is outside of its range.
     #[error("{what} is {value}, which is outside of {range}")]
     Range {
@@ -534,6 +579,17 @@ impl Scenario {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let value = tolerance.to_string();
             return Err(range("initialization.tolerance", value, "0 to 1, both exclusive"));
+        }
+        let limits = [
+            ("isolation.step_timeout", self.isolation.step_timeout),
+            ("isolation.call_timeout", self.isolation.call_timeout),
+        ];
+        for (what, limit) in limits {
+            if let Some(limit) = limit
+                && !Duration::try_from_secs_f64(limit).is_ok_and(|it| !it.is_zero())
+            {
+                return Err(range(what, limit.to_string(), "positive numbers of seconds"));
+            }
         }
         for (k, plot) in self.plots.iter().enumerate() {
             let name = Path::new(&plot.file);

@@ -19,6 +19,8 @@ pub enum Status {
     Finished,
     /// By the user.
     Interrupted,
+    /// A unit asked to end it: `fmi2Discard` with `fmi2Terminated`.
+    Terminated,
     /// By an error.
     Failed,
 }

@@ -47,7 +47,7 @@ pub fn watch(
         print_end(&summary, folder)?;
     }
     Ok(match summary.status {
-        Status::Finished => ExitCode::SUCCESS,
+        Status::Finished | Status::Terminated => ExitCode::SUCCESS,
         Status::Interrupted | Status::Failed => ExitCode::FAILURE,
     })
 }

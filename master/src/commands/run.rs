@@ -59,6 +59,12 @@ pub struct Arguments {
     /// Files of results, separated by commas, instead of the scenario's: csv, parquet.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     format: Vec<Format>,
+    /// Run all units in processes of their own, where crashes are caught.
+    #[arg(long)]
+    isolate: bool,
+    /// Longest wall time for one step of an isolated unit (s).
+    #[arg(long, value_name = "SECONDS")]
+    step_timeout: Option<f64>,
     /// Say nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
@@ -95,6 +101,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     scenario.real_time = arguments.real_time.or(scenario.real_time);
     if !arguments.format.is_empty() {
         scenario.record.format.clone_from(&arguments.format);
+    }
+    if arguments.isolate {
+        scenario.isolation.all = true;
+        scenario.instances.values_mut().for_each(|instance| instance.isolate = None);
+    }
+    if let Some(limit) = arguments.step_timeout {
+        scenario.isolation.step_timeout = Some(limit);
     }
     let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));

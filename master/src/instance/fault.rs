@@ -1,8 +1,9 @@
 //! What can go wrong inside of a unit, said with instance, call, time and variables.
 
+use std::time::Duration;
+
 use thiserror::Error;
 
-use super::PENDING_LIMIT;
 use crate::logger::Message;
 
 /// A [`UnitFault`], boxed since it is rare and large.
@@ -15,6 +16,14 @@ impl UnitError {
     #[must_use]
     pub fn fault(&self) -> &UnitFault {
         &self.0
+    }
+}
+
+impl UnitError {
+    /// Whether the unit has ended the simulation in an orderly way.
+    #[must_use]
+    pub fn asks_to_end(&self) -> bool {
+        matches!(*self.0, UnitFault::Discarded { terminated: true, .. })
     }
 }
 
@@ -78,18 +87,111 @@ pub enum UnitFault {
         last_successful: Option<f64>,
         /// Whether the unit asks to end the simulation.
         terminated: bool,
+        /// Whether the unit can save its state, so that the step could be tried in parts.
+        can_retry: bool,
         /// What the unit said.
         messages: Vec<Message>,
     },
-    /// A step was still pending after [`PENDING_LIMIT`].
+    /// A step was still pending after the limit.
     #[error(
-        "unit {instance}: fmi2DoStep at {time} s is still pending after {} s", PENDING_LIMIT.as_secs()
+        "unit {instance}: fmi2DoStep at {time} s is still pending after {} s", limit.as_secs_f64()
     )]
     Hanging {
         /// Name of the instance.
         instance: String,
         /// Time at the step's beginning (s).
         time: f64,
+        /// How long it was given.
+        limit: Duration,
+    },
+    /// Its process was ended by a signal.
+    #[error(
+        "unit {instance} crashed: signal {signal} ({}) in {call}{}{}",
+        signal_name(*signal), at(*time), said(messages)
+    )]
+    Crashed {
+        /// Name of the instance.
+        instance: String,
+        /// The C function that it was in.
+        call: &'static str,
+        /// Number of the signal.
+        signal: i32,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// Its process ended by itself.
+    #[error(
+        "unit {instance} ended its process with status {code} in {call}{}{}",
+        at(*time), said(messages)
+    )]
+    Exited {
+        /// Name of the instance.
+        instance: String,
+        /// The C function that it was in.
+        call: &'static str,
+        /// Exit status of the process.
+        code: i32,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// A call took too long and was ended with its process.
+    #[error(
+        "unit {instance} was ended: {call}{} took longer than {} s{}",
+        at(*time), limit.as_secs_f64(), said(messages)
+    )]
+    TimedOut {
+        /// Name of the instance.
+        instance: String,
+        /// The C function that it was in.
+        call: &'static str,
+        /// How long it was given.
+        limit: Duration,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// The connection to its process broke.
+    #[error("unit {instance}: the connection to its process broke in {call}{}: {why}{}",
+        at(*time), said(messages))]
+    Broken {
+        /// Name of the instance.
+        instance: String,
+        /// The C function that it was in.
+        call: &'static str,
+        /// What broke.
+        why: String,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
+    /// No process for it.
+    #[error("unit {instance}: no process can be started for it")]
+    NoProcess {
+        /// Name of the instance.
+        instance: String,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// Processes of their own for units do not work on this system.
+    #[error("unit {instance} cannot have a process of its own: that works on Linux only")]
+    CannotIsolate {
+        /// Name of the instance.
+        instance: String,
+    },
+    /// Its binary cannot be loaded in its process.
+    #[error("unit {instance} cannot be loaded in its process: {}", causes.join("; because "))]
+    Unloadable {
+        /// Name of the instance.
+        instance: String,
+        /// Why, outermost first.
+        causes: Vec<String>,
     },
     /// An output is NaN or infinite.
     #[error("unit {instance}: {variable} is {value} at {time} s{}", said(messages))]
@@ -135,6 +237,14 @@ pub enum UnitFault {
         /// Name of the instance.
         instance: String,
     },
+    /// More bytes for a saved state than are to be had.
+    #[error("unit {instance} wants {size} bytes for its saved state, which are not to be had")]
+    StateTooLarge {
+        /// Name of the instance.
+        instance: String,
+        /// Bytes wanted.
+        size: usize,
+    },
     /// A text cannot be a C string.
     #[error("unit {instance}: {what} contains a zero byte")]
     ZeroByte {
@@ -151,8 +261,38 @@ pub enum UnitFault {
     },
 }
 
+impl UnitFault {
+    /// Whether the unit's process ended, in whatever way.
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        matches!(
+            self,
+            Self::Crashed { .. }
+                | Self::Exited { .. }
+                | Self::TimedOut { .. }
+                | Self::Broken { .. }
+        )
+    }
+}
+
 fn at(time: Option<f64>) -> String {
     time.map(|time| format!(" at {time} s")).unwrap_or_default()
+}
+
+fn signal_name(number: i32) -> &'static str {
+    // those that a fault of a program raises, by their numbers on Linux
+    match number {
+        4 => "SIGILL",
+        6 => "SIGABRT",
+        7 => "SIGBUS",
+        8 => "SIGFPE",
+        9 => "SIGKILL",
+        11 => "SIGSEGV",
+        15 => "SIGTERM",
+        24 => "SIGXCPU",
+        31 => "SIGSYS",
+        _ => "of another kind",
+    }
 }
 
 fn about(variables: &[String]) -> String {

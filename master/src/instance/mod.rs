@@ -2,69 +2,76 @@
 //!
 //! Every status of every call is looked at. `fmi2Warning` goes on (and is told once),
 //! `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`UnitError`], `fmi2Pending` is polled. After
-//! `fmi2Fatal` nothing of the unit is called any more, not even to free it.
+//! `fmi2Fatal` nothing of the unit is called any more, not even to free it. The functions are called
+//! in this process, or in a [worker process](crate::isolate), where a crash is caught.
 
 mod fault;
 mod state;
+mod step;
 
-use std::ffi::{CStr, CString, c_void};
+use std::ffi::{CStr, CString};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::Duration;
 
+use fmi2_sys as sys;
+
+use crate::component::{
+    Answer, Boolean, Component, Data, IDLE, Identity, Integer, Kind, Numeric, Outcome, Real, Reply,
+    Request, Values,
+};
 use crate::description::Value;
-use crate::library::Functions;
-use crate::logger::{Message, Sink};
+use crate::isolate::{Isolation, Worker};
+use crate::library::{Call, Functions};
+use crate::logger::{self, Message, Sink};
 use crate::package::Package;
 use fault::fail;
 pub use fault::{UnitError, UnitFault};
-use fmi2_sys as sys;
 pub use state::StateId;
 
-/// A step that is still pending after this time counts as hanging.
+/// A step that is still pending after this time counts as hanging, unless another limit is set.
 pub const PENDING_LIMIT: Duration = Duration::from_secs(600);
+
+/// The call going on in this process.
+static CALL: AtomicU32 = AtomicU32::new(IDLE);
+
+/// Where the functions of an instance are called.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are of the large kind, whose path is hot"
+)]
+enum Backend {
+    /// In this process.
+    Here { component: Component, sink: Arc<Sink> },
+    /// In a process of its own.
+    Elsewhere(Box<Worker>),
+}
 
 /// A running instance. Freed when dropped, unless its library failed fatally.
 pub struct Instance {
     name: String,
     package: Arc<Package>,
-    functions: Functions,
-    component: *mut c_void,
-    // the unit holds their addresses as long as it lives
-    sink: Box<Sink>,
-    _callbacks: Box<sys::fmi2CallbackFunctions>,
+    backend: Backend,
     /// shared by all instances of a library
     dead: Arc<AtomicBool>,
     warned: bool,
     running: bool,
     steps: u64,
     time: Option<f64>,
-    /// saved states, null where freed
-    states: Vec<sys::fmi2FMUstate>,
+    pending_limit: Duration,
+    /// where the state is saved before every step
+    saved_before: Option<StateId>,
 }
 
 // SAFETY: what an instance owns is used by one thread at a time, as every method takes it by
 // exclusive reference, and FMI 2.0 lets the caller choose which thread that is; what it shares with
-// other instances (package, fatal mark) is shared by Arc and synchronised
+// other instances (package, sink, fatal mark) is shared by Arc and synchronised
 unsafe impl Send for Instance {}
 /// What instances share may be used by several threads.
 const _: fn(&Package) -> &(dyn std::any::Any + Send + Sync) = |package| package;
 
-macro_rules! call {
-    ($self:ident, $field:ident, $name:literal $(, $argument:expr)* $(,)?) => {{
-        let Some(function) = $self.functions.$field else {
-            return fail(UnitFault::Lacks { instance: $self.name.clone(), call: $name });
-        };
-        $self.alive()?;
-        // SAFETY: the component is what the same library's fmi2Instantiate returned; pointers
-        // come from slices of the length that is passed with them and outlive the call
-        unsafe { function($self.component $(, $argument)*) }
-    }};
-}
-use call;
-
 impl Instance {
-    /// Creates an instance of the package's unit.
+    /// Creates an instance of the package's unit in this process.
     ///
     /// # Errors
     /// The unit refuses, for instance because its binary expects another GUID.
@@ -74,54 +81,48 @@ impl Instance {
         dead: &Arc<AtomicBool>,
         name: &str,
     ) -> Result<Self, UnitError> {
-        let sink = Box::new(Sink::default());
-        let callbacks = Box::new(sink.callbacks());
-        let text = |what: &str, text: &str| {
-            CString::new(text).map_err(|_| {
-                UnitError::from(UnitFault::ZeroByte {
-                    instance: name.to_owned(),
-                    what: what.to_owned(),
-                })
-            })
-        };
-        let c_name = text("its name", name)?;
-        let guid = text("the GUID", &package.description().guid)?;
-        let resources = text("the resource location", &package.resource_location())?;
-        let Some(instantiate) = functions.instantiate else {
-            return fail(UnitFault::Lacks { instance: name.to_owned(), call: "fmi2Instantiate" });
-        };
-        // SAFETY: all pointers are valid C strings; the callbacks are boxed and stay where they
-        // are until the instance is freed
-        let component = unsafe {
-            instantiate(
-                c_name.as_ptr(),
-                sys::fmi2Type::fmi2CoSimulation,
-                guid.as_ptr(),
-                resources.as_ptr(),
-                &raw const *callbacks,
-                0,
-                0,
-            )
-        };
-        let mut instance = Self {
+        let identity = identity(package, name)?;
+        let sink = Arc::new(Sink::default());
+        match Component::new(functions, dead, &identity, &sink, &CALL) {
+            Some(component) => {
+                Ok(Self::with(package, name, dead, Backend::Here { component, sink }))
+            }
+            None => fail(UnitFault::Refused {
+                instance: name.to_owned(),
+                messages: sink.take(package.description()),
+            }),
+        }
+    }
+
+    /// Creates an instance of the package's unit in a worker process of its own.
+    ///
+    /// # Errors
+    /// No process can be started, the binary cannot be loaded there, or the unit refuses or
+    /// crashes.
+    pub fn isolated(
+        package: &Arc<Package>,
+        isolation: &Isolation,
+        name: &str,
+    ) -> Result<Self, UnitError> {
+        let identity = identity(package, name)?;
+        let worker = Worker::start(package, isolation, &identity, name)?;
+        let backend = Backend::Elsewhere(Box::new(worker));
+        Ok(Self::with(package, name, &Arc::default(), backend))
+    }
+
+    fn with(package: &Arc<Package>, name: &str, dead: &Arc<AtomicBool>, backend: Backend) -> Self {
+        Self {
             name: name.to_owned(),
             package: Arc::clone(package),
-            functions,
-            component,
-            sink,
-            _callbacks: callbacks,
+            backend,
             dead: Arc::clone(dead),
             warned: false,
             running: false,
             steps: 0,
             time: None,
-            states: Vec::new(),
-        };
-        if component.is_null() {
-            let messages = instance.take_messages();
-            return fail(UnitFault::Refused { instance: name.to_owned(), messages });
+            pending_limit: PENDING_LIMIT,
+            saved_before: None,
         }
-        Ok(instance)
     }
 
     /// Name of the instance.
@@ -136,6 +137,12 @@ impl Instance {
         &self.package
     }
 
+    /// Whether it lives in a process of its own.
+    #[must_use]
+    pub fn is_isolated(&self) -> bool {
+        matches!(self.backend, Backend::Elsewhere(_))
+    }
+
     /// Number of finished steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
@@ -144,7 +151,16 @@ impl Instance {
 
     /// Takes the messages that arrived since the last call.
     pub fn take_messages(&mut self) -> Vec<Message> {
-        self.sink.take(self.package.description())
+        let description = self.package.description();
+        match &mut self.backend {
+            Backend::Here { sink, .. } => sink.take(description),
+            Backend::Elsewhere(worker) => worker.take_messages(description),
+        }
+    }
+
+    /// Sets how long a step may be pending before it counts as hanging.
+    pub fn set_pending_limit(&mut self, limit: Duration) {
+        self.pending_limit = limit;
     }
 
     /// Tells the unit about the span of time.
@@ -152,8 +168,7 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), UnitError> {
-        let status = call!(self, setup_experiment, "fmi2SetupExperiment", 0, 0.0, start, 1, stop);
-        self.check(status, "fmi2SetupExperiment", &[])
+        self.order(&Request::SetupExperiment { start, stop })
     }
 
     /// Begins initialization.
@@ -161,8 +176,7 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn enter_initialization_mode(&mut self) -> Result<(), UnitError> {
-        let status = call!(self, enter_initialization_mode, "fmi2EnterInitializationMode");
-        self.check(status, "fmi2EnterInitializationMode", &[])
+        self.order(&Request::EnterInitializationMode)
     }
 
     /// Ends initialization: the unit is ready to step.
@@ -170,44 +184,9 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn exit_initialization_mode(&mut self) -> Result<(), UnitError> {
-        let status = call!(self, exit_initialization_mode, "fmi2ExitInitializationMode");
-        self.check(status, "fmi2ExitInitializationMode", &[])?;
+        self.order(&Request::ExitInitializationMode)?;
         self.running = true;
         Ok(())
-    }
-
-    /// Asks for a report, which is not of the standard (`fmi2_export_report`).
-    ///
-    /// # Errors
-    /// The unit offers no reports, not this one, or not now.
-    pub fn report(&mut self, request: &str) -> Result<String, UnitError> {
-        let Some(function) = self.functions.report else {
-            return fail(UnitFault::NoReports { instance: self.name.clone() });
-        };
-        self.alive()?;
-        let Ok(text) = CString::new(request) else {
-            let what = "the request for a report".to_owned();
-            return fail(UnitFault::ZeroByte { instance: self.name.clone(), what });
-        };
-        // room for most reports, so that they are made once
-        let mut buffer = vec![0_u8; 1 << 20];
-        loop {
-            let (start, room) = (buffer.as_mut_ptr().cast(), buffer.len());
-            // SAFETY: the component is this library's; request and buffer outlive the call
-            let length = unsafe { function(self.component, text.as_ptr(), start, room) };
-            if length == 0 {
-                return fail(UnitFault::Unanswered {
-                    instance: self.name.clone(),
-                    request: request.to_owned(),
-                    messages: self.take_messages(),
-                });
-            }
-            if length <= room {
-                buffer.truncate(length);
-                return Ok(String::from_utf8_lossy(&buffer).into_owned());
-            }
-            buffer.resize(length, 0);
-        }
     }
 
     /// Ends the run.
@@ -218,24 +197,47 @@ impl Instance {
         if !std::mem::take(&mut self.running) {
             return Ok(());
         }
-        let status = call!(self, terminate, "fmi2Terminate");
-        self.check(status, "fmi2Terminate", &[])
+        self.order(&Request::Terminate)
+    }
+
+    /// Returns to what it was when fresh.
+    ///
+    /// # Errors
+    /// The unit's.
+    pub fn reset(&mut self) -> Result<(), UnitError> {
+        self.running = false;
+        self.order(&Request::Reset)
+    }
+
+    /// Asks for a report, which is not of the standard (`fmi2_export_report`).
+    ///
+    /// # Errors
+    /// The unit offers no reports, not this one, or not now.
+    pub fn report(&mut self, request: &str) -> Result<String, UnitError> {
+        if request.contains('\0') {
+            return fail(self.zero_byte("the request for a report"));
+        }
+        self.alive()?;
+        let reply = self.perform(&Request::Report(request.to_owned()));
+        let instance = self.name.clone();
+        match (reply.answer.outcome, reply.data) {
+            (Outcome::Lacks, _) => fail(UnitFault::NoReports { instance }),
+            (_, Data::Report(Some(text))) => Ok(text),
+            (_, Data::Report(None)) => fail(UnitFault::Unanswered {
+                instance,
+                request: request.to_owned(),
+                messages: self.take_messages(),
+            }),
+            _ => self.judge(reply.answer, &[]).map(|()| String::new()),
+        }
     }
 
     /// Reads Reals.
     ///
     /// # Errors
     /// The unit's.
-    #[inline]
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), UnitError> {
-        debug_assert_eq!(references.len(), values.len());
-        if references.is_empty() {
-            return Ok(());
-        }
-        let n = references.len().min(values.len());
-        let status =
-            call!(self, get_real, "fmi2GetReal", references.as_ptr(), n, values.as_mut_ptr());
-        self.check(status, "fmi2GetReal", references)
+        self.get::<Real>(references, values)
     }
 
     /// Reads Integers and Enumerations.
@@ -243,13 +245,7 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), UnitError> {
-        if references.is_empty() {
-            return Ok(());
-        }
-        let n = references.len().min(values.len());
-        let status =
-            call!(self, get_integer, "fmi2GetInteger", references.as_ptr(), n, values.as_mut_ptr());
-        self.check(status, "fmi2GetInteger", references)
+        self.get::<Integer>(references, values)
     }
 
     /// Reads Booleans: 0 or 1.
@@ -257,13 +253,7 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), UnitError> {
-        if references.is_empty() {
-            return Ok(());
-        }
-        let n = references.len().min(values.len());
-        let status =
-            call!(self, get_boolean, "fmi2GetBoolean", references.as_ptr(), n, values.as_mut_ptr());
-        self.check(status, "fmi2GetBoolean", references)
+        self.get::<Boolean>(references, values)
     }
 
     /// Reads one String; null reads as empty.
@@ -271,29 +261,28 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn get_string(&mut self, reference: u32) -> Result<CString, UnitError> {
-        let mut pointer: sys::fmi2String = std::ptr::null();
-        let status =
-            call!(self, get_string, "fmi2GetString", &raw const reference, 1, &raw mut pointer);
-        self.check(status, "fmi2GetString", &[reference])?;
-        if pointer.is_null() {
-            return Ok(CString::default());
-        }
-        // SAFETY: not null; the standard keeps the string alive until the next call
-        Ok(unsafe { CStr::from_ptr(pointer) }.to_owned())
+        self.alive()?;
+        let (answer, text) = match &mut self.backend {
+            Backend::Here { component, .. } => component.get_string(reference),
+            Backend::Elsewhere(worker) => {
+                let reply = worker.perform(&Request::Get(Kind::String, vec![reference]));
+                let text = match reply.data {
+                    Data::Values(Values::String(mut texts)) => texts.pop(),
+                    _ => None,
+                };
+                (reply.answer, text.unwrap_or_default())
+            }
+        };
+        self.check(answer, &[reference])?;
+        Ok(text)
     }
 
     /// Sets Reals.
     ///
     /// # Errors
     /// The unit's.
-    #[inline]
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), UnitError> {
-        if references.is_empty() {
-            return Ok(());
-        }
-        let n = references.len().min(values.len());
-        let status = call!(self, set_real, "fmi2SetReal", references.as_ptr(), n, values.as_ptr());
-        self.check(status, "fmi2SetReal", references)
+        self.set_numbers::<Real>(references, values)
     }
 
     /// Sets Integers and Enumerations.
@@ -301,13 +290,7 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), UnitError> {
-        if references.is_empty() {
-            return Ok(());
-        }
-        let n = references.len().min(values.len());
-        let status =
-            call!(self, set_integer, "fmi2SetInteger", references.as_ptr(), n, values.as_ptr());
-        self.check(status, "fmi2SetInteger", references)
+        self.set_numbers::<Integer>(references, values)
     }
 
     /// Sets Booleans: 0 or 1.
@@ -315,13 +298,7 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), UnitError> {
-        if references.is_empty() {
-            return Ok(());
-        }
-        let n = references.len().min(values.len());
-        let status =
-            call!(self, set_boolean, "fmi2SetBoolean", references.as_ptr(), n, values.as_ptr());
-        self.check(status, "fmi2SetBoolean", references)
+        self.set_numbers::<Boolean>(references, values)
     }
 
     /// Sets one String.
@@ -329,10 +306,15 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn set_string(&mut self, reference: u32, value: &CStr) -> Result<(), UnitError> {
-        let pointer = value.as_ptr();
-        let status =
-            call!(self, set_string, "fmi2SetString", &raw const reference, 1, &raw const pointer);
-        self.check(status, "fmi2SetString", &[reference])
+        self.alive()?;
+        let answer = match &mut self.backend {
+            Backend::Here { component, .. } => component.set_string(reference, value),
+            Backend::Elsewhere(worker) => {
+                let values = Values::String(vec![value.to_owned()]);
+                worker.perform(&Request::Set(vec![reference], values)).answer
+            }
+        };
+        self.check(answer, &[reference])
     }
 
     /// Sets one variable of any type.
@@ -340,149 +322,61 @@ impl Instance {
     /// # Errors
     /// The unit's, or a text with a zero byte.
     pub fn set(&mut self, variable: usize, value: &Value) -> Result<(), UnitError> {
-        let reference = self.package.description().variables[variable].value_reference;
+        let package = Arc::clone(&self.package);
+        let variable = &package.description().variables[variable];
+        let reference = variable.value_reference;
         match value {
             Value::Real(value) => self.set_real(&[reference], &[*value]),
             Value::Integer(value) => self.set_integer(&[reference], &[*value]),
             Value::Boolean(value) => self.set_boolean(&[reference], &[i32::from(*value)]),
-            Value::String(value) => {
-                let text = CString::new(value.as_str()).map_err(|_| UnitFault::ZeroByte {
-                    instance: self.name.clone(),
-                    what: self.package.description().variables[variable].name.clone(),
-                })?;
-                self.set_string(reference, &text)
-            }
+            Value::String(value) => match CString::new(value.as_str()) {
+                Ok(text) => self.set_string(reference, &text),
+                Err(_) => fail(self.zero_byte(&variable.name)),
+            },
         }
     }
 
-    /// Sets derivatives of inputs for the coming step.
-    ///
-    /// # Errors
-    /// The unit's.
-    #[inline]
-    pub fn set_real_input_derivatives(
+    fn get<K: Numeric>(
         &mut self,
         references: &[u32],
-        orders: &[i32],
-        values: &[f64],
+        values: &mut [K::Value],
     ) -> Result<(), UnitError> {
         if references.is_empty() {
             return Ok(());
         }
-        let n = references.len().min(orders.len()).min(values.len());
-        let status = call!(
-            self,
-            set_real_input_derivatives,
-            "fmi2SetRealInputDerivatives",
-            references.as_ptr(),
-            n,
-            orders.as_ptr(),
-            values.as_ptr()
-        );
-        self.check(status, "fmi2SetRealInputDerivatives", references)
+        self.alive()?;
+        let answer = match &mut self.backend {
+            Backend::Here { component, .. } => component.get::<K>(references, values),
+            Backend::Elsewhere(worker) => {
+                let reply = worker.perform(&Request::Get(K::KIND, references.to_vec()));
+                if let Data::Values(read) = &reply.data
+                    && let Some(read) = K::unwrap(read)
+                {
+                    values.iter_mut().zip(read).for_each(|(value, read)| *value = *read);
+                }
+                reply.answer
+            }
+        };
+        self.check(answer, references)
     }
 
-    /// Reads derivatives of outputs at the end of the last step.
-    ///
-    /// # Errors
-    /// The unit's.
-    #[inline]
-    pub fn get_real_output_derivatives(
+    fn set_numbers<K: Numeric>(
         &mut self,
         references: &[u32],
-        orders: &[i32],
-        values: &mut [f64],
+        values: &[K::Value],
     ) -> Result<(), UnitError> {
         if references.is_empty() {
             return Ok(());
         }
-        let n = references.len().min(orders.len()).min(values.len());
-        let status = call!(
-            self,
-            get_real_output_derivatives,
-            "fmi2GetRealOutputDerivatives",
-            references.as_ptr(),
-            n,
-            orders.as_ptr(),
-            values.as_mut_ptr()
-        );
-        self.check(status, "fmi2GetRealOutputDerivatives", references)
-    }
-
-    /// Steps from `time` over `size`.
-    ///
-    /// # Errors
-    /// Discarded, hanging, or the unit's.
-    #[inline]
-    pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
-        self.time = Some(time);
-        let mut status = call!(self, do_step, "fmi2DoStep", time, size, 1);
-        if status == sys::fmi2Status::fmi2Pending {
-            status = self.poll(time)?;
-        }
-        if status == sys::fmi2Status::fmi2Discard {
-            return fail(self.discarded(time, size));
-        }
-        self.check(status, "fmi2DoStep", &[])?;
-        self.steps += 1;
-        Ok(())
-    }
-
-    /// Waits until a pending step has ended.
-    #[cold]
-    fn poll(&mut self, time: f64) -> Result<sys::fmi2Status, UnitError> {
-        let begin = Instant::now();
-        let mut pause = Duration::from_micros(10);
-        loop {
-            let mut status = sys::fmi2Status::fmi2Pending;
-            let answer = call!(
-                self,
-                get_status,
-                "fmi2GetStatus",
-                sys::fmi2StatusKind::fmi2DoStepStatus,
-                &raw mut status
-            );
-            self.check(answer, "fmi2GetStatus", &[])?;
-            if status != sys::fmi2Status::fmi2Pending {
-                return Ok(status);
+        self.alive()?;
+        let answer = match &mut self.backend {
+            Backend::Here { component, .. } => component.set::<K>(references, values),
+            Backend::Elsewhere(worker) => {
+                let values = K::wrap(values.to_vec());
+                worker.perform(&Request::Set(references.to_vec(), values)).answer
             }
-            if begin.elapsed() > PENDING_LIMIT {
-                return fail(UnitFault::Hanging { instance: self.name.clone(), time });
-            }
-            std::thread::sleep(pause);
-            pause = (pause * 2).min(Duration::from_millis(10));
-        }
-    }
-
-    #[cold]
-    fn discarded(&mut self, time: f64, size: f64) -> UnitFault {
-        let (mut last, mut ended) = (f64::NAN, 0);
-        let mut last_successful = None;
-        if let Some(function) = self.functions.get_real_status {
-            // SAFETY: a live component and a valid address
-            let status = unsafe {
-                function(self.component, sys::fmi2StatusKind::fmi2LastSuccessfulTime, &raw mut last)
-            };
-            last_successful =
-                (status == sys::fmi2Status::fmi2OK && last.is_finite()).then_some(last);
-        }
-        if let Some(function) = self.functions.get_boolean_status {
-            // SAFETY: a live component and a valid address
-            let status = unsafe {
-                function(self.component, sys::fmi2StatusKind::fmi2Terminated, &raw mut ended)
-            };
-            if status != sys::fmi2Status::fmi2OK {
-                ended = 0;
-            }
-        }
-        UnitFault::Discarded {
-            instance: self.name.clone(),
-            time,
-            size,
-            last_successful,
-            terminated: ended != 0,
-            messages: self.take_messages(),
-        }
+        };
+        self.check(answer, references)
     }
 
     /// An error that says which variable is not finite.
@@ -500,9 +394,15 @@ impl Instance {
     /// Whether the unit may still be called.
     ///
     /// # Errors
-    /// Its library has failed fatally.
+    /// Its library has failed fatally, or its process is gone.
     pub fn still_alive(&self) -> Result<(), UnitError> {
         self.alive()
+    }
+
+    /// Whether a call has returned `fmi2Warning` so far.
+    #[must_use]
+    pub fn warned(&self) -> bool {
+        self.warned
     }
 
     #[inline]
@@ -513,80 +413,110 @@ impl Instance {
         Ok(())
     }
 
-    #[inline]
-    fn check(
-        &mut self,
-        status: sys::fmi2Status,
-        call: &'static str,
-        references: &[u32],
-    ) -> Result<(), UnitError> {
-        if status == sys::fmi2Status::fmi2OK {
-            return Ok(());
+    fn perform(&mut self, request: &Request) -> Reply {
+        match &mut self.backend {
+            Backend::Here { component, .. } => component.perform(request),
+            Backend::Elsewhere(worker) => worker.perform(request),
         }
-        self.judge(status, call, references)
+    }
+
+    /// A request that brings back nothing but its status.
+    fn order(&mut self, request: &Request) -> Result<(), UnitError> {
+        self.ask(request, &[]).map(|_| ())
+    }
+
+    /// A request; `references` are the variables that it is about.
+    fn ask(&mut self, request: &Request, references: &[u32]) -> Result<Data, UnitError> {
+        self.alive()?;
+        let reply = self.perform(request);
+        self.check(reply.answer, references)?;
+        Ok(reply.data)
+    }
+
+    #[inline]
+    fn check(&mut self, answer: Answer, references: &[u32]) -> Result<(), UnitError> {
+        if answer.is_good() { Ok(()) } else { self.judge(answer, references) }
     }
 
     #[cold]
-    fn judge(
-        &mut self,
-        status: sys::fmi2Status,
-        call: &'static str,
-        references: &[u32],
-    ) -> Result<(), UnitError> {
-        if status == sys::fmi2Status::fmi2Warning {
-            self.warned = true;
-            return Ok(());
+    fn judge(&mut self, answer: Answer, references: &[u32]) -> Result<(), UnitError> {
+        let call = answer.call.name();
+        let instance = self.name.clone();
+        let status = match answer.outcome {
+            Outcome::Status(status) => sys::fmi2Status(status),
+            Outcome::Lacks => return fail(UnitFault::Lacks { instance, call }),
+            Outcome::Lost => return fail(self.lost()),
+        };
+        match status {
+            sys::fmi2Status::fmi2OK => return Ok(()),
+            sys::fmi2Status::fmi2Warning => {
+                if !std::mem::replace(&mut self.warned, true) {
+                    logger::note_arrival();
+                }
+                return Ok(());
+            }
+            sys::fmi2Status::fmi2Fatal => self.dead.store(true, Ordering::Relaxed),
+            _ => {}
         }
-        if status == sys::fmi2Status::fmi2Fatal {
-            self.dead.store(true, Ordering::Relaxed);
+        // after an error, the standard allows reset, restoring and freeing, but no fmi2Terminate;
+        // units answer so to derivatives that they do not know, though, and mean no harm
+        let asked_only = [Call::fmi2SetRealInputDerivatives, Call::fmi2GetRealOutputDerivatives];
+        if !asked_only.contains(&answer.call) {
+            self.running = false;
         }
         fail(UnitFault::Status {
-            instance: self.name.clone(),
+            instance,
             call,
             status: status.to_string(),
             time: self.time,
-            variables: self.names(call, references),
+            variables: self.names(answer.call, references),
             messages: self.take_messages(),
         })
     }
 
-    /// Whether a call has returned `fmi2Warning` so far.
-    #[must_use]
-    pub fn warned(&self) -> bool {
-        self.warned
+    /// Why its process is gone.
+    #[cold]
+    fn lost(&mut self) -> UnitFault {
+        self.dead.store(true, Ordering::Relaxed);
+        self.running = false;
+        let messages = self.take_messages();
+        match &mut self.backend {
+            Backend::Elsewhere(worker) => worker.loss(&self.name, self.time, messages),
+            Backend::Here { .. } => UnitFault::Dead { instance: self.name.clone() },
+        }
     }
 
-    fn names(&self, call: &str, references: &[u32]) -> Vec<String> {
+    fn zero_byte(&self, what: &str) -> UnitFault {
+        UnitFault::ZeroByte { instance: self.name.clone(), what: what.to_owned() }
+    }
+
+    fn names(&self, call: Call, references: &[u32]) -> Vec<String> {
         if references.len() > 3 {
             return vec![format!("{} variables", references.len())];
         }
-        let letter = if call.contains("Integer") {
-            'i'
-        } else if call.contains("Boolean") {
-            'b'
-        } else if call.contains("String") {
-            's'
-        } else {
-            'r'
+        let letter = match call {
+            Call::fmi2GetInteger | Call::fmi2SetInteger => 'i',
+            Call::fmi2GetBoolean | Call::fmi2SetBoolean => 'b',
+            Call::fmi2GetString | Call::fmi2SetString => 's',
+            _ => 'r',
         };
-        references
-            .iter()
-            .filter_map(|&reference| {
-                self.package.description().name_of(letter, reference).map(str::to_owned)
-            })
-            .collect()
+        let name = |&reference| self.package.description().name_of(letter, reference);
+        references.iter().filter_map(name).map(str::to_owned).collect()
     }
 }
 
-impl Drop for Instance {
-    fn drop(&mut self) {
-        if self.component.is_null() || self.dead.load(Ordering::Relaxed) {
-            return;
-        }
-        self.free_states();
-        if let Some(free) = self.functions.free_instance {
-            // SAFETY: the component is alive and not used after this
-            unsafe { free(self.component) };
-        }
-    }
+fn identity(package: &Package, name: &str) -> Result<Identity, UnitError> {
+    let text = |what: &str, text: &str| {
+        CString::new(text).map_err(|_| {
+            UnitError::from(UnitFault::ZeroByte {
+                instance: name.to_owned(),
+                what: what.to_owned(),
+            })
+        })
+    };
+    Ok(Identity {
+        name: text("its name", name)?,
+        guid: text("the GUID", &package.description().guid)?,
+        resources: text("the resource location", &package.resource_location())?,
+    })
 }

@@ -1,12 +1,17 @@
 //! Saving and restoring the state of an instance, and its derivatives with respect to inputs.
 
-use fmi2_sys as sys;
-
-use super::{Instance, UnitError, UnitFault, call, fail};
+use super::{Backend, Instance, UnitError, UnitFault, fail};
+use crate::component::{Data, Request};
 
 /// A saved state of one instance, which owns it: valid until freed or until the instance is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateId(usize);
+
+impl StateId {
+    pub(super) fn slot(self) -> usize {
+        self.0
+    }
+}
 
 impl Instance {
     /// Whether the unit says that its state can be saved and restored.
@@ -27,15 +32,10 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn save_state(&mut self, into: Option<StateId>) -> Result<StateId, UnitError> {
-        let slot = into.map_or(self.states.len(), |id| id.0);
-        let mut state = self.states.get(slot).copied().unwrap_or(std::ptr::null_mut());
-        let status = call!(self, get_fmu_state, "fmi2GetFMUstate", &raw mut state);
-        self.check(status, "fmi2GetFMUstate", &[])?;
-        match self.states.get_mut(slot) {
-            Some(place) => *place = state,
-            None => self.states.push(state),
+        match self.ask(&Request::SaveState(into.map(StateId::slot)), &[])? {
+            Data::Slot(slot) => Ok(StateId(slot)),
+            other => self.no_state(&other),
         }
-        Ok(StateId(slot))
     }
 
     /// Returns to a saved state (`fmi2SetFMUstate`); it stays saved.
@@ -43,9 +43,10 @@ impl Instance {
     /// # Errors
     /// The unit's, or the state has been freed.
     pub fn restore_state(&mut self, id: StateId) -> Result<(), UnitError> {
-        let state = self.state(id)?;
-        let status = call!(self, set_fmu_state, "fmi2SetFMUstate", state);
-        self.check(status, "fmi2SetFMUstate", &[])
+        match self.ask(&Request::RestoreState(id.0), &[])? {
+            Data::None => Ok(()),
+            other => self.no_state(&other),
+        }
     }
 
     /// Frees a saved state (`fmi2FreeFMUstate`).
@@ -53,10 +54,10 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn free_state(&mut self, id: StateId) -> Result<(), UnitError> {
-        let mut state = self.state(id)?;
-        self.states[id.0] = std::ptr::null_mut();
-        let status = call!(self, free_fmu_state, "fmi2FreeFMUstate", &raw mut state);
-        self.check(status, "fmi2FreeFMUstate", &[])
+        match self.ask(&Request::FreeState(id.0), &[])? {
+            Data::None => Ok(()),
+            other => self.no_state(&other),
+        }
     }
 
     /// A saved state as bytes (`fmi2SerializeFMUstate`), for another process or another day.
@@ -64,21 +65,10 @@ impl Instance {
     /// # Errors
     /// The unit's.
     pub fn serialize_state(&mut self, id: StateId) -> Result<Vec<u8>, UnitError> {
-        let state = self.state(id)?;
-        let mut size = 0;
-        let status = call!(
-            self,
-            serialized_fmu_state_size,
-            "fmi2SerializedFMUstateSize",
-            state,
-            &raw mut size
-        );
-        self.check(status, "fmi2SerializedFMUstateSize", &[])?;
-        let mut bytes = vec![0_u8; size];
-        let place = bytes.as_mut_ptr().cast();
-        let status = call!(self, serialize_fmu_state, "fmi2SerializeFMUstate", state, place, size);
-        self.check(status, "fmi2SerializeFMUstate", &[])?;
-        Ok(bytes)
+        match self.ask(&Request::SerializeState(id.0), &[])? {
+            Data::Bytes(bytes) => Ok(bytes),
+            other => self.no_state(&other),
+        }
     }
 
     /// A saved state made of bytes (`fmi2DeSerializeFMUstate`); restore it to use it.
@@ -86,18 +76,10 @@ impl Instance {
     /// # Errors
     /// The unit's: the bytes are not of this unit, for instance.
     pub fn deserialize_state(&mut self, bytes: &[u8]) -> Result<StateId, UnitError> {
-        let mut state = std::ptr::null_mut();
-        let status = call!(
-            self,
-            deserialize_fmu_state,
-            "fmi2DeSerializeFMUstate",
-            bytes.as_ptr().cast(),
-            bytes.len(),
-            &raw mut state
-        );
-        self.check(status, "fmi2DeSerializeFMUstate", &[])?;
-        self.states.push(state);
-        Ok(StateId(self.states.len() - 1))
+        match self.ask(&Request::DeserializeState(bytes.to_vec()), &[])? {
+            Data::Slot(slot) => Ok(StateId(slot)),
+            other => self.no_state(&other),
+        }
     }
 
     /// Derivative of unknowns along a direction of knowns (`fmi2GetDirectionalDerivative`):
@@ -112,32 +94,29 @@ impl Instance {
         seed: &[f64],
         out: &mut [f64],
     ) -> Result<(), UnitError> {
-        let status = call!(
-            self,
-            get_directional_derivative,
-            "fmi2GetDirectionalDerivative",
-            unknowns.as_ptr(),
-            unknowns.len().min(out.len()),
-            knowns.as_ptr(),
-            knowns.len().min(seed.len()),
-            seed.as_ptr(),
-            out.as_mut_ptr()
-        );
-        self.check(status, "fmi2GetDirectionalDerivative", unknowns)
+        self.alive()?;
+        let answer = match &mut self.backend {
+            Backend::Here { component, .. } => {
+                component.directional_derivative(unknowns, knowns, seed, out)
+            }
+            Backend::Elsewhere(worker) => {
+                let reply = worker.perform(&Request::GetDirectionalDerivative {
+                    unknowns: unknowns.to_vec(),
+                    knowns: knowns.to_vec(),
+                    seed: seed.to_vec(),
+                });
+                reply.data.copy_reals(out);
+                reply.answer
+            }
+        };
+        self.check(answer, unknowns)
     }
 
-    fn state(&self, id: StateId) -> Result<sys::fmi2FMUstate, UnitError> {
-        match self.states.get(id.0) {
-            Some(state) if !state.is_null() => Ok(*state),
-            _ => fail(UnitFault::NoState { instance: self.name.clone() }),
-        }
-    }
-
-    pub(super) fn free_states(&mut self) {
-        let Some(free) = self.functions.free_fmu_state else { return };
-        for mut state in self.states.drain(..).filter(|state| !state.is_null()) {
-            // SAFETY: the component is alive, the state is one of its own and freed once
-            unsafe { free(self.component, &raw mut state) };
-        }
+    fn no_state<T>(&self, data: &Data) -> Result<T, UnitError> {
+        let instance = self.name.clone();
+        fail(match data {
+            Data::TooLarge(size) => UnitFault::StateTooLarge { instance, size: *size },
+            _ => UnitFault::NoState { instance },
+        })
     }
 }

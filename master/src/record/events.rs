@@ -35,6 +35,8 @@ pub enum Kind {
     Overrun,
     /// The user ended the run.
     Interrupted,
+    /// A unit ended the run.
+    Terminated,
     /// The run failed.
     Failed,
 }
@@ -53,6 +55,7 @@ impl Kind {
             Self::Resumed => "resumed",
             Self::Overrun => "overrun",
             Self::Interrupted => "interrupted",
+            Self::Terminated => "terminated",
             Self::Failed => "failed",
         }
     }

@@ -111,9 +111,10 @@ impl<'a> Run<'a> {
         self.pacer = real_time.map(|factor| Pacer::new(WallClock::new(), factor, now));
         let status = self.steps(simulation, begin);
         self.progress.run = begin.elapsed();
+        let terminated = simulation.terminate();
+        // the first error is the one that matters
         let status = status?;
-        simulation.terminate()?;
-        Ok(status)
+        terminated.map(|()| status)
     }
 
     fn steps(&mut self, simulation: &mut Simulation<'_>, begin: Instant) -> Result<Status, Error> {
@@ -122,7 +123,14 @@ impl<'a> Run<'a> {
         self.observer.begin(simulation.remaining());
         let mut told = begin;
         while simulation.remaining() > 0 {
-            simulation.step()?;
+            match simulation.step() {
+                Err(Error::Step { time, source }) if source.asks_to_end() => {
+                    self.observer.notice(&source.to_string());
+                    let noted = self.journal.note(time, Kind::Terminated, source.to_string());
+                    return noted.map(|()| Status::Terminated).map_err(|e| self.failed(e));
+                }
+                stepped => stepped?,
+            }
             let done = simulation.done();
             self.progress.done = done;
             self.output.take(simulation).map_err(|e| self.failed(e))?;

@@ -81,6 +81,7 @@ impl Journal {
         self.heard = logger::arrived();
         self.warned.resize(participants.len(), false);
         for (k, participant) in participants.iter_mut().enumerate() {
+            self.keep_rejections(participant)?;
             let instance = participant.instance_mut();
             let messages = instance.take_messages();
             let grave = messages.iter().find(|message| message.grave);
@@ -103,6 +104,18 @@ impl Journal {
             for message in messages {
                 self.keep(time, &name, message)?;
             }
+        }
+        Ok(())
+    }
+
+    fn keep_rejections(&mut self, participant: &mut Participant) -> io::Result<()> {
+        for rejection in participant.take_rejections() {
+            self.log.add(&Event {
+                time: rejection.time,
+                kind: Kind::Retry,
+                instance: participant.instance().name().to_owned(),
+                text: rejection.to_string(),
+            })?;
         }
         Ok(())
     }

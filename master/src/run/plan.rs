@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use super::selection::Selection;
 use crate::coupling::{Algorithm, Exchange, Links, RealLink};
@@ -11,17 +12,38 @@ use crate::description::Type;
 use crate::error::Error;
 use crate::graph;
 use crate::instance::{Instance, UnitError};
+use crate::isolate::Isolation;
 use crate::library::Functions;
 use crate::participant::{Participant, Traffic};
-use crate::scenario::Scenario;
-use crate::system::{Link, System};
+use crate::scenario::{OnDiscard, Scenario, ScenarioError};
+use crate::system::{Link, Plan, System};
 
-/// Makes all instances; each library is loaded once.
-pub(super) fn instantiate(system: &System) -> Result<Vec<Instance>, Error> {
+/// Makes all instances; each library is loaded once, and again in the process of each isolated
+/// instance.
+pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<Instance>, Error> {
+    let settings = scenario.isolation;
+    let seconds = |limit: Option<f64>| limit.and_then(|it| Duration::try_from_secs_f64(it).ok());
+    let isolation = Isolation {
+        step_timeout: seconds(settings.step_timeout),
+        call_timeout: seconds(settings.call_timeout),
+        memory: settings.memory,
+        program: None,
+    };
+    let isolated = |plan: &Plan| plan.isolate.unwrap_or(settings.all);
+    if isolation != Isolation::default() && !system.instances.iter().any(isolated) {
+        return Err(ScenarioError::NothingIsolated.into());
+    }
     let mut loaded: HashMap<PathBuf, (Functions, Arc<AtomicBool>)> = HashMap::new();
     let mut instances = Vec::with_capacity(system.instances.len());
     for plan in &system.instances {
         let package = &plan.package;
+        if isolated(plan) {
+            let mut instance =
+                Instance::isolated(package, &isolation, &plan.name).map_err(Error::Instantiate)?;
+            isolation.step_timeout.into_iter().for_each(|it| instance.set_pending_limit(it));
+            instances.push(instance);
+            continue;
+        }
         // keyed by the unpacked binary: one file under two names is unpacked, and loaded, twice
         let binary = package.binary();
         let once = package.description().co_simulation.can_be_instantiated_only_once_per_process;
@@ -72,6 +94,9 @@ pub(super) fn plan(
     let mut participants = Vec::with_capacity(n);
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
         let mut participant = Participant::new(instance, traffic);
+        if scenario.algorithm.on_discard == OnDiscard::Retry {
+            participant.retry_discarded_steps()?;
+        }
         links[k].offered = participant.probe_outputs()?;
         participants.push(participant);
     }

@@ -43,7 +43,7 @@ struct UnitState {
 impl<'a> Simulation<'a> {
     pub(super) fn start(setup: &'a Setup) -> Result<Self, Error> {
         let Setup { scenario, system, selection, order, .. } = setup;
-        let mut instances = plan::instantiate(system)?;
+        let mut instances = plan::instantiate(scenario, system)?;
         let loops =
             initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;
         let algorithm: Box<dyn Algorithm<Participant>> = match scenario.algorithm.name {
@@ -129,17 +129,17 @@ impl<'a> Simulation<'a> {
         &mut self.participants
     }
 
-    /// Ends the run for all units.
+    /// Ends the run for all units that can still be called.
     ///
     /// # Errors
     /// The first unit's that fails.
     pub fn terminate(&mut self) -> Result<(), Error> {
         let time = self.time();
+        let mut result = Ok(());
         for participant in &mut self.participants {
-            let terminated = participant.instance_mut().terminate();
-            terminated.map_err(|source| Error::Step { time, source })?;
+            result = result.and(participant.instance_mut().terminate());
         }
-        Ok(())
+        result.map_err(|source| Error::Step { time, source })
     }
 
     /// All that is needed to go on from here in another process.

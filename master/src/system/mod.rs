@@ -46,6 +46,8 @@ pub struct Plan {
     pub name: String,
     /// Its unit.
     pub package: Arc<Package>,
+    /// Whether it runs in a process of its own, if the scenario says so of this instance.
+    pub isolate: Option<bool>,
     /// Set while instantiated: parameters and exact or approximate start values.
     pub parameters: Vec<(usize, Value)>,
     /// Set in initialization mode: inputs.

@@ -42,7 +42,13 @@ impl System {
                 return Err(bad(&name, "occurs twice"));
             }
             let package = Arc::clone(package);
-            self.instances.push(Plan { name, package, parameters: Vec::new(), inputs: Vec::new() });
+            self.instances.push(Plan {
+                name,
+                package,
+                isolate: instance.isolate,
+                parameters: Vec::new(),
+                inputs: Vec::new(),
+            });
             self.set_all(&place, index, instance)?;
         }
         Ok(())

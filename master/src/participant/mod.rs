@@ -1,11 +1,16 @@
 //! An instance as coupling algorithms see it: fixed lists of what is sent and read in each step.
 
+mod retry;
+
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use crate::component::{Layout, Received, Sent};
 use crate::coupling::{Inputs, Outputs, Unit};
 use crate::description::Type;
 use crate::instance::{Instance, UnitError};
+use retry::Retry;
+pub use retry::{MAX_PARTS, Rejection};
 
 /// Every so many steps are timed: reading the clock costs as much as a small unit's step. A prime,
 /// so that it does not beat with a unit's own rhythm.
@@ -93,28 +98,39 @@ pub struct Participant {
     instance: Instance,
     traffic: Traffic,
     timing: Timing,
-    real_inputs: Vec<u32>,
-    input_values: Vec<f64>,
-    derivative_inputs: Vec<u32>,
-    derivative_orders: Vec<i32>,
-    derivative_values: Vec<f64>,
-    integer_inputs: Vec<u32>,
-    boolean_inputs: Vec<u32>,
+    layout: Layout,
+    /// whether the instance knows the layout
+    laid_out: bool,
+    sent: Buffers,
+    received: Buffers,
     string_inputs: Vec<u32>,
-    // outputs that feed inputs come first, then what is only watched
+    string_outputs: Vec<u32>,
+    // variables read: outputs that feed inputs come first, then what is only watched
     reals: Vec<usize>,
-    real_references: Vec<u32>,
-    real_values: Vec<f64>,
     integers: Vec<usize>,
-    integer_references: Vec<u32>,
-    integer_values: Vec<i32>,
     booleans: Vec<usize>,
-    boolean_references: Vec<u32>,
-    boolean_values: Vec<i32>,
-    strings: Vec<u32>,
-    output_references: Vec<u32>,
-    output_orders: Vec<i32>,
-    output_derivatives: Vec<f64>,
+    retry: Option<Retry>,
+    rejections: Vec<Rejection>,
+}
+
+/// Values of one direction.
+#[derive(Debug, Default)]
+struct Buffers {
+    reals: Vec<f64>,
+    integers: Vec<i32>,
+    booleans: Vec<i32>,
+    derivatives: Vec<f64>,
+}
+
+impl Buffers {
+    fn new(reals: usize, integers: usize, booleans: usize) -> Self {
+        Self {
+            reals: vec![0.0; reals],
+            integers: vec![0; integers],
+            booleans: vec![0; booleans],
+            derivatives: Vec::new(),
+        }
+    }
 }
 
 /// Where a watched variable is found in its participant.
@@ -149,35 +165,38 @@ impl Participant {
         let integers =
             with_watched(traffic.integer_outputs.clone(), &[Type::Integer, Type::Enumeration]);
         let booleans = with_watched(traffic.boolean_outputs.clone(), &[Type::Boolean]);
-        let mut participant = Self {
-            real_inputs: traffic
+        let layout = Layout {
+            set_reals: traffic
                 .real_inputs
                 .iter()
                 .map(|(variable, _)| reference(variable))
                 .collect(),
-            input_values: vec![0.0; traffic.real_inputs.len()],
-            derivative_inputs: Vec::new(),
-            derivative_orders: Vec::new(),
-            derivative_values: Vec::new(),
-            integer_inputs: references(&traffic.integer_inputs),
-            boolean_inputs: references(&traffic.boolean_inputs),
+            set_integers: references(&traffic.integer_inputs),
+            set_booleans: references(&traffic.boolean_inputs),
+            get_reals: references(&reals),
+            get_integers: references(&integers),
+            get_booleans: references(&booleans),
+            ..Layout::default()
+        };
+        let mut participant = Self {
+            sent: Buffers::new(
+                layout.set_reals.len(),
+                layout.set_integers.len(),
+                layout.set_booleans.len(),
+            ),
+            received: Buffers::new(reals.len(), integers.len(), booleans.len()),
             string_inputs: references(&traffic.string_inputs),
-            real_references: references(&reals),
-            real_values: vec![0.0; reals.len()],
-            integer_references: references(&integers),
-            integer_values: vec![0; integers.len()],
-            boolean_references: references(&booleans),
-            boolean_values: vec![0; booleans.len()],
-            strings: references(&traffic.string_outputs),
-            output_references: Vec::new(),
-            output_orders: Vec::new(),
-            output_derivatives: Vec::new(),
+            string_outputs: references(&traffic.string_outputs),
+            layout,
+            laid_out: false,
             reals,
             integers,
             booleans,
             instance,
             traffic,
             timing: Timing::default(),
+            retry: None,
+            rejections: Vec::new(),
         };
         participant.lay_out_derivatives();
         participant
@@ -193,10 +212,12 @@ impl Participant {
                 })
                 .unzip()
         };
-        (self.derivative_inputs, self.derivative_orders) = flat(&self.traffic.real_inputs);
-        (self.output_references, self.output_orders) = flat(&self.traffic.real_outputs);
-        self.derivative_values = vec![0.0; self.derivative_inputs.len()];
-        self.output_derivatives = vec![0.0; self.output_references.len()];
+        let layout = &mut self.layout;
+        (layout.set_derivatives, layout.set_orders) = flat(&self.traffic.real_inputs);
+        (layout.get_derivatives, layout.get_orders) = flat(&self.traffic.real_outputs);
+        self.sent.derivatives = vec![0.0; layout.set_derivatives.len()];
+        self.received.derivatives = vec![0.0; layout.get_derivatives.len()];
+        self.laid_out = false;
     }
 
     /// Finds out which output derivatives the unit gives, up to those wanted, and keeps to them.
@@ -240,7 +261,7 @@ impl Participant {
                 .traffic
                 .real_inputs
                 .iter()
-                .zip(&self.real_inputs)
+                .zip(&self.layout.set_reals)
                 .filter(|((_, highest), _)| i32::try_from(*highest).is_ok_and(|h| h >= order))
                 .map(|(_, &reference)| reference)
                 .collect();
@@ -292,9 +313,9 @@ impl Participant {
     #[must_use]
     pub fn value(&self, slot: Slot) -> f64 {
         match slot {
-            Slot::Real(k) => self.real_values[k],
-            Slot::Integer(k) => f64::from(self.integer_values[k]),
-            Slot::Boolean(k) => f64::from(u8::from(self.boolean_values[k] != 0)),
+            Slot::Real(k) => self.received.reals[k],
+            Slot::Integer(k) => f64::from(self.received.integers[k]),
+            Slot::Boolean(k) => f64::from(u8::from(self.received.booleans[k] != 0)),
         }
     }
 }
@@ -307,36 +328,39 @@ impl Unit for Participant {
         let mut at = 0;
         for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
             let p = inputs.reals[k];
-            self.input_values[k] = p[0];
+            self.sent.reals[k] = p[0];
             // at most three: a loop is faster than a call to copy memory
-            for (value, derivative) in self.derivative_values[at..].iter_mut().zip(&p[1..=*highest])
-            {
+            let derivatives = &mut self.sent.derivatives[at..];
+            for (value, derivative) in derivatives.iter_mut().zip(&p[1..=*highest]) {
                 *value = *derivative;
             }
             at += highest;
         }
-        let begin = self.timing.begin();
-        let instance = &mut self.instance;
-        instance.set_real(&self.real_inputs, &self.input_values)?;
-        instance.set_integer(&self.integer_inputs, &inputs.integers)?;
-        instance.set_boolean(&self.boolean_inputs, &inputs.booleans)?;
-        for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
-            instance.set_string(reference, text)?;
+        self.sent.integers.copy_from_slice(&inputs.integers);
+        self.sent.booleans.copy_from_slice(&inputs.booleans);
+        if let Some(retry) = &mut self.retry {
+            retry.inputs.copy_from_slice(&inputs.reals);
         }
-        instance.set_real_input_derivatives(
-            &self.derivative_inputs,
-            &self.derivative_orders,
-            &self.derivative_values,
-        )?;
+        let begin = self.timing.begin();
+        for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
+            self.instance.set_string(reference, text)?;
+        }
+        self.send_values()?;
         if let Some(begin) = begin {
             self.timing.exchanging += begin.elapsed();
         }
         Ok(())
     }
 
+    fn begin_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        self.instance.begin_step(time, size)
+    }
+
     fn step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
         let begin = self.timing.begin();
-        self.instance.do_step(time, size)?;
+        if let Err(error) = self.instance.do_step(time, size) {
+            self.step_in_parts(time, size, error)?;
+        }
         if let Some(begin) = begin {
             self.timing.stepping += begin.elapsed();
         }
@@ -345,21 +369,25 @@ impl Unit for Participant {
 
     fn receive(&mut self, time: f64, outputs: &mut Outputs) -> Result<(), UnitError> {
         let begin = self.timing.begin();
-        self.get_all(outputs)?;
+        self.receive_values(time)?;
+        for (text, &reference) in outputs.strings.iter_mut().zip(&self.string_outputs) {
+            *text = self.instance.get_string(reference)?;
+        }
         if let Some(begin) = begin {
             self.timing.exchanging += begin.elapsed();
         }
         // 0·x is zero unless x is NaN or infinite: one sum tells of all values
-        let suspicious: f64 = self.real_values.iter().map(|x| x * 0.0).sum();
+        let suspicious: f64 = self.received.reals.iter().map(|x| x * 0.0).sum();
         if suspicious != 0.0
-            && let Some(k) = self.real_values.iter().position(|x| !x.is_finite())
+            && let Some(k) = self.received.reals.iter().position(|x| !x.is_finite())
         {
-            return Err(self.instance.not_finite(self.reals[k], self.real_values[k], time).into());
+            let value = self.received.reals[k];
+            return Err(self.instance.not_finite(self.reals[k], value, time).into());
         }
-        let mut derivatives = self.output_derivatives.iter();
+        let mut derivatives = self.received.derivatives.iter();
         for (k, &(variable, highest)) in self.traffic.real_outputs.iter().enumerate() {
             let point = &mut outputs.reals[k];
-            point[0] = self.real_values[k];
+            point[0] = self.received.reals[k];
             for (place, &value) in point[1..=highest].iter_mut().zip(&mut derivatives) {
                 if !value.is_finite() {
                     return Err(self.instance.not_finite(variable, value, time).into());
@@ -368,27 +396,36 @@ impl Unit for Participant {
             }
         }
         let feeding = outputs.integers.len();
-        outputs.integers.copy_from_slice(&self.integer_values[..feeding]);
+        outputs.integers.copy_from_slice(&self.received.integers[..feeding]);
         let feeding = outputs.booleans.len();
-        outputs.booleans.copy_from_slice(&self.boolean_values[..feeding]);
+        outputs.booleans.copy_from_slice(&self.received.booleans[..feeding]);
         Ok(())
     }
 }
 
 impl Participant {
-    fn get_all(&mut self, outputs: &mut Outputs) -> Result<(), UnitError> {
-        let instance = &mut self.instance;
-        instance.get_real(&self.real_references, &mut self.real_values)?;
-        instance.get_real_output_derivatives(
-            &self.output_references,
-            &self.output_orders,
-            &mut self.output_derivatives,
-        )?;
-        instance.get_integer(&self.integer_references, &mut self.integer_values)?;
-        instance.get_boolean(&self.boolean_references, &mut self.boolean_values)?;
-        for (text, &reference) in outputs.strings.iter_mut().zip(&self.strings) {
-            *text = instance.get_string(reference)?;
-        }
+    fn tell_layout(&mut self) -> Result<(), UnitError> {
+        self.instance.lay_out(&self.layout)?;
+        self.laid_out = true;
         Ok(())
+    }
+
+    #[inline]
+    fn send_values(&mut self) -> Result<(), UnitError> {
+        if !self.laid_out {
+            self.tell_layout()?;
+        }
+        let Buffers { reals, integers, booleans, derivatives } = &self.sent;
+        self.instance.send(&self.layout, &Sent { reals, integers, booleans, derivatives })
+    }
+
+    #[inline]
+    fn receive_values(&mut self, time: f64) -> Result<(), UnitError> {
+        if !self.laid_out {
+            self.tell_layout()?;
+        }
+        let Buffers { reals, integers, booleans, derivatives } = &mut self.received;
+        let mut received = Received { reals, integers, booleans, derivatives };
+        self.instance.receive(&self.layout, &mut received, time)
     }
 }

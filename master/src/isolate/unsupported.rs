@@ -1,0 +1,63 @@
+//! What stands in for workers where they do not work.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use super::Isolation;
+use crate::component::{Answer, Identity, Layout, Received, Reply, Request, Sent};
+use crate::description::Description;
+use crate::instance::{UnitError, UnitFault};
+use crate::logger::Message;
+use crate::package::Package;
+
+/// There is none.
+pub(crate) enum Worker {}
+
+/// Turns this program into a worker if it was started as one: never, on this system.
+#[must_use]
+pub fn serve_if_worker() -> Option<ExitCode> {
+    None
+}
+
+impl Worker {
+    pub(crate) fn start(
+        _package: &Arc<Package>,
+        _isolation: &Isolation,
+        _identity: &Identity,
+        name: &str,
+    ) -> Result<Self, UnitError> {
+        Err(UnitFault::CannotIsolate { instance: name.to_owned() }.into())
+    }
+
+    pub(crate) fn perform(&mut self, _request: &Request) -> Reply {
+        match *self {}
+    }
+
+    pub(crate) fn lay_out(&mut self, _layout: &Layout) -> Answer {
+        match *self {}
+    }
+
+    pub(crate) fn send(&mut self, _sent: &Sent) -> Answer {
+        match *self {}
+    }
+
+    pub(crate) fn receive(&mut self, _received: &mut Received) -> Answer {
+        match *self {}
+    }
+
+    pub(crate) fn begin_step(&mut self, _time: f64, _size: f64, _save: Option<usize>) -> Answer {
+        match *self {}
+    }
+
+    pub(crate) fn do_step(&mut self, _time: f64, _size: f64, _save: Option<usize>) -> Answer {
+        match *self {}
+    }
+
+    pub(crate) fn take_messages(&mut self, _description: &Description) -> Vec<Message> {
+        match *self {}
+    }
+
+    pub(crate) fn loss(&self, _: &str, _: Option<f64>, _: Vec<Message>) -> UnitFault {
+        match *self {}
+    }
+}

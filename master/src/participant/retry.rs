@@ -1,0 +1,148 @@
+//! A step that the unit discards is tried again in parts.
+//!
+//! The state before every step is saved. When the unit discards the step, it is put back and the
+//! same step is made in 2 equal parts, then 4, 8 … up to [`MAX_PARTS`]. Each part gets the same
+//! input functions: with τ the part's beginning within the step, p(τ), p'(τ), p''(τ) and p'''(τ)
+//! of each input's polynomial. So the result is what the unit would have given with a smaller
+//! communication step of its own, and nobody else notices.
+
+use super::Participant;
+use crate::coupling::signal::Taylor;
+use crate::instance::{StateId, UnitError, UnitFault};
+use crate::logger;
+
+/// Into how many parts a discarded step is divided at most.
+pub const MAX_PARTS: u32 = 1024;
+
+/// What a retry needs.
+#[derive(Debug)]
+pub(super) struct Retry {
+    /// saved before the step
+    state: StateId,
+    /// of the step, at its beginning
+    pub(super) inputs: Vec<Taylor>,
+}
+
+/// A step that the unit discarded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rejection {
+    /// Time at the step's beginning (s).
+    pub time: f64,
+    /// The whole step (s).
+    pub size: f64,
+    /// Into how many parts it was divided in the end.
+    pub parts: u32,
+    /// Whether all parts were made.
+    pub made: bool,
+}
+
+impl std::fmt::Display for Rejection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { size, parts, made, .. } = self;
+        let outcome = if *made { "made" } else { "not to be made" };
+        write!(f, "the unit discarded the step of {size} s; it was {outcome} in {parts} parts")
+    }
+}
+
+/// Value and derivatives after τ.
+fn shifted(p: &Taylor, tau: f64) -> Taylor {
+    [
+        p[0] + tau * (p[1] + tau / 2.0 * (p[2] + tau / 3.0 * p[3])),
+        p[1] + tau * (p[2] + tau / 2.0 * p[3]),
+        p[2] + tau * p[3],
+        p[3],
+    ]
+}
+
+impl Participant {
+    /// Saves the state before every step from now on, and tries steps that the unit discards in
+    /// parts. Returns whether the unit can do that: it must be able to save its state and to take
+    /// steps of any size.
+    ///
+    /// # Errors
+    /// The unit cannot save its state, though it says so.
+    pub fn retry_discarded_steps(&mut self) -> Result<bool, UnitError> {
+        let unit = &self.instance.package().description().co_simulation;
+        if !unit.can_get_and_set_fmu_state || !unit.can_handle_variable_communication_step_size {
+            return Ok(false);
+        }
+        let state = self.instance.save_state(None)?;
+        self.instance.save_before_steps(Some(state));
+        let inputs = vec![[0.0; 4]; self.traffic.real_inputs.len()];
+        self.retry = Some(Retry { state, inputs });
+        Ok(true)
+    }
+
+    /// Takes the list of steps that the unit discarded since the last call.
+    pub fn take_rejections(&mut self) -> Vec<Rejection> {
+        std::mem::take(&mut self.rejections)
+    }
+
+    /// Makes a step that has just failed in parts, if it can be.
+    #[cold]
+    pub(super) fn step_in_parts(
+        &mut self,
+        time: f64,
+        size: f64,
+        error: UnitError,
+    ) -> Result<(), UnitError> {
+        let Some(retry) = self.retry.take() else { return Err(error) };
+        self.instance.save_before_steps(None);
+        let mut rejection = Rejection { time, size, parts: 1, made: false };
+        let mut outcome = Err(error);
+        while let Err(error) = &outcome
+            && asks_for_less(error)
+            && rejection.parts < MAX_PARTS
+        {
+            rejection.parts *= 2;
+            outcome = self.make_parts(&retry, rejection);
+        }
+        rejection.made = outcome.is_ok();
+        if rejection.parts > 1 {
+            self.rejections.push(rejection);
+            logger::note_arrival();
+        }
+        self.instance.save_before_steps(Some(retry.state));
+        self.retry = Some(retry);
+        outcome
+    }
+
+    fn make_parts(&mut self, retry: &Retry, step: Rejection) -> Result<(), UnitError> {
+        self.instance.restore_state(retry.state)?;
+        let part = step.size / f64::from(step.parts);
+        for k in 0..step.parts {
+            let tau = f64::from(k) * part;
+            let mut at = 0;
+            for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
+                let p = shifted(&retry.inputs[k], tau);
+                self.sent.reals[k] = p[0];
+                self.sent.derivatives[at..at + highest].copy_from_slice(&p[1..=*highest]);
+                at += highest;
+            }
+            self.send_values()?;
+            self.instance.do_step(step.time + tau, part)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a smaller step may help.
+fn asks_for_less(error: &UnitError) -> bool {
+    matches!(error.fault(), UnitFault::Discarded { terminated: false, .. })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The shifted polynomial takes the same values: all terms are exact in these numbers.
+    #[test]
+    fn analytic_a_shifted_polynomial_is_the_same_function() {
+        let p = [1.0, -2.0, 3.0, 6.0];
+        let at = |p: &Taylor, t: f64| p[0] + p[1] * t + p[2] * t * t / 2.0 + p[3] * t * t * t / 6.0;
+        let q = shifted(&p, 0.5);
+        for t in [0.0, 0.25, 0.5, 1.0, 2.0] {
+            assert!((at(&q, t) - at(&p, t + 0.5)).abs() < 1e-14, "{t}");
+        }
+    }
+}
