@@ -81,6 +81,10 @@ pub struct Instance {
     #[serde(default, deserialize_with = "unique", skip_serializing_if = "IndexMap::is_empty")]
     #[schemars(with = "IndexMap<String, Setting>")]
     pub start: IndexMap<String, Setting>,
+    /// Steps that it makes per communication step, each on its part of the inputs' polynomials.
+    #[serde(default = "one_step", skip_serializing_if = "is_one_step")]
+    #[schemars(range(min = 1))]
+    pub steps: u32,
     /// Run it in a process of its own, or not; left out: as `isolation.all` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isolate: Option<bool>,
@@ -419,6 +423,15 @@ pub struct Panel {
     pub labels: Vec<String>,
 }
 
+const fn one_step() -> u32 {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+const fn is_one_step(steps: &u32) -> bool {
+    *steps == 1
+}
+
 const fn one() -> f64 {
     1.0
 }
@@ -558,6 +571,12 @@ impl Scenario {
         self.experiment.steps()?;
         for entry in 0..self.record.signals.len().max(1) {
             self.stride(entry)?;
+        }
+        for (name, instance) in &self.instances {
+            if instance.steps == 0 {
+                let what = format!("instances.{name}.steps");
+                return Err(range(&what, "0".to_owned(), "whole numbers from 1"));
+            }
         }
         if self.record.format.is_empty() {
             return Err(range("record.format", "empty".to_owned(), "csv, parquet, or both"));

@@ -14,14 +14,15 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use support::{Bench, DESCRIPTION, ring, with_states};
 
-/// An oscillator of two integrators with signals of all types, recorded at two intervals, drawn.
+/// An oscillator, two integrators and a change of sign, with signals of all types, recorded at two intervals, drawn.
 fn scenario(step: f64) -> Value {
     let mut scenario = ring();
-    scenario["instances"]["a"]["start"] = json!({ "u": 1.0, "n": 7, "b": true, "s": "ü, \"x\"" });
-    scenario["instances"]["b"]["parameters"] = json!({ "gain": -1.0 });
+    scenario["instances"]["a"]["start"] = json!({ "y": 1.0, "n": 7, "b": true, "s": "ü, \"x\"" });
+    scenario["instances"]["c"] = json!({ "unit": "unit", "parameters": { "gain": -1.0 } });
     scenario["connections"] = json!([
         { "from": "a.y", "to": "b.u" },
-        { "from": "b.z", "to": "a.u" },
+        { "from": "b.y", "to": "c.u" },
+        { "from": "c.z", "to": "a.u" },
         { "from": "a.m", "to": "b.n" },
         { "from": "a.c", "to": "b.b" },
         { "from": "a.t", "to": "b.s" },
@@ -57,6 +58,8 @@ fn results(bench: &Bench, folder: &str) -> Results {
     let read = |name: &str| fs::read(bench.path(folder).join(name)).unwrap();
     let summary: Value = serde_json::from_slice(&read("summary.json")).unwrap();
     assert_eq!(summary["status"], "finished");
+    // an oscillation, of which not everything is seen at every point
+    assert!(summary["signals"]["a.y"]["min"].as_f64().unwrap() < -0.3);
     Results {
         csv: read("results.csv"),
         parquet: read("results.parquet"),

@@ -1,14 +1,17 @@
 //! An instance as coupling algorithms see it: fixed lists of what is sent and read in each step.
 
+mod rate;
 mod retry;
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::component::{Layout, Received, Sent};
+use crate::coupling::signal::Taylor;
 use crate::coupling::{Inputs, Outputs, Unit};
 use crate::description::Type;
 use crate::instance::{Instance, UnitError};
+use rate::Rate;
 use retry::Retry;
 pub use retry::{MAX_PARTS, Rejection};
 
@@ -109,6 +112,7 @@ pub struct Participant {
     reals: Vec<usize>,
     integers: Vec<usize>,
     booleans: Vec<usize>,
+    rate: Option<Rate>,
     retry: Option<Retry>,
     rejections: Vec<Rejection>,
 }
@@ -195,6 +199,7 @@ impl Participant {
             instance,
             traffic,
             timing: Timing::default(),
+            rate: None,
             retry: None,
             rejections: Vec::new(),
         };
@@ -325,19 +330,12 @@ impl Unit for Participant {
 
     fn send(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
         self.timing.begin_step();
-        let mut at = 0;
-        for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
-            let p = inputs.reals[k];
-            self.sent.reals[k] = p[0];
-            // at most three: a loop is faster than a call to copy memory
-            let derivatives = &mut self.sent.derivatives[at..];
-            for (value, derivative) in derivatives.iter_mut().zip(&p[1..=*highest]) {
-                *value = *derivative;
-            }
-            at += highest;
-        }
         self.sent.integers.copy_from_slice(&inputs.integers);
         self.sent.booleans.copy_from_slice(&inputs.booleans);
+        match &mut self.rate {
+            Some(rate) => rate.take(&inputs.reals),
+            None => self.fill(|k, _| inputs.reals[k]),
+        }
         if let Some(retry) = &mut self.retry {
             retry.inputs.copy_from_slice(&inputs.reals);
         }
@@ -345,7 +343,9 @@ impl Unit for Participant {
         for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
             self.instance.set_string(reference, text)?;
         }
-        self.send_values()?;
+        if self.rate.is_none() {
+            self.send_values()?;
+        }
         if let Some(begin) = begin {
             self.timing.exchanging += begin.elapsed();
         }
@@ -353,13 +353,18 @@ impl Unit for Participant {
     }
 
     fn begin_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
-        self.instance.begin_step(time, size)
+        match self.rate {
+            // its own steps need inputs in between
+            Some(_) => Ok(()),
+            None => self.instance.begin_step(time, size),
+        }
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
         let begin = self.timing.begin();
-        if let Err(error) = self.instance.do_step(time, size) {
-            self.step_in_parts(time, size, error)?;
+        match self.rate {
+            Some(_) => self.own_steps(time, size)?,
+            None => self.one_step(time, size)?,
         }
         if let Some(begin) = begin {
             self.timing.stepping += begin.elapsed();
@@ -404,6 +409,31 @@ impl Unit for Participant {
 }
 
 impl Participant {
+    #[inline]
+    fn one_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        match self.instance.do_step(time, size) {
+            Err(error) => self.step_in_parts(time, size, error),
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// Puts the Real inputs into what is sent next: from an input's position and the highest
+    /// derivative that it takes to the polynomial that stands for it.
+    #[inline]
+    fn fill(&mut self, polynomial: impl Fn(usize, usize) -> Taylor) {
+        let mut at = 0;
+        for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
+            let p = polynomial(k, *highest);
+            self.sent.reals[k] = p[0];
+            // at most three: a loop is faster than a call to copy memory
+            let derivatives = &mut self.sent.derivatives[at..];
+            for (value, derivative) in derivatives.iter_mut().zip(&p[1..=*highest]) {
+                *value = *derivative;
+            }
+            at += highest;
+        }
+    }
+
     fn tell_layout(&mut self) -> Result<(), UnitError> {
         self.instance.lay_out(&self.layout)?;
         self.laid_out = true;

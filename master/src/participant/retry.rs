@@ -7,6 +7,7 @@
 //! communication step of its own, and nobody else notices.
 
 use super::Participant;
+use super::rate::shifted;
 use crate::coupling::signal::Taylor;
 use crate::instance::{StateId, UnitError, UnitFault};
 use crate::logger;
@@ -42,16 +43,6 @@ impl std::fmt::Display for Rejection {
         let outcome = if *made { "made" } else { "not to be made" };
         write!(f, "the unit discarded the step of {size} s; it was {outcome} in {parts} parts")
     }
-}
-
-/// Value and derivatives after τ.
-fn shifted(p: &Taylor, tau: f64) -> Taylor {
-    [
-        p[0] + tau * (p[1] + tau / 2.0 * (p[2] + tau / 3.0 * p[3])),
-        p[1] + tau * (p[2] + tau / 2.0 * p[3]),
-        p[2] + tau * p[3],
-        p[3],
-    ]
 }
 
 impl Participant {
@@ -112,13 +103,7 @@ impl Participant {
         let part = step.size / f64::from(step.parts);
         for k in 0..step.parts {
             let tau = f64::from(k) * part;
-            let mut at = 0;
-            for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
-                let p = shifted(&retry.inputs[k], tau);
-                self.sent.reals[k] = p[0];
-                self.sent.derivatives[at..at + highest].copy_from_slice(&p[1..=*highest]);
-                at += highest;
-            }
+            self.fill(|k, _| shifted(&retry.inputs[k], tau));
             self.send_values()?;
             self.instance.do_step(step.time + tau, part)?;
         }
@@ -129,20 +114,4 @@ impl Participant {
 /// Whether a smaller step may help.
 fn asks_for_less(error: &UnitError) -> bool {
     matches!(error.fault(), UnitFault::Discarded { terminated: false, .. })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The shifted polynomial takes the same values: all terms are exact in these numbers.
-    #[test]
-    fn analytic_a_shifted_polynomial_is_the_same_function() {
-        let p = [1.0, -2.0, 3.0, 6.0];
-        let at = |p: &Taylor, t: f64| p[0] + p[1] * t + p[2] * t * t / 2.0 + p[3] * t * t * t / 6.0;
-        let q = shifted(&p, 0.5);
-        for t in [0.0, 0.25, 0.5, 1.0, 2.0] {
-            assert!((at(&q, t) - at(&p, t + 0.5)).abs() < 1e-14, "{t}");
-        }
-    }
 }

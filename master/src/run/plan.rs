@@ -94,6 +94,7 @@ pub(super) fn plan(
     let mut participants = Vec::with_capacity(n);
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
         let mut participant = Participant::new(instance, traffic);
+        participant.set_steps(system.instances[k].steps);
         if scenario.algorithm.on_discard == OnDiscard::Retry {
             participant.retry_discarded_steps()?;
         }
@@ -155,7 +156,8 @@ fn connect(
                 output,
                 factor: link.conversion.factor,
                 offset: link.conversion.offset,
-                limit,
+                // a unit with steps of its own gets the whole polynomial in parts
+                limit: if system.instances[to.instance].steps > 1 { 3 } else { limit },
             });
         }
         Type::Integer | Type::Enumeration => {

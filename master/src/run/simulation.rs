@@ -57,7 +57,9 @@ impl<'a> Simulation<'a> {
         exchange.start(time, &mut participants).map_err(failed)?;
         for (k, participant) in participants.iter_mut().enumerate() {
             let highest = participant.probe_inputs().map_err(failed)?;
-            exchange.limit(k, highest);
+            if !participant.has_own_steps() {
+                exchange.limit(k, highest);
+            }
             // a unit may have complained about what was only probed
             participant.instance_mut().take_messages();
         }

@@ -48,6 +48,8 @@ pub struct Plan {
     pub package: Arc<Package>,
     /// Whether it runs in a process of its own, if the scenario says so of this instance.
     pub isolate: Option<bool>,
+    /// Steps per communication step.
+    pub steps: u32,
     /// Set while instantiated: parameters and exact or approximate start values.
     pub parameters: Vec<(usize, Value)>,
     /// Set in initialization mode: inputs.

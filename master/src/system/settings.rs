@@ -46,6 +46,7 @@ impl System {
                 name,
                 package,
                 isolate: instance.isolate,
+                steps: instance.steps,
                 parameters: Vec::new(),
                 inputs: Vec::new(),
             });

@@ -66,10 +66,15 @@ pub const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>
 "#;
 
-/// The same of a unit whose state can be saved and serialized.
+/// The same of a unit whose state can be saved and serialized, and whose y can be given at the start.
 pub fn with_states() -> String {
     let states = "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"";
-    DESCRIPTION.replace("canInterpolateInputs", &format!("{states} canInterpolateInputs"))
+    let exact = "name=\"y\" valueReference=\"1\" causality=\"output\" initial=\"exact\">\n      <Real start=\"0\"";
+    let changed = DESCRIPTION
+        .replace("canInterpolateInputs", &format!("{states} canInterpolateInputs"))
+        .replace(&exact.replace("exact", "calculated").replace(" start=\"0\"", ""), exact);
+    assert!(changed.contains(exact));
+    changed
 }
 
 /// A folder of its own with units and scenarios.
