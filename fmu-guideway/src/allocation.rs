@@ -1,40 +1,8 @@
 //! Stepping, saving and restoring must not allocate, with the unit's own state and scratch memory.
 #![allow(clippy::unwrap_used)]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use fmi2_export::testing::Instance;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-/// The system's allocator, counting per thread.
-struct Counting;
-
-// SAFETY: everything is the system allocator's.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn issue_stepping_saving_and_restoring_do_not_allocate() {
@@ -56,23 +24,23 @@ fn issue_stepping_saving_and_restoring_do_not_allocate() {
     unit.save().unwrap();
     unit.derivative("midspan_acceleration_01", "force_01").unwrap();
     unit.step(0.0, 1e-3).unwrap();
-    let before = COUNT.with(Cell::get);
     let mut height = [0.0; 64];
-    for n in 1..50 {
-        let t = f64::from(n) * 1e-3;
-        unit.set_reals(&forces, &[5e3 + 10.0 * t; 64]).unwrap();
-        unit.set_reals(&positions, &place(t)).unwrap();
-        unit.set_input_derivative("force_07", 1, 2e3).unwrap();
-        unit.step(t, 1e-3).unwrap();
-        unit.reals(&heights, &mut height).unwrap();
-        unit.output_derivative("rate_07", 1).unwrap();
-        unit.derivative("midspan_acceleration_01", "force_01").unwrap();
-        unit.save().unwrap();
-        unit.restore().unwrap();
-    }
-    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    let counted = measure(|| {
+        for n in 1..50 {
+            let t = f64::from(n) * 1e-3;
+            unit.set_reals(&forces, &[5e3 + 10.0 * t; 64]).unwrap();
+            unit.set_reals(&positions, &place(t)).unwrap();
+            unit.set_input_derivative("force_07", 1, 2e3).unwrap();
+            unit.step(t, 1e-3).unwrap();
+            unit.reals(&heights, &mut height).unwrap();
+            unit.output_derivative("rate_07", 1).unwrap();
+            unit.derivative("midspan_acceleration_01", "force_01").unwrap();
+            unit.save().unwrap();
+            unit.restore().unwrap();
+        }
+    });
+    assert_eq!(counted.count_total, 0);
     assert!(height[0] != 0.0, "nothing moved");
     // The counter does count.
-    drop(height.to_vec());
-    assert!(COUNT.with(Cell::get) > before);
+    assert!(measure(|| drop(height.to_vec())).count_total > 0);
 }

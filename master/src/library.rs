@@ -86,9 +86,11 @@ macro_rules! functions {
     ($(#[$doc:meta])* $visibility:vis struct $name:ident { $($field:ident: $symbol:ident as $type:ident,)* }) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
-        #[expect(dead_code, reason = "the whole interface is looked up; not all of it is called yet")]
         $visibility struct $name {
-            $(pub(crate) $field: sys::$type,)*
+            $(
+                #[doc = concat!("`", stringify!($symbol), "`")]
+                pub $field: sys::$type,
+            )*
             pub(crate) report: Option<Report>,
         }
 

@@ -2,41 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use fmi2_export::testing::Instance;
 use fmi2_export::*;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-/// The system's allocator, counting per thread.
-struct Counting;
-
-// SAFETY: everything is the system allocator's.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// ẋ_k = u_k.
 struct Integrators {
@@ -81,20 +49,20 @@ fn issue_stepping_saving_and_restoring_do_not_allocate() {
     // The first save makes the memory, the first derivative the scratch.
     one.save().unwrap();
     one.derivative("x_01", "u_01").unwrap();
-    let before = COUNT.with(Cell::get);
-    for k in 0..1000 {
-        one.set_reals(&inputs, &[1.0; 8]).unwrap();
-        one.set_input_derivative("u_03", 1, 2.0).unwrap();
-        one.step(f64::from(k) * 0.5, 0.5).unwrap();
-        one.reals(&outputs, &mut values).unwrap();
-        one.derivative("x_01", "u_01").unwrap();
-        one.save().unwrap();
-        one.restore().unwrap();
-    }
-    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    let counted = measure(|| {
+        for k in 0..1000 {
+            one.set_reals(&inputs, &[1.0; 8]).unwrap();
+            one.set_input_derivative("u_03", 1, 2.0).unwrap();
+            one.step(f64::from(k) * 0.5, 0.5).unwrap();
+            one.reals(&outputs, &mut values).unwrap();
+            one.derivative("x_01", "u_01").unwrap();
+            one.save().unwrap();
+            one.restore().unwrap();
+        }
+    });
+    assert_eq!(counted.count_total, 0);
     assert_eq!(values[0], 500.0);
     assert_eq!(values[2], 500.0 + 1000.0 * 0.25);
     // The counter does count.
-    drop(vec![one.real("x_01").unwrap()]);
-    assert!(COUNT.with(Cell::get) > before);
+    assert!(measure(|| drop(vec![one.real("x_01").unwrap()])).count_total > 0);
 }

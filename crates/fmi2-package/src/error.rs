@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     File {
         /// The file.
         path: PathBuf,
@@ -14,7 +14,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The system's loader refuses the library.
-    #[error("{}: the library cannot be loaded: {source}", path.display())]
+    #[error("{}: the library cannot be loaded", path.display())]
     Load {
         /// The library.
         path: PathBuf,

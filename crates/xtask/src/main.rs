@@ -1,4 +1,4 @@
-//! The project's tasks: `cargo xtask package | run | test | codegen`.
+//! The project's tasks: `cargo xtask package | run | test | sanitize | codegen`.
 
 // A task runner talks to its user on the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -8,6 +8,7 @@ mod check;
 mod documentation;
 mod package;
 mod python;
+mod sanitize;
 mod target;
 mod workspace;
 
@@ -78,6 +79,12 @@ enum Task {
         #[arg(long)]
         no_python: bool,
     },
+    /// Random calls on the units, built with the address and leak sanitizers (Linux, x86_64)
+    Sanitize {
+        /// Calls on each unit
+        #[arg(long, default_value_t = 1_000_000)]
+        calls: u64,
+    },
     /// Regenerate what is generated and committed: FMI bindings, model descriptions, layouts, schema
     Codegen {
         /// Change nothing, fail on a difference
@@ -103,6 +110,7 @@ fn main() -> Result<()> {
             workspace::run_maglev(&scenario, &options)
         }
         Task::Test { no_python } => check::all(!no_python),
+        Task::Sanitize { calls } => sanitize::run(calls),
         Task::Codegen { check } => check::codegen(check),
     }
 }
