@@ -1,7 +1,7 @@
 //! Maps the unit's variables on the physics.
 
 use fmi2_export::{Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, Step, Values};
-use magnet::{Course, InputRates, Magnet, Parameters, Workspace};
+use magnet::{Course, InputRates, Magnet, Parameters, Rates, Workspace};
 use serde::{Deserialize, Serialize};
 
 use crate::table::{self, Derived, Handles, Inputs, Outputs};
@@ -16,6 +16,8 @@ pub struct Ems {
     /// Always rebuilt where a state was made with other parameters, so it is a cache only.
     magnet: Magnet,
     workspace: Workspace,
+    /// What the outputs' derivatives of one call share.
+    rates: Rates,
 }
 
 /// Everything that changes while stepping.
@@ -60,8 +62,8 @@ impl Model for Ems {
         let parameters = Handles::declare(interface);
         table::depend(interface, &inputs, &outputs, &derived, &parameters);
         let magnet = Magnet::new(Parameters::default()).map_err(|error| Error::caused(&error))?;
-        let workspace = Workspace::default();
-        Ok(Self { inputs, outputs, derived, parameters, magnet, workspace })
+        let (workspace, rates) = (Workspace::default(), Rates::default());
+        Ok(Self { inputs, outputs, derived, parameters, magnet, workspace, rates })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
@@ -119,19 +121,23 @@ impl Model for Ems {
         Ok(())
     }
 
-    fn output_derivative(
-        &mut self,
-        state: &State,
-        values: &Values,
-        output: RealVar,
-        order: u32,
-    ) -> Result<Option<f64>, Error> {
+    fn prepare_derivatives(&mut self, state: &State, values: &Values) -> Result<(), Error> {
         let inputs = self.read(values);
-        let outputs = self.outputs;
-        let rates = self
+        self.rates = self
             .magnet(&state.parameters)?
             .rates(&state.magnet, &inputs, &state.rates)
             .map_err(|error| Error::caused(&error))?;
+        Ok(())
+    }
+
+    fn output_derivative(
+        &mut self,
+        _: &State,
+        _: &Values,
+        output: RealVar,
+        order: u32,
+    ) -> Result<Option<f64>, Error> {
+        let (outputs, rates) = (&self.outputs, &self.rates);
         let estimate = || outputs.estimates.iter().position(|&estimate| estimate == output);
         Ok(match order {
             1 if output == outputs.force => Some(rates.force),

@@ -16,12 +16,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use fmi2_sys::*;
 
-use crate::guard::{ERROR, OK, enter, null, panic_text, slice, slice_out, string, text};
+use crate::guard::{ERROR, OK, dropped, enter, null, panic_text, slice, slice_out, string, text};
 use crate::instance::{Instance, unknown};
 use crate::interface::Type;
 use crate::logger::{Category, Logger};
 use crate::snapshot::Snapshot;
-use crate::state::{self, Call, Mode};
+use crate::state::{self, Call};
 use crate::table::Table;
 use crate::unit::Holder;
 use crate::values::CText;
@@ -111,14 +111,7 @@ pub unsafe extern "C" fn free_instance(component: fmi2Component) {
     }
     // SAFETY: comes from `instantiate` and is freed once.
     let instance = unsafe { Box::from_raw(component.cast::<Instance>()) };
-    if instance.progress.mode == Mode::Poisoned {
-        // A half-written model may panic or worse when dropped: rather leak it.
-        std::mem::forget(instance);
-        return;
-    }
-    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(instance))) {
-        drop(panic_text(panic));
-    }
+    dropped(instance);
 }
 
 /// `fmi2SetDebugLogging`; no categories means all.

@@ -91,6 +91,14 @@ fn classify(kind: Kind) -> (fmi2Status, Category) {
     }
 }
 
+/// Drops what a panic may have left half-written, as unwinding would: that is sound, but its
+/// destructor may panic again, and what that leaves is leaked.
+pub(crate) fn dropped<T>(value: T) {
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value))) {
+        drop(panic_text(panic));
+    }
+}
+
 pub(crate) fn panic_text(panic: Box<dyn std::any::Any + Send>) -> String {
     match panic.downcast::<String>() {
         Ok(text) => *text,

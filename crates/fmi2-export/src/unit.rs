@@ -2,6 +2,7 @@
 
 use std::any::Any;
 
+use crate::guard::dropped;
 use crate::model::{Model, Seed, Sensitivity, Step};
 use crate::table::Table;
 use crate::values::{RealVar, Values};
@@ -150,8 +151,7 @@ impl<M: Model> Unit for Holder<M> {
     fn rebuild(&mut self, resources: &Resources) -> Result<Table, Error> {
         let (model, table) = Table::declare::<M>(resources)?;
         let old = std::mem::replace(self, Self { model, state: None });
-        // A panicked model's destructor might panic again or follow a half-written pointer.
-        std::mem::forget(old);
+        dropped(old);
         Ok(table)
     }
 }

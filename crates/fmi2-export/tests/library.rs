@@ -35,6 +35,19 @@ fn describe(library: &Library) -> String {
 }
 
 #[test]
+fn golden_the_readme_shows_the_example_which_is_short() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let example = std::fs::read_to_string(folder.join("examples/dahlquist.rs")).unwrap();
+    let code: String = example
+        .lines()
+        .skip_while(|line| !line.starts_with("use "))
+        .fold(String::new(), |code, line| code + line + "\n");
+    assert!(code.contains("impl Model for Dahlquist") && code.lines().count() < 60);
+    let readme = std::fs::read_to_string(folder.join("README.md")).unwrap();
+    assert!(readme.contains(&format!("```rust\n{code}```")), "the README shows another example");
+}
+
+#[test]
 fn golden_all_34_functions_are_there() {
     // SAFETY: our own library, without initialisers.
     let library = unsafe { Library::new(library()) }.unwrap();

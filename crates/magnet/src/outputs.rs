@@ -43,7 +43,7 @@ pub struct InputRates {
 }
 
 /// Time derivatives of the outputs at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Rates {
     /// dF/dt, in N/s.
     pub force: f64,

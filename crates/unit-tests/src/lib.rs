@@ -9,18 +9,89 @@ use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use fmi2_package::Archive;
-use fmi2_sys as sys;
-use master::description::{Causality, Description, Type, Value};
-use master::{library::Functions, package::Package};
+use fmi2_sys::*;
+use libloading::Library;
 
-/// A unit that is packed, loaded and described.
+macro_rules! functions {
+    ($($field:ident: $symbol:ident as $type:ident,)*) => {
+        /// The functions of a unit.
+        pub struct Functions {
+            $(
+                #[doc = concat!("`", stringify!($symbol), "`")]
+                pub $field: $type,
+            )*
+        }
+
+        impl Functions {
+            fn find(library: &Library) -> Result<Self, libloading::Error> {
+                Ok(Self {
+                    // SAFETY: the kit defines the symbols with the standard's types.
+                    $($field: *unsafe {
+                        library.get::<$type>(concat!(stringify!($symbol), "\0").as_bytes())
+                    }?,)*
+                })
+            }
+        }
+    };
+}
+
+functions! {
+    set_debug_logging: fmi2SetDebugLogging as fmi2SetDebugLoggingTYPE,
+    instantiate: fmi2Instantiate as fmi2InstantiateTYPE,
+    free_instance: fmi2FreeInstance as fmi2FreeInstanceTYPE,
+    setup_experiment: fmi2SetupExperiment as fmi2SetupExperimentTYPE,
+    enter_initialization_mode: fmi2EnterInitializationMode as fmi2EnterInitializationModeTYPE,
+    exit_initialization_mode: fmi2ExitInitializationMode as fmi2ExitInitializationModeTYPE,
+    terminate: fmi2Terminate as fmi2TerminateTYPE,
+    reset: fmi2Reset as fmi2ResetTYPE,
+    get_real: fmi2GetReal as fmi2GetRealTYPE,
+    get_integer: fmi2GetInteger as fmi2GetIntegerTYPE,
+    get_boolean: fmi2GetBoolean as fmi2GetBooleanTYPE,
+    get_string: fmi2GetString as fmi2GetStringTYPE,
+    set_real: fmi2SetReal as fmi2SetRealTYPE,
+    set_integer: fmi2SetInteger as fmi2SetIntegerTYPE,
+    set_boolean: fmi2SetBoolean as fmi2SetBooleanTYPE,
+    set_string: fmi2SetString as fmi2SetStringTYPE,
+    get_fmu_state: fmi2GetFMUstate as fmi2GetFMUstateTYPE,
+    set_fmu_state: fmi2SetFMUstate as fmi2SetFMUstateTYPE,
+    free_fmu_state: fmi2FreeFMUstate as fmi2FreeFMUstateTYPE,
+    serialized_fmu_state_size: fmi2SerializedFMUstateSize as fmi2SerializedFMUstateSizeTYPE,
+    serialize_fmu_state: fmi2SerializeFMUstate as fmi2SerializeFMUstateTYPE,
+    deserialize_fmu_state: fmi2DeSerializeFMUstate as fmi2DeSerializeFMUstateTYPE,
+    get_directional_derivative: fmi2GetDirectionalDerivative as fmi2GetDirectionalDerivativeTYPE,
+    set_real_input_derivatives: fmi2SetRealInputDerivatives as fmi2SetRealInputDerivativesTYPE,
+    get_real_output_derivatives: fmi2GetRealOutputDerivatives as fmi2GetRealOutputDerivativesTYPE,
+    do_step: fmi2DoStep as fmi2DoStepTYPE,
+    cancel_step: fmi2CancelStep as fmi2CancelStepTYPE,
+    get_real_status: fmi2GetRealStatus as fmi2GetRealStatusTYPE,
+    get_integer_status: fmi2GetIntegerStatus as fmi2GetIntegerStatusTYPE,
+    get_boolean_status: fmi2GetBooleanStatus as fmi2GetBooleanStatusTYPE,
+    get_string_status: fmi2GetStringStatus as fmi2GetStringStatusTYPE,
+}
+
+/// A real variable.
+#[derive(Debug, Clone)]
+pub struct Real {
+    /// Its name.
+    pub name: String,
+    /// Its value reference.
+    pub reference: u32,
+    /// Its causality, as the description says it.
+    pub causality: String,
+    /// Its start value, 0 without one.
+    pub start: f64,
+}
+
+/// A unit that is loaded and described.
 pub struct Loaded {
     /// Its functions, all of them there.
     pub functions: Functions,
-    package: Package,
+    /// Its real variables.
+    pub reals: Vec<Real>,
     guid: CString,
     resources: CString,
+    /// Keeps the functions alive.
+    _library: Library,
 }
 
 /// The error and its causes.
@@ -47,57 +118,52 @@ fn built(name: &str) -> Result<PathBuf, String> {
     Ok(path)
 }
 
+fn real(node: roxmltree::Node) -> Option<Real> {
+    let kind = node.children().find(|child| child.has_tag_name("Real"))?;
+    Some(Real {
+        name: node.attribute("name")?.to_owned(),
+        reference: node.attribute("valueReference")?.parse().ok()?,
+        causality: node.attribute("causality").unwrap_or("local").to_owned(),
+        start: kind.attribute("start").and_then(|start| start.parse().ok()).unwrap_or(0.0),
+    })
+}
+
 impl Loaded {
     /// The unit `ems`, or `guideway` or `vehicle` with one of their layouts.
     ///
     /// # Errors
-    /// It is not built, or cannot be packed or loaded.
+    /// It is not built, cannot be loaded, or its description cannot be read.
     pub fn new(name: &str, layout: Option<&str>) -> Result<Self, String> {
-        let library = built(name)?;
+        let path = built(name)?;
         let resources = layout.map(|l| root().join(format!("fmu-{name}/resources")).join(l));
-        let xml = fmi2_package::describe(&library, resources.as_deref()).map_err(text)?;
-        let mut archive = Archive::new(&xml).map_err(text)?;
-        archive.binary(fmi2_package::host().map_err(text)?, &library).map_err(text)?;
-        if let Some(folder) = &resources {
-            archive.folder("resources", folder).map_err(text)?;
-        }
-        let folder = tempfile::tempdir().map_err(text)?;
-        let file = folder.path().join(format!("{name}.fmu"));
-        archive.write(&file).map_err(text)?;
-        let package = Package::open(&file).map_err(text)?;
-        let functions = Functions::load(&package).map_err(text)?;
-        let guid = CString::new(package.description().guid.as_str()).map_err(text)?;
-        let resources = CString::new(package.resource_location()).map_err(text)?;
-        Ok(Self { functions, package, guid, resources })
+        let xml = fmi2_package::describe(&path, resources.as_deref()).map_err(text)?;
+        let document = roxmltree::Document::parse(&xml).map_err(text)?;
+        let guid = document.root_element().attribute("guid").unwrap_or_default();
+        let variables = document.descendants().filter(|node| node.has_tag_name("ScalarVariable"));
+        // SAFETY: our own library, without initialisers.
+        let library = unsafe { Library::new(&path) }.map_err(text)?;
+        let resources = resources.unwrap_or_default().display().to_string();
+        Ok(Self {
+            functions: Functions::find(&library).map_err(text)?,
+            reals: variables.filter_map(real).collect(),
+            guid: CString::new(guid).map_err(text)?,
+            resources: CString::new(format!("file://{resources}")).map_err(text)?,
+            _library: library,
+        })
     }
 
-    /// What the unit says about itself.
+    /// Value reference and start value of the real variables of a causality.
     #[must_use]
-    pub fn description(&self) -> &Description {
-        self.package.description()
-    }
-
-    /// Value reference and start value (0 without one) of the real variables of a causality.
-    #[must_use]
-    pub fn reals(&self, causality: Causality) -> Vec<(u32, f64)> {
-        let variables = self.description().variables.iter();
-        variables
-            .filter(|v| v.kind == Type::Real && v.causality == causality)
-            .map(|v| {
-                let start = match v.start {
-                    Some(Value::Real(value)) => value,
-                    _ => 0.0,
-                };
-                (v.value_reference, start)
-            })
-            .collect()
+    pub fn reals(&self, causality: &str) -> Vec<(u32, f64)> {
+        let chosen = self.reals.iter().filter(|real| real.causality == causality);
+        chosen.map(|real| (real.reference, real.start)).collect()
     }
 
     /// A new instance with a logger that reads every message; `None` where the unit refuses.
     #[must_use]
-    pub fn instantiate(&self, messages: &AtomicU64) -> Option<sys::fmi2Component> {
+    pub fn instantiate(&self, messages: &AtomicU64) -> Option<fmi2Component> {
         let callbacks = callbacks(messages);
-        let kind = sys::fmi2Type::fmi2CoSimulation;
+        let kind = fmi2Type::fmi2CoSimulation;
         let (guid, resources) = (self.guid.as_ptr(), self.resources.as_ptr());
         // SAFETY: the function's own type; all pointers live through the call. The standard lets
         // the callbacks' memory go after it.
@@ -116,19 +182,18 @@ impl Loaded {
     }
 }
 
-fn callbacks(messages: &AtomicU64) -> sys::fmi2CallbackFunctions {
+fn callbacks(messages: &AtomicU64) -> fmi2CallbackFunctions {
     type Fixed = unsafe extern "C" fn(
-        sys::fmi2ComponentEnvironment,
-        sys::fmi2String,
-        sys::fmi2Status,
-        sys::fmi2String,
-        sys::fmi2String,
+        fmi2ComponentEnvironment,
+        fmi2String,
+        fmi2Status,
+        fmi2String,
+        fmi2String,
     );
     // SAFETY: stable Rust cannot define a variadic function; where FMI units run, the named
     // arguments of one travel like those of any other function, and our units pass no others.
-    let logger =
-        unsafe { std::mem::transmute::<Option<Fixed>, sys::fmi2CallbackLogger>(Some(count)) };
-    sys::fmi2CallbackFunctions {
+    let logger = unsafe { std::mem::transmute::<Option<Fixed>, fmi2CallbackLogger>(Some(count)) };
+    fmi2CallbackFunctions {
         logger,
         allocateMemory: None,
         freeMemory: None,
@@ -139,11 +204,11 @@ fn callbacks(messages: &AtomicU64) -> sys::fmi2CallbackFunctions {
 
 /// Adds a message's length, so that all of it is read.
 unsafe extern "C" fn count(
-    environment: sys::fmi2ComponentEnvironment,
-    instance: sys::fmi2String,
-    _: sys::fmi2Status,
-    category: sys::fmi2String,
-    message: sys::fmi2String,
+    environment: fmi2ComponentEnvironment,
+    instance: fmi2String,
+    _: fmi2Status,
+    category: fmi2String,
+    message: fmi2String,
 ) {
     // SAFETY: the standard says that these are C strings; the kit never passes null for them.
     let length = [instance, category, message]

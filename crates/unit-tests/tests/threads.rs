@@ -8,7 +8,6 @@
 use std::sync::atomic::AtomicU64;
 
 use fmi2_sys::*;
-use master::description::Causality;
 use unit_tests::Loaded;
 
 /// The outputs' bits after some steps with inputs that differ by `k`; a saved state and a reset on the way.
@@ -16,10 +15,10 @@ fn run(unit: &Loaded, k: u32) -> Vec<u64> {
     let f = &unit.functions;
     let messages = AtomicU64::new(0);
     let c = unit.instantiate(&messages).unwrap();
-    let (inputs, starts): (Vec<u32>, Vec<f64>) = unit.reals(Causality::Input).into_iter().unzip();
+    let (inputs, starts): (Vec<u32>, Vec<f64>) = unit.reals("input").into_iter().unzip();
     // A tenth of a millimetre where it is a length; little, but not nothing, where it is a force.
     let values: Vec<f64> = starts.iter().map(|start| start + 1e-4 * f64::from(k + 1)).collect();
-    let outputs: Vec<u32> = unit.reals(Causality::Output).into_iter().map(|o| o.0).collect();
+    let outputs: Vec<u32> = unit.reals("output").into_iter().map(|o| o.0).collect();
     let (mut out, mut saved) = (vec![0.0; outputs.len()], std::ptr::null_mut());
     let ok = |status: fmi2Status| assert_eq!(status, fmi2Status::fmi2OK);
     // SAFETY: the component is alive and the arrays have the lengths stated.

@@ -36,6 +36,8 @@ pub fn run(calls: u64) -> Result<()> {
         workspace::run_with(workspace::cargo(), &args, &environment)
     };
     cargo(&["build", "--package=fmu-ems", "--package=fmu-guideway", "--package=fmu-vehicle"])?;
+    // One of the kit's tests loads its example, which `--tests` leaves out.
+    cargo(&["build", "--package=fmi2-export", "--examples"])?;
     cargo(&["test", "--package=fmi2-export", "--tests"])?;
     cargo(&["test", "--package=unit-tests", "--tests"])
 }
