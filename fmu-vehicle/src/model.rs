@@ -216,10 +216,7 @@ impl Export for Vehicle {
         self.write_observed(state, values);
         let outputs = &self.outputs;
         values.set_real(outputs.speed, speed + self.model.relative_speed(&state.vehicle));
-        let (opening, rate) = self
-            .model
-            .constraint_violation(&state.vehicle, &mut self.work)
-            .map_err(|e| Error::caused(&e))?;
+        let (opening, rate) = self.model.constraint_violation(&state.vehicle, &mut self.work);
         values.set_real(outputs.joint_opening, opening);
         values.set_real(outputs.joint_opening_rate, rate);
         values.set_real(outputs.kinetic_energy, self.model.kinetic_energy(&state.vehicle));

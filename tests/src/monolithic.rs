@@ -353,8 +353,8 @@ impl System {
             let spans = 0..self.guideway.spans().len();
             trajectory.midspan.push(spans.map(|k| middle(scratch, k)).collect());
         }
-        let opened = self.vehicle.constraint_violation(&scratch.bodies, &mut scratch.vehicle);
-        trajectory.opening = opened.map_err(told)?.0;
+        trajectory.opening =
+            self.vehicle.constraint_violation(&scratch.bodies, &mut scratch.vehicle).0;
         Ok(trajectory)
     }
 

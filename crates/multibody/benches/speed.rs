@@ -10,6 +10,8 @@ use std::time::Instant;
 use multibody::{Error, Holding, LoadCourse, Loads, Model, State, Workspace, train};
 
 const CARS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+/// Rounds for one car; trains get fewer.
+const ROUNDS: usize = 4000;
 /// Internal step, s.
 const STEP: f64 = 1e-3;
 
@@ -87,25 +89,53 @@ impl Bench {
     }
 }
 
-/// Slope of the least-squares line through (ln x, ln y).
-fn exponent(points: &[(f64, f64)]) -> f64 {
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let n = logs.len() as f64;
-    let (mx, my) = logs.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let over: f64 = logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
-    over / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
+/// Slope and height at zero of the least-squares line.
+fn line(points: &[(f64, f64)]) -> (f64, f64) {
+    let n = points.len() as f64;
+    let (mx, my) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let over: f64 = points.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
+    let slope = over / points.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>();
+    (slope, my - slope * mx)
+}
+
+/// A measured train.
+#[derive(Clone, Copy)]
+struct Train {
+    cars: f64,
+    bodies: f64,
+    seconds: f64,
+}
+
+/// Exponent of the growth of the time with what `size` says.
+fn exponent(trains: &[Train], size: fn(&Train) -> f64) -> f64 {
+    let logs: Vec<_> = trains.iter().map(|t| (size(t).ln(), t.seconds.ln())).collect();
+    line(&logs).0
+}
+
+/// The growth from 2 to 32 cars. A train of n cars has n − 1 couplers of ten links, so even work
+/// that is linear in cars and couplers grows faster than n: the line a n − b says how much.
+fn report(what: &str, trains: &[Train]) {
+    let times: Vec<_> = trains.iter().map(|t| (t.cars, t.seconds * 1e6)).collect();
+    let (slope, height) = line(&times);
+    println!(
+        "{what}, shortest rounds, 2 to 32 cars: exponent over the bodies {:.3}, over the cars {:.3} \
+         (8 to 32 cars {:.3}); line {slope:.2} µs per car {height:+.2} µs",
+        exponent(trains, |t| t.bodies),
+        exponent(trains, |t| t.cars),
+        exponent(&trains[trains.len() - 3..], |t| t.cars),
+    );
 }
 
 fn main() -> Result<(), Error> {
     println!(
         "cars bodies | evaluation µs  ns/body | step µs  ns/body | simulated second ms  × real time"
     );
-    let mut growth: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
+    let mut growth: [Vec<Train>; 2] = [Vec::new(), Vec::new()];
     for cars in CARS {
         let mut bench = Bench::new(cars)?;
         let bodies = bench.model.counts().bodies as f64;
-        let evaluation = bench.evaluation(1000 / cars)?;
-        let step = measure(1000 / cars, 1, || bench.step())?;
+        let evaluation = bench.evaluation(ROUNDS / cars)?;
+        let step = measure(ROUNDS / cars, 1, || bench.step())?;
         let second = if cars == 2 {
             measure(5, 1, || (0..1000).try_for_each(|_| bench.step()))?
         } else {
@@ -123,15 +153,12 @@ fn main() -> Result<(), Error> {
             1.0 / second.median,
         );
         if cars >= 2 {
-            growth[0].push((bodies, evaluation.shortest));
-            growth[1].push((bodies, step.shortest));
+            let train = |time: Time| Train { cars: cars as f64, bodies, seconds: time.shortest };
+            growth[0].push(train(evaluation));
+            growth[1].push(train(step));
         }
     }
-    println!(
-        "exponent of the growth with the bodies from 2 to 32 cars (shortest rounds): evaluation \
-         {:.3}, step {:.3}",
-        exponent(&growth[0]),
-        exponent(&growth[1])
-    );
+    report("evaluation", &growth[0]);
+    report("step", &growth[1]);
     Ok(())
 }

@@ -8,7 +8,7 @@ use crate::block::Size;
 use crate::check::{Names, joint_sides};
 use crate::composite::{Composite, Merged, merge};
 use crate::description::{Description, Joint as JointData, JointKind};
-use crate::elements::{Bushing, JointForce, Spring};
+use crate::elements::{Bushing, JointForce, Rotation, Spring, Translation};
 use crate::error::{Error, Redundancy};
 use crate::integrate::Scheme;
 use crate::joint::{Joint, Row};
@@ -31,7 +31,7 @@ impl Model {
         let rows = joints.iter().map(Joint::equations).sum();
         let kin = kinematics(&merged.composites);
         let sample = sample(&merged.composites, &joints, &kin);
-        let ordering = analyse(sample, SAFE_WHILE_MOVING)
+        let ordering = analyse(sample, SAFE_WHILE_MOVING, true)
             .map_err(|failure| explain(&failure, &merged.composites, &joints, &kin))?;
         let places = places(&ordering, merged.composites.len(), &joints);
         let components = ordering.components[..merged.composites.len()].to_vec();
@@ -184,25 +184,29 @@ impl Anchors<'_> {
                 let (pa, pb) = (self.merged.attitude(a), self.merged.attitude(b));
                 let axes = rotation_matrix(pa).tr_mul(&world);
                 let relative = multiply(conjugate(pa), pb);
-                let rotational = Vec3::from(data.rotational_stiffness);
-                let any = |v: &[f64; 3]| v.iter().any(|x| *x != 0.0);
+                let translation = Translation {
+                    point_a: self.merged.localise(a, &point),
+                    point_b: self.merged.localise(b, &point),
+                    stiffness: data.translational_stiffness.into(),
+                    damping: data.translational_damping.into(),
+                    preload: data.preload.into(),
+                };
+                let rotation = Rotation {
+                    stiffness: data.rotational_stiffness.into(),
+                    damping: data.rotational_damping.into(),
+                    untwist: (relative != crate::math::IDENTITY)
+                        .then(|| Box::new(conjugate(relative))),
+                };
+                let acts = |values: &[Vec3]| values.iter().any(|v| *v != Vec3::zeros());
+                let translates =
+                    acts(&[translation.stiffness, translation.damping, translation.preload]);
+                let rotates = acts(&[rotation.stiffness, rotation.damping]);
                 Ok(Bushing {
                     a,
                     b,
-                    point_a: self.merged.localise(a, &point),
-                    point_b: self.merged.localise(b, &point),
-                    axes: (axes != Mat3::identity()).then_some(axes),
-                    untwist: (relative != crate::math::IDENTITY).then(|| conjugate(relative)),
-                    translational_stiffness: data.translational_stiffness.into(),
-                    translational_damping: data.translational_damping.into(),
-                    rotational_stiffness: rotational,
-                    rotational_damping: data.rotational_damping.into(),
-                    preload: data.preload.into(),
-                    translates: any(&data.translational_stiffness)
-                        || any(&data.translational_damping)
-                        || any(&data.preload),
-                    rotates: any(&data.rotational_stiffness) || any(&data.rotational_damping),
-                    isotropic: rotational.max() == rotational.min(),
+                    axes: (axes != Mat3::identity()).then(|| Box::new(axes)),
+                    translation: translates.then(|| Box::new(translation)),
+                    rotation: rotates.then(|| Box::new(rotation)),
                 })
             })
             .collect()
@@ -319,9 +323,7 @@ fn sample(composites: &[Composite], joints: &[Joint], kin: &[Kinematics]) -> Sam
 /// Where the blocks of bodies and joints are stored.
 pub(crate) fn places(ordering: &Ordering, bodies: usize, joints: &[Joint]) -> Places {
     Places {
-        bodies: (0..bodies)
-            .filter_map(|k| ordering.place(k, k).map(|place| place.offset))
-            .collect(),
+        bodies: (0..bodies).map(|k| ordering.place(k, k).map(|place| place.offset)).collect(),
         joints: joints
             .iter()
             .enumerate()

@@ -7,90 +7,79 @@
 //! With X_n = A_np L⁻ᵀ, elimination is A_nm ← A_nm − X_n diag(1/d) X_mᵀ.
 //!
 //! A body that is eliminated before anything has changed its pivot is a leaf: its mass matrix
-//! diag(m I, J) is constant in body axes, so its factor is made once with the model.
+//! diag(m I, J) is constant in body axes, so its factor is made once with the model, and its
+//! diagonal block is not stored.
 //!
 //! All blocks live column-major in one flat vector, column by column in elimination order, so the
-//! inner loops run down contiguous columns of known length.
+//! inner loops run down contiguous columns of known length. Columns come in windows that fit the
+//! first cache, windows in sections that share no coupling: a caller assembles, factors and solves
+//! window by window, so that each block is worked on while it is near, however long the train.
 
 use std::ops::Range;
 
-/// Rows of a block: a body has six, a joint three or five.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Size {
-    Three,
-    Five,
-    Six,
+pub(crate) use crate::kernels::Size;
+use crate::kernels::{
+    Dense, Factor, Leaf, decompose, load, scaled, store, update, update_diagonal, with_size,
+};
+
+/// Index into storage or lists. Half as long as a pointer, for the lists are read with every
+/// evaluation; what it cannot count (34 GB of blocks) fails when memory is asked for.
+pub(crate) type Index = u32;
+
+/// Shortens an index.
+pub(crate) fn index(k: usize) -> Index {
+    Index::try_from(k).unwrap_or(Index::MAX)
 }
 
-impl Size {
-    pub const fn get(self) -> usize {
-        match self {
-            Self::Three => 3,
-            Self::Five => 5,
-            Self::Six => 6,
-        }
-    }
-}
-
-/// Runs an expression with a constant that holds the size.
-macro_rules! with_size {
-    ($size:expr, $name:ident, $body:expr) => {
-        match $size {
-            Size::Three => {
-                const $name: usize = 3;
-                $body
-            }
-            Size::Five => {
-                const $name: usize = 5;
-                $body
-            }
-            Size::Six => {
-                const $name: usize = 6;
-                $body
-            }
-        }
-    };
+/// What stands on the diagonal of a column.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Pivot {
+    /// Positive definite.
+    Body,
+    /// Negative definite.
+    Joint,
+    /// Constant; an index into the leaves.
+    Leaf(Index),
 }
 
 /// One pivot with everything that is below it.
 #[derive(Debug, Clone)]
 pub(crate) struct Column {
-    pub node: usize,
+    pub node: Index,
     pub size: Size,
-    /// True for bodies, false for joints: the sign of all pivots.
-    pub positive: bool,
-    /// The factor of a body that no earlier column changes and whose mass matrix is constant.
-    pub leaf: Option<Box<[f64; 36]>>,
-    /// Offset of the diagonal block.
-    pub diagonal: usize,
+    pub pivot: Pivot,
+    /// Offset of the diagonal block, or of the first block below where a leaf has none.
+    pub start: Index,
     /// Offset just behind the column's last block.
-    pub end: usize,
+    pub end: Index,
     /// Offset of the node's part of a right-hand side.
-    pub rhs: usize,
-    pub below: Range<usize>,
-    pub updates: Range<usize>,
+    pub rhs: Index,
+    pub below: Range<Index>,
+    /// First of the targets of its updates: one for each pair of blocks below, by columns.
+    pub targets: Index,
 }
 
-/// A block below a pivot.
+impl Column {
+    /// Offset of the first block below the diagonal.
+    fn first(&self) -> usize {
+        match self.pivot {
+            Pivot::Leaf(_) => self.start as usize,
+            Pivot::Body | Pivot::Joint => self.start as usize + self.size.get() * self.size.get(),
+        }
+    }
+}
+
+/// A block below a pivot; they follow each other in storage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Below {
     pub size: Size,
-    pub offset: usize,
-    pub rhs: usize,
-}
-
-/// target −= rows · diag(1/d) · colsᵀ.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Update {
-    pub rows: Below,
-    pub cols: Below,
-    pub target: usize,
+    pub rhs: Index,
 }
 
 /// A place for a block of the original matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Place {
-    pub offset: usize,
+    pub offset: Index,
     /// True where the storage holds the block (i, j) as asked, false where its transpose.
     pub as_asked: bool,
 }
@@ -102,182 +91,59 @@ pub(crate) struct Vanished {
     pub row: usize,
 }
 
+/// Columns that are worked on together.
+#[derive(Debug, Clone)]
+pub(crate) struct Window {
+    pub columns: Range<usize>,
+    /// Bodies and joints whose blocks no earlier window touches, ascending.
+    pub nodes: Vec<Index>,
+    /// Parts of the storage that no earlier window touches.
+    pub fresh: Vec<Range<Index>>,
+}
+
 /// Elimination order, storage layout and list of updates; made once by `ordering`.
 #[derive(Debug, Clone)]
 pub(crate) struct Factorisation {
     pub columns: Vec<Column>,
     pub below: Vec<Below>,
-    pub updates: Vec<Update>,
+    pub targets: Vec<Index>,
+    pub leaves: Vec<Leaf>,
+    pub windows: Vec<Window>,
+    /// Windows whose columns change none outside of the section.
+    pub sections: Vec<Range<usize>>,
     /// Length of the block storage.
     pub storage: usize,
     /// Smallest pivot that counts as not zero, by row of the right-hand side.
     pub smallest_pivot: Vec<f64>,
 }
 
-#[inline(always)]
-fn load<const R: usize, const C: usize>(data: &[f64], offset: usize) -> [[f64; R]; C] {
-    let source = &data[offset..offset + R * C];
-    let mut block = [[0.0; R]; C];
-    for (column, values) in block.iter_mut().zip(source.chunks_exact(R)) {
-        column.copy_from_slice(values);
-    }
-    block
-}
-
-#[inline(always)]
-fn store<const R: usize, const C: usize>(data: &mut [f64], offset: usize, block: &[[f64; R]; C]) {
-    let target = &mut data[offset..offset + R * C];
-    for (values, column) in target.chunks_exact_mut(R).zip(block) {
-        values.copy_from_slice(column);
-    }
-}
-
-/// D = L diag(d) Lᵀ, in place: L below the diagonal by columns, 1/d on it. No square roots: their
-/// latency would dominate. What stands above the diagonal is never read.
-#[inline(always)]
-fn decompose<const P: usize>(
-    d: &mut [[f64; P]; P],
-    positive: bool,
-    smallest: &[f64],
-) -> Result<(), usize> {
-    for c in 0..P {
-        let pivot = d[c][c];
-        // written so that a NaN is caught as well
-        let large_enough = (if positive { pivot } else { -pivot }) > smallest[c];
-        if !large_enough {
-            return Err(c);
+/// Runs an expression with the column's size as constant P and its finished factor.
+macro_rules! with_factor {
+    ($self:ident, $column:ident, $data:expr, $P:ident, $factor:ident, $body:expr) => {
+        if let Pivot::Leaf(k) = $column.pivot {
+            const $P: usize = 6;
+            let $factor = &$self.leaves[k as usize];
+            $body
+        } else {
+            with_size!($column.size, $P, {
+                let $factor = &Dense::<$P>(load($data, $column.start as usize));
+                $body
+            })
         }
-        let reciprocal = 1.0 / pivot;
-        let column = d[c];
-        let mut scaled = column;
-        for value in &mut scaled[c + 1..] {
-            *value *= reciprocal;
-        }
-        for m in c + 1..P {
-            for r in m..P {
-                d[m][r] -= column[m] * scaled[r];
-            }
-        }
-        scaled[c] = reciprocal;
-        d[c] = scaled;
-    }
-    Ok(())
-}
-
-/// X = A L⁻ᵀ.
-#[inline(always)]
-fn divide<const N: usize, const P: usize>(data: &mut [f64], offset: usize, l: &[[f64; P]; P]) {
-    let mut x: [[f64; N]; P] = load(data, offset);
-    for c in 1..P {
-        let mut column = x[c];
-        for j in 0..c {
-            let factor = l[j][c];
-            for r in 0..N {
-                column[r] -= x[j][r] * factor;
-            }
-        }
-        x[c] = column;
-    }
-    store(data, offset, &x);
-}
-
-/// X = A L⁻ᵀ where only the rotational part of L is not the identity.
-#[inline(always)]
-fn divide_leaf<const N: usize>(data: &mut [f64], offset: usize, l: &[[f64; 6]; 6]) {
-    let [first, mut second, mut third]: [[f64; N]; 3] = load(data, offset + 3 * N);
-    for (b, a) in second.iter_mut().zip(&first) {
-        *b -= a * l[3][4];
-    }
-    for ((c, a), b) in third.iter_mut().zip(&first).zip(&second) {
-        *c -= a * l[3][5] + b * l[4][5];
-    }
-    store(data, offset + 3 * N, &[first, second, third]);
-}
-
-/// Column m of target −= X_n X_mᵀ, from row F on: a constant, so that the loops unroll.
-#[inline(always)]
-fn update_column<const N: usize, const M: usize, const P: usize, const F: usize>(
-    target: &mut [[f64; N]; M],
-    m: usize,
-    xn: &[[f64; N]; P],
-    xm: &[[f64; M]; P],
-) {
-    let mut sum = target[m];
-    for c in 0..P {
-        let factor = xm[c][m];
-        for r in F..N {
-            sum[r] -= xn[c][r] * factor;
-        }
-    }
-    target[m] = sum;
-}
-
-/// target −= X_n diag(1/d) X_mᵀ. Of a diagonal block only the lower triangle counts; pairs of rows
-/// are taken whole, which costs no more.
-#[inline(always)]
-fn update<const N: usize, const M: usize, const P: usize>(
-    done: &[f64],
-    later: &mut [f64],
-    task: &Update,
-    reciprocals: &[f64; P],
-    diagonal: bool,
-) {
-    let xn: [[f64; N]; P] = load(done, task.rows.offset);
-    let mut xm: [[f64; M]; P] = load(done, task.cols.offset);
-    for (column, reciprocal) in xm.iter_mut().zip(reciprocals) {
-        for value in column {
-            *value *= reciprocal;
-        }
-    }
-    let offset = task.target - done.len();
-    let mut target: [[f64; N]; M] = load(later, offset);
-    if diagonal {
-        for m in 0..M.min(2) {
-            update_column::<N, M, P, 0>(&mut target, m, &xn, &xm);
-        }
-        for m in 2..M.min(4) {
-            update_column::<N, M, P, 2>(&mut target, m, &xn, &xm);
-        }
-        for m in 4..M {
-            update_column::<N, M, P, 4>(&mut target, m, &xn, &xm);
-        }
-    } else {
-        for m in 0..M {
-            update_column::<N, M, P, 0>(&mut target, m, &xn, &xm);
-        }
-    }
-    store(later, offset, &target);
-}
-
-/// 1/d of a factor.
-#[inline(always)]
-fn reciprocals<const P: usize>(l: &[[f64; P]; P]) -> [f64; P] {
-    std::array::from_fn(|c| l[c][c])
-}
-
-/// Factor of a constant mass matrix diag(m I, J).
-pub(crate) fn decompose_mass(mass: &[f64; 36]) -> Option<Box<[f64; 36]>> {
-    let mut d: [[f64; 6]; 6] = load(mass, 0);
-    decompose(&mut d, true, &[0.0; 6]).ok()?;
-    let mut factor = Box::new([0.0; 36]);
-    store(factor.as_mut_slice(), 0, &d);
-    Some(factor)
+    };
 }
 
 impl Factorisation {
-    /// For a matrix whose diagonal blocks change from one factorisation to the next.
-    pub fn without_leaves(mut self) -> Self {
-        for column in &mut self.columns {
-            column.leaf = None;
-        }
-        self
+    /// Replaces the whole matrix in `data` by its factors.
+    pub fn factor(&self, data: &mut [f64]) -> Result<(), Vanished> {
+        self.windows.iter().try_for_each(|window| self.factor_window(window, data))
     }
 
-    /// Replaces the matrix in `data` by its factors.
-    pub fn factor(&self, data: &mut [f64]) -> Result<(), Vanished> {
-        for column in &self.columns {
-            if let Some(leaf) = &column.leaf {
-                self.factor_leaf(column, leaf, data);
+    /// Replaces the columns of a window by their factors.
+    pub fn factor_window(&self, window: &Window, data: &mut [f64]) -> Result<(), Vanished> {
+        for column in &self.columns[window.columns.clone()] {
+            if let Pivot::Leaf(k) = column.pivot {
+                self.eliminate::<6>(column, &self.leaves[k as usize], data);
             } else {
                 with_size!(column.size, P, self.factor_column::<P>(column, data))?;
             }
@@ -291,104 +157,141 @@ impl Factorisation {
         column: &Column,
         data: &mut [f64],
     ) -> Result<(), Vanished> {
-        let mut l: [[f64; P]; P] = load(data, column.diagonal);
-        decompose(&mut l, column.positive, &self.smallest_pivot[column.rhs..column.rhs + P])
-            .map_err(|row| Vanished { node: column.node, row })?;
-        store(data, column.diagonal, &l);
-        for block in &self.below[column.below.clone()] {
-            with_size!(block.size, N, divide::<N, P>(data, block.offset, &l));
-        }
-        self.update_later(column, data, &reciprocals(&l));
+        let (start, rhs) = (column.start as usize, column.rhs as usize);
+        let mut l: [[f64; P]; P] = load(data, start);
+        let positive = matches!(column.pivot, Pivot::Body);
+        decompose(&mut l, positive, &self.smallest_pivot[rhs..rhs + P])
+            .map_err(|row| Vanished { node: column.node as usize, row })?;
+        store(data, start, &l);
+        self.eliminate::<P>(column, &Dense(l), data);
         Ok(())
     }
 
-    /// As `factor_column` for a body whose factor is known.
-    #[inline(always)]
-    fn factor_leaf(&self, column: &Column, leaf: &[f64; 36], data: &mut [f64]) {
-        let l: [[f64; 6]; 6] = load(leaf, 0);
-        store(data, column.diagonal, &l);
-        for block in &self.below[column.below.clone()] {
-            with_size!(block.size, N, divide_leaf::<N>(data, block.offset, &l));
-        }
-        self.update_later(column, data, &reciprocals(&l));
+    fn below(&self, column: &Column) -> &[Below] {
+        &self.below[column.below.start as usize..column.below.end as usize]
     }
 
+    /// X_n = A_np L⁻ᵀ for all blocks below, then A_nm −= X_n diag(1/d) X_mᵀ for all pairs of them.
     #[inline(always)]
-    fn update_later<const P: usize>(
+    fn eliminate<const P: usize>(
         &self,
         column: &Column,
+        factor: &impl Factor<P>,
         data: &mut [f64],
-        reciprocals: &[f64; P],
     ) {
-        let (done, later) = data.split_at_mut(column.end);
-        for task in &self.updates[column.updates.clone()] {
-            if task.rows.offset == task.cols.offset {
-                with_size!(
-                    task.rows.size,
-                    N,
-                    update::<N, N, P>(done, later, task, reciprocals, true)
-                );
-            } else {
-                with_size!(
-                    task.rows.size,
-                    N,
-                    with_size!(
-                        task.cols.size,
-                        M,
-                        update::<N, M, P>(done, later, task, reciprocals, false)
-                    )
-                );
-            }
+        let below = self.below(column);
+        let mut offset = column.first();
+        for block in below {
+            with_size!(block.size, N, {
+                let mut x: [[f64; N]; P] = load(data, offset);
+                factor.divide(&mut x);
+                store(data, offset, &x);
+            });
+            offset += block.size.get() * P;
+        }
+        let end = column.end as usize;
+        let (done, later) = data.split_at_mut(end);
+        let reciprocals = factor.reciprocals();
+        let mut targets = self.targets[column.targets as usize..].iter().map(|t| *t as usize - end);
+        let mut at_m = column.first();
+        for (k, m) in below.iter().enumerate() {
+            with_size!(m.size, M, {
+                let xm: [[f64; M]; P] = scaled(done, at_m, &reciprocals);
+                let mut at_n = at_m;
+                // every pair has its target, the diagonal first
+                for (n, target) in below[k..].iter().zip(&mut targets) {
+                    if at_n == at_m {
+                        update_diagonal::<M, P>(later, target, &load(done, at_n), &xm);
+                    } else {
+                        with_size!(n.size, N, {
+                            update::<N, M, P>(later, target, &load(done, at_n), &xm);
+                        });
+                    }
+                    at_n += n.size.get() * P;
+                }
+            });
+            at_m += m.size.get() * P;
         }
     }
 
     /// Solves with the factors; x holds the right-hand side and then the solution.
     pub fn solve(&self, data: &[f64], x: &mut [f64]) {
-        for column in &self.columns {
-            with_size!(column.size, P, self.forward::<P>(column, data, x));
+        for section in &self.sections {
+            let windows = &self.windows[section.clone()];
+            for window in windows {
+                self.forward_window(window, data, x);
+            }
+            self.backward_section(windows, data, x);
         }
-        for column in self.columns.iter().rev() {
-            with_size!(column.size, P, self.backward::<P>(column, data, x));
+    }
+
+    /// The first half of a solution, down the columns of a window.
+    pub fn forward_window(&self, window: &Window, data: &[f64], x: &mut [f64]) {
+        for column in &self.columns[window.columns.clone()] {
+            with_factor!(self, column, data, P, factor, {
+                self.forward::<P>(column, factor, data, x);
+            });
+        }
+    }
+
+    /// The second half of a solution, up the columns of all windows of a section.
+    pub fn backward_section(&self, windows: &[Window], data: &[f64], x: &mut [f64]) {
+        for window in windows.iter().rev() {
+            for column in self.columns[window.columns.clone()].iter().rev() {
+                with_factor!(self, column, data, P, factor, {
+                    self.backward::<P>(column, factor, data, x);
+                });
+            }
         }
     }
 
     /// z_p = diag(1/d) L⁻¹ b_p, then b_n −= X_n z_p.
     #[inline(always)]
-    fn forward<const P: usize>(&self, column: &Column, data: &[f64], x: &mut [f64]) {
-        let l: [[f64; P]; P] = load(data, column.diagonal);
-        let mut y = [0.0; P];
-        y.copy_from_slice(&x[column.rhs..column.rhs + P]);
-        for c in 0..P {
-            for r in c + 1..P {
-                y[r] -= l[c][r] * y[c];
-            }
+    fn forward<const P: usize>(
+        &self,
+        column: &Column,
+        factor: &impl Factor<P>,
+        data: &[f64],
+        x: &mut [f64],
+    ) {
+        let rhs = column.rhs as usize;
+        let mut y: [[f64; 1]; P] = load(x, rhs);
+        factor.divide(&mut y);
+        for ([value], reciprocal) in y.iter_mut().zip(factor.reciprocals()) {
+            *value *= reciprocal;
         }
-        for c in 0..P {
-            y[c] *= l[c][c];
-        }
-        x[column.rhs..column.rhs + P].copy_from_slice(&y);
-        for block in &self.below[column.below.clone()] {
+        store(x, rhs, &y);
+        let mut offset = column.first();
+        for block in self.below(column) {
             with_size!(block.size, N, {
-                let xn: [[f64; N]; P] = load(data, block.offset);
-                let target = &mut x[block.rhs..block.rhs + N];
+                let xn: [[f64; N]; P] = load(data, offset);
+                let [mut target]: [[f64; N]; 1] = load(x, block.rhs as usize);
                 for c in 0..P {
                     for r in 0..N {
-                        target[r] -= xn[c][r] * y[c];
+                        target[r] -= xn[c][r] * y[c][0];
                     }
                 }
+                store(x, block.rhs as usize, &[target]);
             });
+            offset += block.size.get() * P;
         }
     }
 
     /// x_p = L⁻ᵀ (z_p − diag(1/d) Σ X_nᵀ x_n).
     #[inline(always)]
-    fn backward<const P: usize>(&self, column: &Column, data: &[f64], x: &mut [f64]) {
-        let l: [[f64; P]; P] = load(data, column.diagonal);
+    fn backward<const P: usize>(
+        &self,
+        column: &Column,
+        factor: &impl Factor<P>,
+        data: &[f64],
+        x: &mut [f64],
+    ) {
         let mut sums = [0.0; P];
-        for block in &self.below[column.below.clone()] {
+        let mut offset = column.first();
+        for block in self.below(column) {
             with_size!(block.size, N, {
-                let xn: [[f64; N]; P] = load(data, block.offset);
-                let known = &x[block.rhs..block.rhs + N];
+                let xn: [[f64; N]; P] = load(data, offset);
+                let [known]: [[f64; N]; 1] = load(x, block.rhs as usize);
                 for c in 0..P {
                     let mut sum = 0.0;
                     for r in 0..N {
@@ -397,19 +300,14 @@ impl Factorisation {
                     sums[c] += sum;
                 }
             });
+            offset += block.size.get() * P;
         }
-        let mut y = [0.0; P];
-        y.copy_from_slice(&x[column.rhs..column.rhs + P]);
-        for c in 0..P {
-            y[c] -= sums[c] * l[c][c];
+        let rhs = column.rhs as usize;
+        let [mut y]: [[f64; P]; 1] = load(x, rhs);
+        for ((y, sum), reciprocal) in y.iter_mut().zip(sums).zip(factor.reciprocals()) {
+            *y -= sum * reciprocal;
         }
-        for c in (0..P).rev() {
-            let mut sum = y[c];
-            for r in c + 1..P {
-                sum -= l[c][r] * y[r];
-            }
-            y[c] = sum;
-        }
-        x[column.rhs..column.rhs + P].copy_from_slice(&y);
+        factor.back(&mut y);
+        store(x, rhs, &[y]);
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::assembly::mass_block;
+use crate::block::Window;
 use crate::error::Error;
 use crate::joint::Row;
 use crate::math::{Quat, Vec3};
@@ -72,6 +73,14 @@ impl Workspace {
         self.evaluated = false;
     }
 
+    /// Remembers that the factors are those of these poses.
+    fn remember(&mut self, bodies: &[BodyState]) {
+        for (pose, body) in self.factored_pose.iter_mut().zip(bodies) {
+            *pose = (body.position, body.attitude);
+        }
+        self.factored = Some(());
+    }
+
     /// Whether factors of this very pose are remembered.
     fn has_factors(&self, bodies: &[BodyState]) -> bool {
         self.factored.is_some()
@@ -80,16 +89,21 @@ impl Workspace {
             })
     }
 
+    /// Whether `kin` holds these very velocities.
+    fn has_motion(&self, bodies: &[BodyState]) -> bool {
+        bodies.iter().zip(&self.kin).all(|(body, kin)| {
+            same_bits(body.velocity.as_slice(), kin.v.as_slice())
+                && same_bits(body.angular_velocity.as_slice(), kin.w.as_slice())
+        })
+    }
+
     /// Whether accelerations of this very state under these very loads are remembered.
     fn has_solution(&self, bodies: &[BodyState], loads: &Loads) -> bool {
         self.evaluated
+            && self.has_factors(bodies)
             && same_bits(loads.vertical, &self.vertical)
             && same_bits(loads.lateral, &self.lateral)
-            && bodies.iter().zip(&self.kin).all(|(body, kin)| {
-                same_bits(body.velocity.as_slice(), kin.v.as_slice())
-                    && same_bits(body.angular_velocity.as_slice(), kin.w.as_slice())
-            })
-            && self.has_factors(bodies)
+            && self.has_motion(bodies)
     }
 }
 
@@ -169,13 +183,22 @@ impl Model {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         ws.evaluated = false;
-        self.prepare(bodies, time, ws)?;
-        for (kin, body) in ws.kin.iter_mut().zip(bodies) {
-            kin.set_motion(body);
+        let known = ws.has_factors(bodies);
+        if known {
+            self.set_motion(bodies, ws);
+        } else {
+            ws.forget();
+            self.set_kinematics(bodies, ws);
         }
         self.apply_forces(ws);
-        self.right_hand_side(ws);
-        self.solver.solve(&ws.factors, &mut ws.solution);
+        self.applied(ws);
+        if known {
+            self.gammas(ws);
+            self.solver.solve(&ws.factors, &mut ws.solution);
+        } else {
+            self.factor_and_solve(time, ws)?;
+            ws.remember(bodies);
+        }
         self.check_finite(time, ws)?;
         ws.evaluated = true;
         Ok(())
@@ -209,18 +232,28 @@ impl Model {
         }
         ws.forget();
         self.set_pose(bodies, ws);
-        self.jacobians(ws);
         self.factor(time, ws)?;
-        for (pose, body) in ws.factored_pose.iter_mut().zip(bodies) {
-            *pose = (body.position, body.attitude);
-        }
-        ws.factored = Some(());
+        ws.remember(bodies);
         Ok(())
     }
 
     pub(crate) fn set_pose(&self, bodies: &[BodyState], ws: &mut Workspace) {
         for (kin, body) in ws.kin.iter_mut().zip(bodies) {
             kin.set_pose(body);
+        }
+    }
+
+    pub(crate) fn set_motion(&self, bodies: &[BodyState], ws: &mut Workspace) {
+        for (kin, body) in ws.kin.iter_mut().zip(bodies) {
+            kin.set_motion(body);
+        }
+    }
+
+    /// Poses and motions.
+    pub(crate) fn set_kinematics(&self, bodies: &[BodyState], ws: &mut Workspace) {
+        for (kin, body) in ws.kin.iter_mut().zip(bodies) {
+            kin.set_pose(body);
+            kin.set_motion(body);
         }
     }
 
@@ -231,20 +264,48 @@ impl Model {
         }
     }
 
-    /// Assembles the matrix of eq. 9 from the Jacobians and factors it.
+    /// Makes and factors the matrix of eq. 9 for the poses in the workspace.
     pub(crate) fn factor(&self, time: f64, ws: &mut Workspace) -> Result<(), Error> {
-        ws.factors.fill(0.0);
-        for (composite, &offset) in self.composites.iter().zip(&self.places.bodies) {
-            let block = &mut ws.factors[offset..offset + 36];
-            for k in 0..3 {
-                block[7 * k] = composite.mass;
-                for i in 0..3 {
-                    block[6 * (3 + k) + 3 + i] = composite.inertia[(i, k)];
+        self.solver.windows.iter().try_for_each(|window| self.factor_window(window, time, ws))
+    }
+
+    /// As `factor`, and solves for the forces in the workspace and γ, section by section while the
+    /// factors are in the nearest cache.
+    pub(crate) fn factor_and_solve(&self, time: f64, ws: &mut Workspace) -> Result<(), Error> {
+        for section in &self.solver.sections {
+            let windows = &self.solver.windows[section.clone()];
+            for window in windows {
+                self.factor_window(window, time, ws)?;
+                self.gamma_of(window, ws);
+                self.solver.forward_window(window, &ws.factors, &mut ws.solution);
+            }
+            self.solver.backward_section(windows, &ws.factors, &mut ws.solution);
+        }
+        Ok(())
+    }
+
+    fn factor_window(&self, window: &Window, time: f64, ws: &mut Workspace) -> Result<(), Error> {
+        let Workspace { kin, factors, .. } = ws;
+        for range in &window.fresh {
+            factors[range.start as usize..range.end as usize].fill(0.0);
+        }
+        let bodies = self.composites.len();
+        for &node in &window.nodes {
+            let node = node as usize;
+            if let Some(joint) = node.checked_sub(bodies) {
+                self.joints[joint].store_jacobian(kin, &self.places.joints[joint], factors);
+            } else if let Some(offset) = self.places.bodies[node] {
+                let composite = &self.composites[node];
+                let block = &mut factors[offset as usize..][..36];
+                for k in 0..3 {
+                    block[7 * k] = composite.mass;
+                    for i in 0..3 {
+                        block[6 * (3 + k) + 3 + i] = composite.inertia[(i, k)];
+                    }
                 }
             }
         }
-        self.store_jacobians(&self.places, &ws.rows_a, &ws.rows_b, &mut ws.factors);
-        self.solver.factor(&mut ws.factors).map_err(|vanished| self.singular(vanished, time))
+        self.solver.factor_window(window, factors).map_err(|vanished| self.singular(vanished, time))
     }
 
     pub(crate) fn singular(&self, vanished: crate::block::Vanished, time: f64) -> Error {
@@ -254,32 +315,6 @@ impl Model {
             .checked_sub(bodies)
             .map_or_else(|| &self.composites[vanished.node].name, |j| &self.joints[j].name);
         Error::Singular { time, joint: name.clone(), row: vanished.row }
-    }
-
-    pub(crate) fn store_jacobians(
-        &self,
-        places: &crate::model::Places,
-        rows_a: &[Row],
-        rows_b: &[Row],
-        factors: &mut [f64],
-    ) {
-        for (joint, pair) in self.joints.iter().zip(&places.joints) {
-            let n = joint.equations();
-            let range = joint.row..joint.row + n;
-            for (place, rows) in pair.iter().zip([&rows_a[range.clone()], &rows_b[range]]) {
-                let Some(place) = place else { continue };
-                let block = &mut factors[place.offset..place.offset + 6 * n];
-                if place.as_asked {
-                    for (r, row) in rows.iter().enumerate() {
-                        for (c, value) in row.iter().enumerate() {
-                            block[c * n + r] = *value;
-                        }
-                    }
-                } else {
-                    block.copy_from_slice(rows.as_flattened());
-                }
-            }
-        }
     }
 
     /// Forces of all elements, gravity, drive and magnets.
@@ -311,10 +346,15 @@ impl Model {
         self.apply_loads(kin, &Loads { vertical, lateral }, wrenches);
     }
 
-    /// Q and γ; moments go to body axes and lose ω × J ω.
+    /// Q and γ.
     pub(crate) fn right_hand_side(&self, ws: &mut Workspace) {
+        self.applied(ws);
+        self.gammas(ws);
+    }
+
+    /// Q; moments go to body axes and lose ω × J ω.
+    pub(crate) fn applied(&self, ws: &mut Workspace) {
         let Workspace { kin, wrenches, solution, .. } = ws;
-        let bodies = self.composites.len();
         for (k, composite) in self.composites.iter().enumerate() {
             let (body, wrench) = (&kin[k], &wrenches[k]);
             let moment =
@@ -322,7 +362,20 @@ impl Model {
             solution[6 * k..6 * k + 3].copy_from_slice(wrench.force.as_slice());
             solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
         }
-        for joint in &self.joints {
+    }
+
+    fn gammas(&self, ws: &mut Workspace) {
+        for window in &self.solver.windows {
+            self.gamma_of(window, ws);
+        }
+    }
+
+    /// γ of the joints of a window.
+    fn gamma_of(&self, window: &Window, ws: &mut Workspace) {
+        let Workspace { kin, solution, .. } = ws;
+        let bodies = self.composites.len();
+        for joint in window.nodes.iter().filter_map(|node| (*node as usize).checked_sub(bodies)) {
+            let joint = &self.joints[joint];
             let first = 6 * bodies + joint.row;
             joint.gamma(kin, &mut solution[first..first + joint.equations()]);
         }
@@ -337,22 +390,11 @@ impl Model {
         self.largest(&ws.residual)
     }
 
-    /// Φ_q v into `ws.residual` for the Jacobians in the workspace.
-    pub(crate) fn rates(&self, bodies: &[BodyState], ws: &mut Workspace) -> (f64, usize) {
-        let part = |body: usize, row: &Row| {
-            bodies.get(body).map_or(0.0, |b| {
-                row[0] * b.velocity.x
-                    + row[1] * b.velocity.y
-                    + row[2] * b.velocity.z
-                    + row[3] * b.angular_velocity.x
-                    + row[4] * b.angular_velocity.y
-                    + row[5] * b.angular_velocity.z
-            })
-        };
+    /// Φ̇ into `ws.residual` for the poses and motions in `ws.kin`; the largest and its joint.
+    pub(crate) fn rates(&self, ws: &mut Workspace) -> (f64, usize) {
         for joint in &self.joints {
-            for r in joint.row..joint.row + joint.equations() {
-                ws.residual[r] = part(joint.a, &ws.rows_a[r]) + part(joint.b, &ws.rows_b[r]);
-            }
+            let range = joint.row..joint.row + joint.equations();
+            joint.rate(&ws.kin, &mut ws.residual[range]);
         }
         self.largest(&ws.residual)
     }
@@ -373,16 +415,14 @@ impl Model {
 
     /// Largest violation of the constraints of a state: position level (m, rad) and velocity level
     /// (m/s, rad/s).
-    ///
-    /// # Errors
-    /// [`Error::Singular`], since the workspace is brought to the state's pose.
-    pub fn constraint_violation(
-        &self,
-        state: &State,
-        ws: &mut Workspace,
-    ) -> Result<(f64, f64), Error> {
-        self.prepare(&state.bodies, state.time, ws)?;
-        Ok((self.residuals(ws).0, self.rates(&state.bodies, ws).0))
+    pub fn constraint_violation(&self, state: &State, ws: &mut Workspace) -> (f64, f64) {
+        if !ws.has_factors(&state.bodies) {
+            ws.forget();
+            self.set_pose(&state.bodies, ws);
+        }
+        ws.evaluated &= ws.has_motion(&state.bodies);
+        self.set_motion(&state.bodies, ws);
+        (self.residuals(ws).0, self.rates(ws).0)
     }
 
     /// Accelerations and multipliers that additional loads alone would cause: the derivative of
@@ -431,10 +471,7 @@ impl Model {
         ws.forget();
         ws.vertical.copy_from_slice(loads.vertical);
         ws.lateral.copy_from_slice(loads.lateral);
-        self.set_pose(&state.bodies, ws);
-        for (kin, body) in ws.kin.iter_mut().zip(&state.bodies) {
-            kin.set_motion(body);
-        }
+        self.set_kinematics(&state.bodies, ws);
         self.jacobians(ws);
         self.apply_forces(ws);
         self.right_hand_side(ws);

@@ -132,10 +132,9 @@ impl Model {
             }
         });
         add_jacobians(&mut sample, &self.joints, &kin);
-        let mut ordering = analyse(sample, SAFE_AT_REST)
-            .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
         // stiffness takes the place of mass, and changes with the pose
-        ordering.factorisation = ordering.factorisation.without_leaves();
+        let ordering = analyse(sample, SAFE_AT_REST, false)
+            .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
         let places = crate::assembly::places(&ordering, bodies, &self.joints);
         Ok(Statics { ordering, places, fits })
     }
@@ -309,11 +308,7 @@ impl Search<'_> {
         ws.forget();
         ws.vertical.copy_from_slice(&self.forces);
         ws.lateral.fill(0.0);
-        model.set_pose(&state.bodies, ws);
-        for (kin, body) in ws.kin.iter_mut().zip(&state.bodies) {
-            kin.set_motion(body);
-        }
-        model.jacobians(ws);
+        model.set_kinematics(&state.bodies, ws);
         model.apply_forces(ws);
         model.residuals(ws);
         self.assemble(ws);
@@ -346,13 +341,15 @@ impl Search<'_> {
         self.model.stiffness(&ws.kin, &statics.fits, self.holding, &mut |i, j, block| {
             // every pair that the initial pose couples has its place
             let Some(place) = statics.ordering.place(i, j) else { return };
-            let target = &mut factors[place.offset..place.offset + 36];
+            let target = &mut factors[place.offset as usize..][..36];
             let block = if place.as_asked { block } else { block.transpose() };
             for (t, value) in target.iter_mut().zip(block.iter()) {
                 *t += value;
             }
         });
-        self.model.store_jacobians(&statics.places, &ws.rows_a, &ws.rows_b, factors);
+        for (joint, places) in self.model.joints.iter().zip(&statics.places.joints) {
+            joint.store_jacobian(&ws.kin, places, factors);
+        }
     }
 
     /// Largest acceleration under the loads alone.

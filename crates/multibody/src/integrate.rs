@@ -212,7 +212,6 @@ impl Model {
             }
             self.give_up(iteration, violation, joint, time)?;
             if violation > SLOW * before && !fresh {
-                self.jacobians(ws);
                 self.factor(time, ws)?;
                 fresh = true;
             }
@@ -223,11 +222,11 @@ impl Model {
             }
             self.set_pose(bodies, ws);
         }
-        self.jacobians(ws);
         before = f64::INFINITY;
         fresh = false;
         for iteration in 0.. {
-            let (violation, joint) = self.rates(bodies, ws);
+            self.set_motion(bodies, ws);
+            let (violation, joint) = self.rates(ws);
             if closed(violation, before, self.tolerances.velocity, iteration) {
                 break;
             }

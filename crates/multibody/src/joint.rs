@@ -14,10 +14,14 @@
 
 use crate::description::JointKind;
 use crate::math::Vec3;
+use crate::model::JointPlaces;
 use crate::state::Kinematics;
 
 /// Coefficients of (v, ω) in one equation.
 pub(crate) type Row = [f64; 6];
+
+/// Of any joint that is not merged away.
+const MOST_EQUATIONS: usize = 5;
 
 /// A joint between two composite bodies; the index behind the last body is the ground.
 #[derive(Debug, Clone)]
@@ -110,6 +114,49 @@ impl Joint {
             let moment = b.turn(&self.frame_b[k]).cross(&a.turn(&self.frame_a[i]));
             rows_a[first + r] = row(Vec3::zeros(), -moment, a);
             rows_b[first + r] = row(Vec3::zeros(), moment, b);
+        }
+    }
+
+    /// Φ_q into the blocks of a matrix.
+    pub fn store_jacobian(&self, kin: &[Kinematics], places: &JointPlaces, matrix: &mut [f64]) {
+        let n = self.equations();
+        let mut rows = [[Row::default(); MOST_EQUATIONS]; 2];
+        let [rows_a, rows_b] = &mut rows;
+        self.jacobian(kin, &mut rows_a[..n], &mut rows_b[..n]);
+        for (place, rows) in places.iter().zip(&rows) {
+            let Some(place) = place else { continue };
+            let block = &mut matrix[place.offset as usize..][..6 * n];
+            if place.as_asked {
+                for (r, row) in rows[..n].iter().enumerate() {
+                    for (c, value) in row.iter().enumerate() {
+                        block[c * n + r] = *value;
+                    }
+                }
+            } else {
+                block.copy_from_slice(rows[..n].as_flattened());
+            }
+        }
+    }
+
+    /// Φ̇ = Φ_q (v, ω).
+    pub fn rate(&self, kin: &[Kinematics], out: &mut [f64]) {
+        let (a, b) = (&kin[self.a], &kin[self.b]);
+        let (arm_a, arm_b) = (a.turn(&self.point_a), b.turn(&self.point_b));
+        let speed = b.velocity_at(&arm_b) - a.velocity_at(&arm_a);
+        let first = if self.kind == JointKind::Translational {
+            let d = b.r + arm_b - a.r - arm_a;
+            for (i, value) in out[..2].iter_mut().enumerate() {
+                let t = a.turn(&self.frame_a[i]);
+                *value = a.w_world.cross(&t).dot(&d) + t.dot(&speed);
+            }
+            2
+        } else {
+            out[..3].copy_from_slice(speed.as_slice());
+            3
+        };
+        let spin = b.w_world - a.w_world;
+        for (value, &(i, k)) in out[first..].iter_mut().zip(self.pairs()) {
+            *value = spin.dot(&b.turn(&self.frame_b[k]).cross(&a.turn(&self.frame_a[i])));
         }
     }
 

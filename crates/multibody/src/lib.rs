@@ -54,9 +54,13 @@ mod dynamics;
 mod elements;
 mod equilibrium;
 mod error;
+#[cfg(test)]
+mod growth;
 mod integrate;
 mod jerk;
 mod joint;
+mod kernels;
+mod layout;
 mod linearise;
 pub mod math;
 mod model;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::block::{Factorisation, Place};
+use crate::block::{Factorisation, Index, Place};
 use crate::composite::{Composite, Member};
 use crate::description::JointKind;
 use crate::elements::{Bushing, JointForce, Spring};
@@ -67,13 +67,16 @@ pub(crate) struct Watched {
     pub points: Vec<Anchor>,
 }
 
+/// Where a joint's blocks for a and for b are stored.
+pub(crate) type JointPlaces = [Option<Place>; 2];
+
 /// Where the blocks of the saddle-point matrix are stored.
 #[derive(Debug, Clone)]
 pub(crate) struct Places {
-    /// Diagonal block of each body.
-    pub bodies: Vec<usize>,
+    /// Diagonal block of each body; `None` where its factor is constant.
+    pub bodies: Vec<Option<Index>>,
     /// Blocks (joint, a) and (joint, b); `None` for the ground.
-    pub joints: Vec<[Option<Place>; 2]>,
+    pub joints: Vec<JointPlaces>,
 }
 
 /// Tolerances of the closing of joints after each internal step.

@@ -7,11 +7,12 @@
 //! zero, and a beam between two spherical joints can carry only one of them. A joint whose pivot
 //! stays singular when everything else is gone repeats what others constrain already.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::block::{Below, Column, Factorisation, Place, Size, Update, decompose_mass};
+use crate::block::{Factorisation, Place, Size};
+use crate::layout::layout;
 
 /// Smallest eigenvalue of a joint's scaled pivot at which it may be eliminated early: safely away
 /// from zero for a matrix that is to serve while the mechanism moves.
@@ -22,8 +23,6 @@ pub(crate) const SAFE_AT_REST: f64 = 1e-7;
 /// Below this a joint's equations count as dependent: the pivots are squares of the Jacobian's
 /// singular values (in the metric of the inverse mass matrix), so this is 1e-5 of full strength.
 const DEPENDENT_PIVOT: f64 = 1e-10;
-/// Share of a row's full strength at which a moving mechanism counts as singular.
-const VANISHING_PIVOT: f64 = 1e-12;
 
 /// A symmetric block matrix in the initial pose, for the analysis.
 pub(crate) struct Sample {
@@ -73,7 +72,7 @@ pub(crate) enum Failure {
 #[derive(Debug, Clone)]
 pub(crate) struct Ordering {
     pub factorisation: Factorisation,
-    places: HashMap<(usize, usize), Place>,
+    pub places: HashMap<(usize, usize), Place>,
     /// Group of each node; groups share no coupling.
     pub components: Vec<usize>,
 }
@@ -113,19 +112,23 @@ fn components(sample: &Sample) -> Vec<Vec<usize>> {
 }
 
 /// One eliminated pivot.
-struct Gone {
-    node: usize,
+pub(crate) struct Gone {
+    pub node: usize,
     inverse: DMatrix<f64>,
-    below: Vec<(usize, DMatrix<f64>)>,
+    pub below: Vec<(usize, DMatrix<f64>)>,
 }
 
-struct Elimination {
-    sample: Sample,
+pub(crate) struct Elimination {
+    pub sample: Sample,
+    /// Nodes that each node is coupled with at first.
+    pub partners: Vec<Vec<usize>>,
     /// Full strength of each joint row: Σ J diag(M)⁻¹ Jᵀ over both bodies.
-    strength: Vec<Vec<f64>>,
+    pub strength: Vec<Vec<f64>>,
     pivot: Vec<f64>,
     fill: Vec<usize>,
-    gone: Vec<Gone>,
+    /// Length of the longest row of eliminations that each node waits for.
+    pub level: Vec<usize>,
+    pub gone: Vec<Gone>,
 }
 
 impl Elimination {
@@ -143,8 +146,16 @@ impl Elimination {
             }
             *strength = rows;
         }
-        let mut this =
-            Self { sample, strength, pivot: vec![0.0; n], fill: vec![0; n], gone: vec![] };
+        let partners = sample.coupling.iter().map(|c| c.keys().copied().collect()).collect();
+        let mut this = Self {
+            sample,
+            partners,
+            strength,
+            pivot: vec![0.0; n],
+            fill: vec![0; n],
+            level: vec![0; n],
+            gone: vec![],
+        };
         for node in 0..n {
             this.refresh(node);
         }
@@ -180,7 +191,7 @@ impl Elimination {
             .iter()
             .copied()
             .filter(|&k| k < self.sample.bodies || self.pivot[k] > threshold)
-            .min_by_key(|&k| (self.fill[k], self.sample.coupling[k].len(), k))
+            .min_by_key(|&k| (self.fill[k], self.sample.coupling[k].len(), self.level[k], k))
     }
 
     fn eliminate(&mut self, node: usize) -> Option<()> {
@@ -207,6 +218,7 @@ impl Elimination {
         let touched: Vec<usize> = below.iter().map(|(n, _)| *n).collect();
         self.gone.push(Gone { node, inverse, below });
         for n in touched {
+            self.level[n] = self.level[n].max(self.level[node] + 1);
             self.refresh(n);
         }
         Some(())
@@ -323,8 +335,9 @@ fn reduce(vectors: &mut [DVector<f64>]) -> Vec<usize> {
 }
 
 /// Finds elimination order and storage, or the dependencies among the joints. `safe` is the pivot at
-/// which a joint may be eliminated before its bodies.
-pub(crate) fn analyse(sample: Sample, safe: f64) -> Result<Ordering, Failure> {
+/// which a joint may be eliminated before its bodies; `constant` says that the bodies' diagonal blocks
+/// never change.
+pub(crate) fn analyse(sample: Sample, safe: f64, constant: bool) -> Result<Ordering, Failure> {
     let groups = components(&sample);
     let mut elimination = Elimination::new(sample);
     let mut left = Vec::new();
@@ -346,137 +359,5 @@ pub(crate) fn analyse(sample: Sample, safe: f64) -> Result<Ordering, Failure> {
             components[node] = k;
         }
     }
-    Ok(layout(&elimination, components))
-}
-
-/// Columns that are looked at together when independent ones are put side by side.
-const WINDOW: usize = 32;
-
-/// The elimination order arranged for the processor, without any other fill since every column still
-/// comes after all that change it. First what changes a column is brought close before it (a
-/// postorder of the elimination tree), so that little is read from far away. Then, window by window,
-/// columns that do not wait for each other come side by side, so that several are under way while
-/// the divisions of a pivot take their time.
-fn sequence(gone: &[Gone]) -> Vec<&Gone> {
-    let mut rank = HashMap::new();
-    for (k, column) in gone.iter().enumerate() {
-        rank.insert(column.node, k);
-    }
-    let mut level = vec![0_usize; gone.len()];
-    let mut children: Vec<Vec<usize>> = vec![Vec::new(); gone.len()];
-    let mut pending = Vec::new();
-    for (k, column) in gone.iter().enumerate() {
-        let later = || column.below.iter().filter_map(|(node, _)| rank.get(node).copied());
-        for n in later() {
-            level[n] = level[n].max(level[k] + 1);
-        }
-        match later().min() {
-            Some(parent) => children[parent].push(k),
-            None => pending.push(k),
-        }
-    }
-    // from the roots down, each before its children, then turned round
-    let mut order = Vec::with_capacity(gone.len());
-    while let Some(k) = pending.pop() {
-        order.push(k);
-        pending.append(&mut children[k]);
-    }
-    order.reverse();
-    for window in order.chunks_mut(WINDOW) {
-        window.sort_by_key(|k| level[*k]);
-    }
-    order.into_iter().map(|k| &gone[k]).collect()
-}
-
-/// Lays out the storage in elimination order and lists the updates.
-fn layout(elimination: &Elimination, components: Vec<usize>) -> Ordering {
-    let sizes = &elimination.sample.sizes;
-    let bodies = elimination.sample.bodies;
-    let mut rhs = vec![0; sizes.len()];
-    let mut rows = 0;
-    for (k, size) in sizes.iter().enumerate() {
-        rhs[k] = rows;
-        rows += size.get();
-    }
-    let sequence = sequence(&elimination.gone);
-    let mut rank = vec![0; sizes.len()];
-    for (k, gone) in sequence.iter().enumerate() {
-        rank[gone.node] = k;
-    }
-    let mut storage = 0;
-    let mut columns = Vec::new();
-    let mut below: Vec<Below> = Vec::new();
-    let mut places = HashMap::new();
-    let mut orders = Vec::new();
-    for gone in sequence {
-        let size = sizes[gone.node];
-        let diagonal = storage;
-        places.insert((gone.node, gone.node), Place { offset: diagonal, as_asked: true });
-        storage += size.get() * size.get();
-        let mut later: Vec<usize> = gone.below.iter().map(|(n, _)| *n).collect();
-        later.sort_unstable_by_key(|n| rank[*n]);
-        let first = below.len();
-        for &n in &later {
-            places.insert((n, gone.node), Place { offset: storage, as_asked: true });
-            places.insert((gone.node, n), Place { offset: storage, as_asked: false });
-            below.push(Below { size: sizes[n], offset: storage, rhs: rhs[n] });
-            storage += sizes[n].get() * size.get();
-        }
-        columns.push(Column {
-            node: gone.node,
-            size,
-            positive: gone.node < bodies,
-            leaf: None,
-            diagonal,
-            end: storage,
-            rhs: rhs[gone.node],
-            below: first..below.len(),
-            updates: 0..0,
-        });
-        orders.push(later);
-    }
-    factor_leaves(&mut columns, &orders, &elimination.sample.diagonal);
-    let updates = list_updates(&mut columns, &below, &orders, &places);
-    let mut smallest_pivot = vec![0.0; rows];
-    for node in bodies..sizes.len() {
-        for (r, s) in elimination.strength[node].iter().enumerate() {
-            smallest_pivot[rhs[node] + r] = VANISHING_PIVOT * s;
-        }
-    }
-    Ordering {
-        factorisation: Factorisation { columns, below, updates, storage, smallest_pivot },
-        places,
-        components,
-    }
-}
-
-/// Factors the bodies that nothing eliminated before them changes.
-fn factor_leaves(columns: &mut [Column], orders: &[Vec<usize>], diagonal: &[DMatrix<f64>]) {
-    let changed: HashSet<usize> = orders.iter().flatten().copied().collect();
-    for column in columns.iter_mut().filter(|c| c.positive && !changed.contains(&c.node)) {
-        column.leaf = diagonal[column.node].as_slice().try_into().ok().and_then(decompose_mass);
-    }
-}
-
-fn list_updates(
-    columns: &mut [Column],
-    below: &[Below],
-    orders: &[Vec<usize>],
-    places: &HashMap<(usize, usize), Place>,
-) -> Vec<Update> {
-    let mut updates = Vec::new();
-    for (column, later) in columns.iter_mut().zip(orders) {
-        let first = updates.len();
-        let blocks = &below[column.below.clone()];
-        for (k, &m) in later.iter().enumerate() {
-            for (i, &n) in later.iter().enumerate().skip(k) {
-                // elimination coupled every pair of later neighbours, so the place exists
-                if let Some(place) = places.get(&(n, m)) {
-                    updates.push(Update { rows: blocks[i], cols: blocks[k], target: place.offset });
-                }
-            }
-        }
-        column.updates = first..updates.len();
-    }
-    updates
+    Ok(layout(&elimination, components, constant))
 }

@@ -1,5 +1,7 @@
 //! The equations against independent routes: differences, dense algebra, energy.
 
+mod jets;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::{Loads, Workspace};

@@ -141,7 +141,7 @@ fn invariant_joints_stay_closed_under_rough_running() {
     for _ in 0..5_000 {
         let push: Vec<f64> = (0..8).map(|_| 2e4 * noise.next()).collect();
         levitation.step(&model, &mut state, 1e-3, |k| push[k], &mut ws);
-        let (position, velocity) = model.constraint_violation(&state, &mut probe).unwrap();
+        let (position, velocity) = model.constraint_violation(&state, &mut probe);
         assert!(position <= 1e-11 && velocity <= 1e-11, "{position:e} {velocity:e}");
         farthest = farthest.max(model.magnet(&state, 0).displacement.z.abs());
     }
@@ -167,7 +167,7 @@ fn invariant_joints_stay_closed_over_an_hour() {
         }
         levitation.step(&model, &mut state, 1e-3, |k| push[k], &mut ws);
         if n % 100 == 0 {
-            let (position, velocity) = model.constraint_violation(&state, &mut probe).unwrap();
+            let (position, velocity) = model.constraint_violation(&state, &mut probe);
             worst = (worst.0.max(position), worst.1.max(velocity));
         }
     }

@@ -1,6 +1,7 @@
 //! Bushing: three translational and three rotational spring-dampers along axes fixed to a.
 
 use crate::elements::{ElasticRow, rotation_row, translation_row};
+use crate::joint::Row;
 use crate::math::{Mat3, Quat, Vec3, conjugate, moment_from_gradient, multiply, rotation_vector};
 use crate::state::{Kinematics, Wrench};
 
@@ -14,45 +15,70 @@ use crate::state::{Kinematics, Wrench};
 pub(crate) struct Bushing {
     pub a: usize,
     pub b: usize,
+    /// R at rest in a's axes; `None` where it is a's own axes.
+    pub axes: Option<Box<Mat3>>,
+    /// The halves that do anything. Boxed, for most bushings have but one.
+    pub translation: Option<Box<Translation>>,
+    pub rotation: Option<Box<Rotation>>,
+}
+
+/// The half that holds points together, along R's axes.
+#[derive(Debug, Clone)]
+pub(crate) struct Translation {
     /// Attachments in the bodies' axes, m.
     pub point_a: Vec3,
     pub point_b: Vec3,
-    /// R at rest in a's axes; `None` where it is a's own axes.
-    pub axes: Option<Mat3>,
-    /// Undoes the relative attitude of the initial pose; `None` where there is none.
-    pub untwist: Option<Quat>,
-    pub translational_stiffness: Vec3,
-    pub translational_damping: Vec3,
-    pub rotational_stiffness: Vec3,
-    pub rotational_damping: Vec3,
-    /// Force on a in the initial pose, bushing axes, N.
+    pub stiffness: Vec3,
+    pub damping: Vec3,
+    /// Force on a in the initial pose, N.
     pub preload: Vec3,
-    /// Which halves do anything.
-    pub translates: bool,
-    pub rotates: bool,
-    /// Equal rotational stiffness about all axes.
-    pub isotropic: bool,
+}
+
+/// The half that holds attitudes together, about R's axes.
+#[derive(Debug, Clone)]
+pub(crate) struct Rotation {
+    pub stiffness: Vec3,
+    pub damping: Vec3,
+    /// Undoes the relative attitude of the initial pose; `None` where there is none.
+    pub untwist: Option<Box<Quat>>,
+}
+
+impl Translation {
+    /// Arms to b's attachment: on a, on b.
+    fn arms(&self, a: &Kinematics, b: &Kinematics) -> [Vec3; 2] {
+        let arm_b = b.turn(&self.point_b);
+        [b.r + arm_b - a.r, arm_b]
+    }
+
+    /// d in world axes for the arm on a.
+    fn apart(&self, a: &Kinematics, arm_a: &Vec3) -> Vec3 {
+        arm_a - a.turn(&self.point_a)
+    }
+}
+
+impl Rotation {
+    fn elastic_moment(&self, theta: &Vec3) -> Vec3 {
+        let k = &self.stiffness;
+        let gradient = theta.component_mul(k);
+        let isotropic = k.x == k.y && k.y == k.z;
+        if isotropic { gradient } else { moment_from_gradient(theta, &gradient) }
+    }
 }
 
 impl Bushing {
     fn frame(&self, kin: &[Kinematics]) -> Mat3 {
         let a = &kin[self.a].a;
-        self.axes.as_ref().map_or(*a, |axes| a * axes)
+        self.axes.as_ref().map_or(*a, |axes| a * **axes)
     }
 
     /// Rotation vector of b relative to a, in the bushing's axes.
-    fn twist(&self, kin: &[Kinematics]) -> Vec3 {
+    fn twist(&self, rotation: &Rotation, kin: &[Kinematics]) -> Vec3 {
         let mut q = multiply(conjugate(kin[self.a].p), kin[self.b].p);
-        if let Some(untwist) = self.untwist {
-            q = multiply(q, untwist);
+        if let Some(untwist) = &rotation.untwist {
+            q = multiply(q, **untwist);
         }
         let theta = rotation_vector(q);
         self.axes.as_ref().map_or(theta, |axes| axes.tr_mul(&theta))
-    }
-
-    fn elastic_moment(&self, theta: &Vec3) -> Vec3 {
-        let gradient = theta.component_mul(&self.rotational_stiffness);
-        if self.isotropic { gradient } else { moment_from_gradient(theta, &gradient) }
     }
 
     /// Adds forces and moments of the current pose and motion.
@@ -60,22 +86,21 @@ impl Bushing {
     pub fn apply(&self, kin: &[Kinematics], wrenches: &mut [Wrench]) {
         let frame = self.frame(kin);
         let (a, b) = (&kin[self.a], &kin[self.b]);
-        if self.translates {
-            let arm_b = b.turn(&self.point_b);
-            let arm_a = b.r + arm_b - a.r;
-            let d = frame.tr_mul(&(arm_a - a.turn(&self.point_a)));
+        if let Some(translation) = &self.translation {
+            let [arm_a, arm_b] = translation.arms(a, b);
+            let d = frame.tr_mul(&translation.apart(a, &arm_a));
             let rate = frame.tr_mul(&(b.velocity_at(&arm_b) - a.velocity_at(&arm_a)));
-            let local = self.preload
-                + d.component_mul(&self.translational_stiffness)
-                + rate.component_mul(&self.translational_damping);
+            let local = translation.preload
+                + d.component_mul(&translation.stiffness)
+                + rate.component_mul(&translation.damping);
             let force = frame * local;
             wrenches[self.a].add(&force, &arm_a);
             wrenches[self.b].add(&-force, &arm_b);
         }
-        if self.rotates {
+        if let Some(rotation) = &self.rotation {
             let rate = frame.tr_mul(&(b.w_world - a.w_world));
-            let local = self.elastic_moment(&self.twist(kin))
-                + rate.component_mul(&self.rotational_damping);
+            let local = rotation.elastic_moment(&self.twist(rotation, kin))
+                + rate.component_mul(&rotation.damping);
             let moment = frame * local;
             wrenches[self.a].moment += moment;
             wrenches[self.b].moment -= moment;
@@ -84,32 +109,37 @@ impl Bushing {
 
     /// Stored energy, f0·d + ½ dᵀ K d + ½ θᵀ K_θ θ, J.
     pub fn energy(&self, kin: &[Kinematics]) -> f64 {
-        let (a, b) = (&kin[self.a], &kin[self.b]);
-        let apart = b.r + b.turn(&self.point_b) - a.r - a.turn(&self.point_a);
-        let d = self.frame(kin).tr_mul(&apart);
-        let theta = self.twist(kin);
-        self.preload.dot(&d)
-            + 0.5 * d.dot(&d.component_mul(&self.translational_stiffness))
-            + 0.5 * theta.dot(&theta.component_mul(&self.rotational_stiffness))
+        let mut energy = 0.0;
+        if let Some(translation) = &self.translation {
+            let [arm_a, _] = translation.arms(&kin[self.a], &kin[self.b]);
+            let d = self.frame(kin).tr_mul(&translation.apart(&kin[self.a], &arm_a));
+            energy += translation.preload.dot(&d);
+            energy += 0.5 * d.dot(&d.component_mul(&translation.stiffness));
+        }
+        if let Some(rotation) = &self.rotation {
+            let theta = self.twist(rotation, kin);
+            energy += 0.5 * theta.dot(&theta.component_mul(&rotation.stiffness));
+        }
+        energy
     }
 
     /// The elastic coordinates, without the geometric stiffness of what the element carries.
     pub fn elastic_rows(&self, kin: &[Kinematics], sink: &mut impl FnMut(ElasticRow)) {
         let frame = self.frame(kin);
-        let arm_b = kin[self.b].turn(&self.point_b);
-        let arm_a = kin[self.b].r + arm_b - kin[self.a].r;
+        let (a, b) = (self.a, self.b);
         for k in 0..3 {
             let e = frame.column(k).into_owned();
-            for (stiffness, [row_a, row_b]) in [
-                (
-                    self.translational_stiffness[k],
-                    translation_row(kin, self.a, self.b, &e, [&arm_a, &arm_b]),
-                ),
-                (self.rotational_stiffness[k], rotation_row(kin, self.a, self.b, &e)),
-            ] {
+            let mut add = |stiffness: f64, [row_a, row_b]: [Row; 2]| {
                 if stiffness > 0.0 {
-                    sink(ElasticRow { a: self.a, b: self.b, row_a, row_b, stiffness });
+                    sink(ElasticRow { a, b, row_a, row_b, stiffness });
                 }
+            };
+            if let Some(translation) = &self.translation {
+                let [arm_a, arm_b] = translation.arms(&kin[a], &kin[b]);
+                add(translation.stiffness[k], translation_row(kin, a, b, &e, [&arm_a, &arm_b]));
+            }
+            if let Some(rotation) = &self.rotation {
+                add(rotation.stiffness[k], rotation_row(kin, a, b, &e));
             }
         }
     }

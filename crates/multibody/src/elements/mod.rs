@@ -5,7 +5,7 @@ mod bushing;
 mod joint_force;
 mod spring;
 
-pub(crate) use bushing::Bushing;
+pub(crate) use bushing::{Bushing, Rotation, Translation};
 pub(crate) use joint_force::JointForce;
 pub(crate) use spring::Spring;
 
