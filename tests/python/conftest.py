@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 UNITS = ROOT / "target" / "fmu"
-MAGLEV = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release" / "maglev"
+MAGLEV = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release" / ("maglev.exe" if os.name == "nt" else "maglev")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::{
     package::{self, Order},
-    python, workspace,
+    python, reference, workspace,
 };
 
 /// A named step of the whole check.
@@ -85,7 +85,8 @@ pub fn codegen(check: bool) -> Result<()> {
         .output()
         .with_context(|| format!("cannot start {}", maglev.display()))?;
     let schema = String::from_utf8(output.stdout)?;
-    generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)
+    generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)?;
+    reference::codegen(check)
 }
 
 /// Generates the FMI bindings, in a program of its own: only that needs bindgen.

@@ -1,43 +1,111 @@
-//! The page that each unit carries: `documentation/index.html`, made from its description.
+//! The page that each unit carries: `documentation/index.html`, made from its description, a text with
+//! equations (`fmu-*/documentation/text.md`) and its reference results. It needs no network.
 
-use std::fmt::Write;
+use std::{fmt::Write, fs, path::Path};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
+use pulldown_latex::{RenderConfig, Storage, config::DisplayMode, mathml::push_mathml};
 use roxmltree::{Document, Node};
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:75em;padding:0 1em}\
-table{border-collapse:collapse;width:100%}th,td{border-bottom:1px solid #ccc;padding:.25em .5em;\
-text-align:left;vertical-align:top}td:nth-child(3),td:nth-child(5){white-space:nowrap}\
-code{font-family:ui-monospace,monospace}";
+const STYLE: &str = include_str!("page.css");
 
-/// The page: what the unit is, what it can do, and every variable.
-pub fn page(xml: &str) -> Result<String> {
+/// What a page shows beside the description.
+pub struct Parts<'a> {
+    /// File name of the unit without `.fmu`.
+    pub name: &'a str,
+    /// Folder with `text.md` and the figures that it names.
+    pub folder: &'a Path,
+    /// The unit's picture (SVG).
+    pub picture: &'a str,
+    /// Its reference results over time (SVG).
+    pub results: &'a str,
+}
+
+/// The page: what the unit computes, every variable, what it can do, and how to check it.
+pub fn page(xml: &str, parts: &Parts<'_>) -> Result<String> {
     let document = Document::parse(xml)?;
     let root = document.root_element();
-    let name = attribute(&root, "modelName");
-    let co_simulation = child(&root, "CoSimulation")?;
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\
-         <style>{STYLE}</style></head><body>\n<h1>{0}</h1>\n<p>{1}</p>\n<p>Version {2}, {3}. \
-         FMI 2.0 co-simulation, model identifier <code>{4}</code>, GUID <code>{5}</code>.</p>\n",
-        escape(name),
-        escape(attribute(&root, "description")),
-        escape(attribute(&root, "version")),
-        escape(attribute(&root, "license")),
-        escape(attribute(&co_simulation, "modelIdentifier")),
-        escape(attribute(&root, "guid")),
-    );
-    html.push_str("<h2>Capabilities</h2>\n<table><tr><th>Attribute</th><th>Value</th></tr>\n");
-    for capability in co_simulation.attributes().filter(|a| a.name() != "modelIdentifier") {
-        writeln!(
-            html,
-            "<tr><td><code>{}</code></td><td>{}</td></tr>",
-            capability.name(),
-            escape(capability.value())
-        )?;
+    let mut html = head(&root, parts)?;
+    html.push_str("<h2 id=\"model\">What it computes</h2>\n");
+    html.push_str(&text(&parts.folder.join("text.md"))?);
+    html.push_str("<h2 id=\"variables\">Variables</h2>\n");
+    variables(&mut html, &root)?;
+    html.push_str("<h2 id=\"capabilities\">Capabilities</h2>\n<table><tr><th>Attribute</th><th>Value</th></tr>\n");
+    for capability in child(&root, "CoSimulation")?.attributes() {
+        let (name, value) = (capability.name(), escape(capability.value()));
+        writeln!(html, "<tr><td><code>{name}</code></td><td>{value}</td></tr>")?;
     }
     html.push_str("</table>\n");
-    let variables = child(&root, "ModelVariables")?;
+    results(&mut html, parts)?;
+    html.push_str("</body></html>\n");
+    Ok(html)
+}
+
+fn head(root: &Node<'_, '_>, parts: &Parts<'_>) -> Result<String> {
+    let title = escape(attribute(root, "modelName"));
+    let identifier = escape(attribute(&child(root, "CoSimulation")?, "modelIdentifier"));
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
+         <style>\n{STYLE}</style></head><body>\n<header>{picture}<div><h1>{title}</h1>\n<p>{what}</p>\n\
+         <p class=\"facts\">Unit <code>{name}</code>, version {version}, {licence}. FMI 2.0 for \
+         co-simulation, model identifier <code>{identifier}</code>, GUID <code>{guid}</code>.</p>\n\
+         <nav><a href=\"#model\">What it computes</a> <a href=\"#variables\">Variables</a> \
+         <a href=\"#capabilities\">Capabilities</a> <a href=\"#reference\">Reference results</a> \
+         <a href=\"licenses/license.txt\">Licences</a></nav></div></header>\n",
+        picture = parts.picture,
+        what = escape(attribute(root, "description")),
+        name = parts.name,
+        version = escape(attribute(root, "version")),
+        licence = escape(attribute(root, "license")),
+        guid = escape(attribute(root, "guid")),
+    ))
+}
+
+/// A Markdown file as HTML: `$…$` becomes MathML, and figures that are SVG files become part of it.
+fn text(file: &Path) -> Result<String> {
+    let markdown =
+        fs::read_to_string(file).with_context(|| format!("reading {}", file.display()))?;
+    let options = Options::ENABLE_MATH | Options::ENABLE_TABLES;
+    let mut events = Vec::new();
+    for event in Parser::new_ext(&markdown, options) {
+        events.push(match event {
+            Event::InlineMath(latex) => {
+                Event::InlineHtml(math(&latex, DisplayMode::Inline)?.into())
+            }
+            Event::DisplayMath(latex) => {
+                Event::InlineHtml(math(&latex, DisplayMode::Block)?.into())
+            }
+            Event::Start(Tag::Image { dest_url, .. }) => {
+                let figure = file.with_file_name(dest_url.as_ref());
+                let svg = fs::read_to_string(&figure)
+                    .with_context(|| format!("reading {}", figure.display()))?;
+                Event::InlineHtml(format!("<span class=\"figure\">{svg}<small>").into())
+            }
+            Event::End(TagEnd::Image) => Event::InlineHtml("</small></span>".into()),
+            other => other,
+        });
+    }
+    let mut page = String::new();
+    html::push_html(&mut page, events.into_iter());
+    Ok(page)
+}
+
+/// LaTeX as MathML, which browsers show without scripts.
+fn math(latex: &str, display_mode: DisplayMode) -> Result<String> {
+    let storage = Storage::new();
+    let events: Result<Vec<_>, _> = pulldown_latex::Parser::new(latex, &storage).collect();
+    let events = events.map_err(|error| anyhow!("the equation {latex}: {error}"))?;
+    let mut mathml = String::new();
+    let config = RenderConfig { display_mode, ..RenderConfig::default() };
+    let events = events.into_iter().map(Ok::<_, std::convert::Infallible>);
+    push_mathml(&mut mathml, events, config)?;
+    Ok(mathml)
+}
+
+fn variables(html: &mut String, root: &Node<'_, '_>) -> Result<()> {
+    let all = child(root, "ModelVariables")?;
     for (causality, title) in [
         ("input", "Inputs"),
         ("output", "Outputs"),
@@ -45,43 +113,130 @@ pub fn page(xml: &str) -> Result<String> {
         ("calculatedParameter", "Calculated parameters"),
         ("local", "Constants and local variables"),
     ] {
-        let rows: Vec<_> = variables
-            .children()
-            .filter(|v| v.is_element() && causality_of(v) == causality)
-            .collect();
+        let mut rows: Vec<Row> = Vec::new();
+        let of_kind = |v: &Node<'_, '_>| v.is_element() && causality_of(v) == causality;
+        for row in all.children().filter(of_kind).filter_map(|v| Row::of(&v)) {
+            match rows.iter_mut().find(|other| other.joins(&row)) {
+                Some(other) => other.last = Some(row.name),
+                None => rows.push(row),
+            }
+        }
         if !rows.is_empty() {
-            table(&mut html, title, &rows)?;
+            table(html, title, &rows)?;
         }
     }
-    html.push_str("</body></html>\n");
-    Ok(html)
+    Ok(())
 }
 
-fn table(html: &mut String, title: &str, rows: &[Node]) -> Result<()> {
-    writeln!(
-        html,
-        "<h2>{title}</h2>\n<table><tr><th>Name</th><th>Type</th><th>Start</th><th>Unit</th>\
-         <th>Range</th><th>Description</th></tr>"
-    )?;
-    for row in rows {
-        let Some(kind) = row.children().find(Node::is_element) else { continue };
+/// A line of the table of variables; one for all variables that differ in their number only.
+struct Row {
+    name: String,
+    /// Name of the last one, where there are several.
+    last: Option<String>,
+    /// The name without the number at its end, with `k` in its place in the description.
+    stem: Option<String>,
+    cells: [String; 5],
+}
+
+impl Row {
+    fn of(variable: &Node<'_, '_>) -> Option<Self> {
+        let kind = variable.children().find(Node::is_element)?;
+        let name = attribute(variable, "name").to_owned();
+        let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let number = name[stem.len()..].parse::<u32>().ok().filter(|_| stem.ends_with('_'));
+        let mut description = escape(attribute(variable, "description"));
+        if let Some(number) = number {
+            description = numbered(&description, number);
+        }
         let range = match (kind.attribute("min"), kind.attribute("max")) {
             (None, None) => String::new(),
             (min, max) => format!("{} … {}", min.unwrap_or("−∞"), max.unwrap_or("∞")),
         };
-        writeln!(
-            html,
-            "<tr><td><code>{}</code></td><td>{}{}</td><td>{}</td><td>{}</td><td>{range}</td>\
-             <td>{}</td></tr>",
-            escape(attribute(row, "name")),
-            kind.tag_name().name(),
-            if row.attribute("variability") == Some("tunable") { ", tunable" } else { "" },
+        let tunable =
+            if variable.attribute("variability") == Some("tunable") { ", tunable" } else { "" };
+        let cells = [
+            format!("{}{tunable}", kind.tag_name().name()),
             escape(attribute(&kind, "start")),
             escape(attribute(&kind, "unit")),
-            escape(attribute(row, "description")),
-        )?;
+            range,
+            description,
+        ];
+        let stem = number.map(|_| stem.to_owned());
+        Some(Self { last: None, stem, cells, name })
+    }
+
+    fn joins(&self, other: &Self) -> bool {
+        self.stem.is_some() && self.stem == other.stem && self.cells == other.cells
+    }
+}
+
+/// A description with its first mention of `number` as a word replaced by *k*.
+fn numbered(description: &str, number: u32) -> String {
+    let word = number.to_string();
+    let is_word = |&(at, _): &(usize, &str)| {
+        let beside = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '.');
+        !beside(description[..at].chars().next_back())
+            && !beside(description[at + word.len()..].chars().next().filter(|c| *c != '.'))
+    };
+    match description.match_indices(&word).find(is_word) {
+        Some((at, _)) => {
+            format!("{}<i>k</i>{}", &description[..at], &description[at + word.len()..])
+        }
+        None => description.to_owned(),
+    }
+}
+
+fn table(html: &mut String, title: &str, rows: &[Row]) -> Result<()> {
+    writeln!(
+        html,
+        "<h3>{title}</h3>\n<table class=\"variables\"><tr><th>Name</th><th>Type</th><th>Start</th>\
+         <th>Unit</th><th>Range</th><th>Description</th></tr>"
+    )?;
+    for Row { name, last, cells, .. } in rows {
+        write!(html, "<tr><td><code>{}</code>", escape(name))?;
+        if let Some(last) = last {
+            write!(html, " … <code>{}</code>", escape(last))?;
+        }
+        for cell in cells {
+            write!(html, "</td><td>{}", unit_exponents(cell))?;
+        }
+        html.push_str("</td></tr>\n");
     }
     html.push_str("</table>\n");
+    Ok(())
+}
+
+/// `m/s2` as it is written by hand.
+fn unit_exponents(cell: &str) -> String {
+    match cell {
+        "m2" | "m/s2" | "s2" | "kg.m2" | "m3" => {
+            let (base, exponent) = cell.split_at(cell.len() - 1);
+            format!("{}<sup>{exponent}</sup>", base.replace('.', "·"))
+        }
+        other => other.to_owned(),
+    }
+}
+
+fn results(html: &mut String, parts: &Parts<'_>) -> Result<()> {
+    let name = parts.name;
+    writeln!(
+        html,
+        "<h2 id=\"reference\">Reference results</h2>\n\
+         <p>The unit carries an experiment with its results in \
+         <code>extra/org.fmi-standard.fmi-ls-ref/</code>: inputs <code>{name}_in.csv</code>, outputs \
+         <code>{name}_ref.csv</code> and settings <code>{name}_ref.opt</code> as in the FMI cross-check, \
+         named by a manifest of the layered standard FMI-LS-REF. Inputs jump at communication points and \
+         keep their values between them, and all times are exact in binary, so importers that hold inputs \
+         and importers that interpolate them must get the same.</p>\n\
+         <pre><code>maglev reference {name}.fmu</code></pre>"
+    )?;
+    if !parts.results.is_empty() {
+        writeln!(
+            html,
+            "<p><span class=\"figure\">{}<small>Outputs of the reference experiment</small></span></p>",
+            parts.results
+        )?;
+    }
     Ok(())
 }
 
@@ -102,4 +257,34 @@ fn causality_of<'a>(variable: &Node<'a, '_>) -> &'a str {
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equations_become_mathml_and_a_wrong_one_is_named() {
+        let found = math(r"\frac{a}{b} + \dot{x}", DisplayMode::Block).unwrap();
+        assert!(found.starts_with("<math") && found.contains("<mfrac>"), "{found}");
+        let error = math(r"\frac{a", DisplayMode::Inline).unwrap_err().to_string();
+        assert!(error.contains(r"\frac{a"), "{error}");
+    }
+
+    #[test]
+    fn variables_that_differ_in_their_number_share_a_row() {
+        let xml = r#"<fmiModelDescription modelName="m"><CoSimulation modelIdentifier="m"/><ModelVariables>
+            <ScalarVariable name="gap_01" causality="input" description="Gap of magnet 1, 0.1 m at most"><Real unit="m"/></ScalarVariable>
+            <ScalarVariable name="gap_02" causality="input" description="Gap of magnet 2, 0.1 m at most"><Real unit="m"/></ScalarVariable>
+            <ScalarVariable name="gap_03" causality="input" description="Gap of magnet 3, 0.1 m at most"><Real unit="mm"/></ScalarVariable>
+            <ScalarVariable name="speed" causality="input" description="a &lt; b"><Real unit="m/s2"/></ScalarVariable>
+            </ModelVariables></fmiModelDescription>"#;
+        let document = Document::parse(xml).unwrap();
+        let mut html = String::new();
+        variables(&mut html, &document.root_element()).unwrap();
+        assert!(html.contains("<code>gap_01</code> … <code>gap_02</code>"), "{html}");
+        assert!(html.contains("Gap of magnet <i>k</i>, 0.1 m at most"), "{html}");
+        assert!(html.contains("<tr><td><code>gap_03</code></td>"), "{html}");
+        assert!(html.contains("a &lt; b") && html.contains("m/s<sup>2</sup>"), "{html}");
+    }
 }

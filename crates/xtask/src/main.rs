@@ -6,8 +6,11 @@
 mod binaries;
 mod check;
 mod documentation;
+mod licences;
 mod package;
+mod picture;
 mod python;
+mod reference;
 mod sanitize;
 mod target;
 mod workspace;
@@ -58,6 +61,12 @@ enum Task {
         #[arg(long, value_name = "VERSION")]
         glibc: Option<String>,
     },
+    /// Compute the units' reference results anew where they left their tolerance (part of codegen)
+    Reference {
+        /// Change nothing, fail on a difference
+        #[arg(long)]
+        check: bool,
+    },
     /// Join .fmu files of one unit, packed on several systems, into one
     Merge {
         out: PathBuf,
@@ -104,6 +113,7 @@ fn main() -> Result<()> {
             if glibc.is_some() { binaries::report(&files, glibc.as_deref()) } else { Ok(()) }
         }
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),
+        Task::Reference { check } => reference::codegen(check),
         Task::Merge { out, files } => package::merge(&out, &files),
         Task::Run { scenario, options } => {
             package::package(&Order::default())?;

@@ -13,7 +13,8 @@ use anyhow::{Context, Result, bail};
 use fmi2_package::Archive;
 
 use crate::{
-    binaries, documentation,
+    binaries, documentation, licences, picture,
+    reference::Reference,
     target::{self, Target},
     workspace,
 };
@@ -93,6 +94,8 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     let folder = order.out.clone().unwrap_or_else(workspace::unit_dir);
     fs::create_dir_all(&folder).with_context(|| format!("creating {}", folder.display()))?;
     let mut packed = Vec::new();
+    let dependencies = licences::dependencies()?;
+    let mut licences: BTreeMap<&str, Licences> = BTreeMap::new();
     for unit in units()? {
         if order.only.as_ref().is_some_and(|prefix| !unit.name.starts_with(prefix)) {
             continue;
@@ -100,7 +103,13 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
         let xml = describe(&unit)?;
         compare(&unit, &xml, order.check)?;
         let file = folder.join(format!("{}.fmu", unit.name));
-        archive(&unit, &xml, targets)?.write(&file)?;
+        if !licences.contains_key(unit.identifier) {
+            licences.insert(
+                unit.identifier,
+                licences::files(&format!("fmu-{}", unit.identifier), &dependencies)?,
+            );
+        }
+        archive(&unit, &xml, targets, &licences[unit.identifier])?.write(&file)?;
         packed.push(file);
     }
     if order.maglev {
@@ -151,8 +160,16 @@ pub fn describe(unit: &Unit) -> Result<String> {
         .with_context(|| format!("describing the unit {}", unit.name))
 }
 
+/// Licence texts by file name.
+type Licences = BTreeMap<String, Vec<u8>>;
+
+/// The folder of a unit's crate.
+pub fn crate_folder(unit: &Unit) -> PathBuf {
+    workspace::root().join(format!("fmu-{}", unit.identifier))
+}
+
 /// The .fmu's files.
-fn archive(unit: &Unit, xml: &str, targets: &[Target]) -> Result<Archive> {
+fn archive(unit: &Unit, xml: &str, targets: &[Target], licences: &Licences) -> Result<Archive> {
     let mut archive = Archive::new(xml)?;
     let mut libraries: BTreeMap<&str, Vec<PathBuf>> = BTreeMap::new();
     for target in targets {
@@ -168,10 +185,24 @@ fn archive(unit: &Unit, xml: &str, targets: &[Target]) -> Result<Archive> {
             archive.binary(platform, &joined)?;
         }
     }
-    archive.file("documentation/index.html", documentation::page(xml)?)?;
-    for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
-        let text = fs::read(workspace::root().join(licence))?;
-        archive.file(&format!("documentation/licenses/{licence}"), text)?;
+    let documentation = crate_folder(unit).join("documentation");
+    let picture = documentation.join(format!("{}.svg", unit.name));
+    let picture =
+        fs::read_to_string(&picture).with_context(|| format!("reading {}", picture.display()))?;
+    archive.file("model.png", picture::png(&picture)?)?;
+    let reference = Reference::of(unit)?;
+    let parts = documentation::Parts {
+        name: &unit.name,
+        folder: &documentation,
+        picture: &picture,
+        results: &reference.figure(xml)?,
+    };
+    archive.file("documentation/index.html", documentation::page(xml, &parts)?)?;
+    for (name, text) in licences {
+        archive.file(&format!("documentation/licenses/{name}"), text.as_slice())?;
+    }
+    for (name, content) in reference.files()? {
+        archive.file(&name, content)?;
     }
     if let Some(folder) = &unit.resources {
         archive.folder("resources", folder)?;

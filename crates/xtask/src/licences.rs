@@ -1,0 +1,118 @@
+//! The licences that a unit must carry: its own, and those of the crates that are linked into it.
+
+use std::{collections::BTreeMap, fmt::Write as _, fs, process::Command};
+
+use anyhow::{Context, Result, bail};
+use cargo_metadata::{Metadata, MetadataCommand, Package};
+
+use crate::workspace;
+
+/// The systems whose libraries are covered, whichever of them an .fmu holds.
+const SYSTEMS: [&str; 3] =
+    ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc", "aarch64-apple-darwin"];
+
+/// What the compiler itself links in.
+const STANDARD_LIBRARY: &str = "The Rust standard library: MIT OR Apache-2.0, Copyright (c) The Rust Project \
+                                Contributors; texts as in LICENSE-MIT and LICENSE-APACHE.\n";
+
+/// The files of `documentation/licenses/` for a unit crate, by name.
+///
+/// `license.txt` is the entry: it lists every crate with its licence and names the files of its texts.
+/// Texts that several crates share are there once.
+pub fn files(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Vec<u8>>> {
+    let mut files = BTreeMap::new();
+    for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        files.insert(name.to_owned(), read(workspace::root().join(name).as_path())?);
+    }
+    let mut list = format!(
+        "{unit_crate}: MIT OR Apache-2.0, at your choice; texts in LICENSE-MIT and LICENSE-APACHE.\n\n\
+         Its libraries contain code of the crates below, under these licences.\n\n{STANDARD_LIBRARY}"
+    );
+    for (name, package) in linked(unit_crate, systems)? {
+        let licence = package.license.as_deref().unwrap_or("see the text");
+        write!(list, "\n{name}: {licence}\n")?;
+        if !package.authors.is_empty() {
+            writeln!(list, "  by {}", package.authors.join(", "))?;
+        }
+        for (text, content) in texts(&package)? {
+            let known =
+                files.iter().find(|(_, known)| **known == content).map(|(file, _)| file.clone());
+            let file = known.unwrap_or_else(|| format!("{name}-{text}"));
+            writeln!(list, "  {file}")?;
+            files.insert(file, content);
+        }
+    }
+    files.insert("license.txt".into(), list.into_bytes());
+    Ok(files)
+}
+
+/// What cargo knows of the dependencies on each system.
+pub fn dependencies() -> Result<Vec<Metadata>> {
+    let on = |system: &&str| {
+        MetadataCommand::new()
+            .manifest_path(workspace::root().join("Cargo.toml"))
+            .other_options(["--filter-platform".into(), (*system).into()])
+            .exec()
+            .context("asking cargo for the dependencies")
+    };
+    SYSTEMS.iter().map(on).collect()
+}
+
+/// The crates from a registry whose code gets into a unit's library, on any of the systems.
+///
+/// `cargo tree` knows the features that a unit alone turns on; metadata tells where the crates lie.
+fn linked(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Package>> {
+    let mut found = BTreeMap::new();
+    for (system, metadata) in SYSTEMS.iter().zip(systems) {
+        // macros and build scripts run while compiling only
+        let args = ["tree", "--package", unit_crate, "--edges", "normal,no-proc-macro"];
+        let output = Command::new(workspace::cargo())
+            .args(args)
+            .args(["--target", system, "--prefix", "none", "--format", "{p}"])
+            .current_dir(workspace::root())
+            .output()
+            .context("starting cargo tree")?;
+        if !output.status.success() {
+            bail!("cargo tree: {}", String::from_utf8_lossy(&output.stderr));
+        }
+        for line in String::from_utf8(output.stdout)?.lines() {
+            let mut words = line.split(' ');
+            let (Some(name), Some(version)) = (words.next(), words.next()) else { continue };
+            let version = version.trim_start_matches('v');
+            let is = |p: &&Package| p.name == name && p.version.to_string() == version;
+            let package = metadata.packages.iter().find(is);
+            let package = package.with_context(|| format!("cargo metadata knows no {line}"))?;
+            if package.source.is_some() {
+                found.insert(format!("{name}-{version}"), package.clone());
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The licence texts that a crate ships.
+fn texts(package: &Package) -> Result<BTreeMap<String, Vec<u8>>> {
+    let folder = package.manifest_path.parent().context("a package has no folder")?;
+    let mut texts = BTreeMap::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().to_uppercase();
+        let begins = ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE", "COPYRIGHT"];
+        if entry.file_type()?.is_file() && begins.iter().any(|begin| name.starts_with(begin)) {
+            texts.insert(entry.file_name().to_string_lossy().into_owned(), read(&entry.path())?);
+        }
+    }
+    if texts.is_empty() {
+        bail!(
+            "{} {} ships no licence text; find it at {} and keep it in the repository",
+            package.name,
+            package.version,
+            package.repository.as_deref().unwrap_or("its home")
+        );
+    }
+    Ok(texts)
+}
+
+fn read(file: &std::path::Path) -> Result<Vec<u8>> {
+    fs::read(file).with_context(|| format!("reading {}", file.display()))
+}
