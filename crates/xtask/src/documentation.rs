@@ -133,8 +133,8 @@ struct Row {
     name: String,
     /// Name of the last one, where there are several.
     last: Option<String>,
-    /// The name without the number at its end, with `k` in its place in the description.
-    stem: Option<String>,
+    /// Of a name that ends in a number: the name without it, and the description with *k* in its place.
+    shared: Option<(String, String)>,
     cells: [String; 5],
 }
 
@@ -144,10 +144,8 @@ impl Row {
         let name = attribute(variable, "name").to_owned();
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
         let number = name[stem.len()..].parse::<u32>().ok().filter(|_| stem.ends_with('_'));
-        let mut description = escape(attribute(variable, "description"));
-        if let Some(number) = number {
-            description = numbered(&description, number);
-        }
+        let description = escape(attribute(variable, "description"));
+        let shared = number.map(|number| (stem.to_owned(), numbered(&description, number)));
         let range = match (kind.attribute("min"), kind.attribute("max")) {
             (None, None) => String::new(),
             (min, max) => format!("{} … {}", min.unwrap_or("−∞"), max.unwrap_or("∞")),
@@ -161,12 +159,11 @@ impl Row {
             range,
             description,
         ];
-        let stem = number.map(|_| stem.to_owned());
-        Some(Self { last: None, stem, cells, name })
+        Some(Self { last: None, shared, cells, name })
     }
 
     fn joins(&self, other: &Self) -> bool {
-        self.stem.is_some() && self.stem == other.stem && self.cells == other.cells
+        self.shared.is_some() && self.shared == other.shared && self.cells[..4] == other.cells[..4]
     }
 }
 
@@ -174,7 +171,7 @@ impl Row {
 fn numbered(description: &str, number: u32) -> String {
     let word = number.to_string();
     let is_word = |&(at, _): &(usize, &str)| {
-        let beside = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '.');
+        let beside = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || "._".contains(c));
         !beside(description[..at].chars().next_back())
             && !beside(description[at + word.len()..].chars().next().filter(|c| *c != '.'))
     };
@@ -192,15 +189,17 @@ fn table(html: &mut String, title: &str, rows: &[Row]) -> Result<()> {
         "<h3>{title}</h3>\n<table class=\"variables\"><tr><th>Name</th><th>Type</th><th>Start</th>\
          <th>Unit</th><th>Range</th><th>Description</th></tr>"
     )?;
-    for Row { name, last, cells, .. } in rows {
+    for Row { name, last, shared, cells: [cells @ .., description] } in rows {
         write!(html, "<tr><td><code>{}</code>", escape(name))?;
-        if let Some(last) = last {
+        let mut description = description;
+        if let (Some(last), Some((_, of_all))) = (last, shared) {
             write!(html, " … <code>{}</code>", escape(last))?;
+            description = of_all;
         }
         for cell in cells {
             write!(html, "</td><td>{}", unit_exponents(cell))?;
         }
-        html.push_str("</td></tr>\n");
+        writeln!(html, "</td><td>{description}</td></tr>")?;
     }
     html.push_str("</table>\n");
     Ok(())
@@ -277,6 +276,8 @@ mod tests {
             <ScalarVariable name="gap_01" causality="input" description="Gap of magnet 1, 0.1 m at most"><Real unit="m"/></ScalarVariable>
             <ScalarVariable name="gap_02" causality="input" description="Gap of magnet 2, 0.1 m at most"><Real unit="m"/></ScalarVariable>
             <ScalarVariable name="gap_03" causality="input" description="Gap of magnet 3, 0.1 m at most"><Real unit="mm"/></ScalarVariable>
+            <ScalarVariable name="car_1_roll_01" causality="input" description="car_1: roll at point 1"><Real unit="rad"/></ScalarVariable>
+            <ScalarVariable name="car_1_roll_02" causality="input" description="car_1: roll at point 2"><Real unit="rad"/></ScalarVariable>
             <ScalarVariable name="speed" causality="input" description="a &lt; b"><Real unit="m/s2"/></ScalarVariable>
             </ModelVariables></fmiModelDescription>"#;
         let document = Document::parse(xml).unwrap();
@@ -285,6 +286,8 @@ mod tests {
         assert!(html.contains("<code>gap_01</code> … <code>gap_02</code>"), "{html}");
         assert!(html.contains("Gap of magnet <i>k</i>, 0.1 m at most"), "{html}");
         assert!(html.contains("<tr><td><code>gap_03</code></td>"), "{html}");
+        assert!(html.contains("Gap of magnet 3, 0.1 m at most"), "{html}");
+        assert!(html.contains("car_1: roll at point <i>k</i>"), "{html}");
         assert!(html.contains("a &lt; b") && html.contains("m/s<sup>2</sup>"), "{html}");
     }
 }
