@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
+use std::hint::black_box;
+
 use allocation_counter::measure;
 use fmi2_export::testing::Instance;
 use fmi2_export::*;
@@ -64,5 +66,5 @@ fn issue_stepping_saving_and_restoring_do_not_allocate() {
     assert_eq!(values[0], 500.0);
     assert_eq!(values[2], 500.0 + 1000.0 * 0.25);
     // The counter does count.
-    assert!(measure(|| drop(vec![one.real("x_01").unwrap()])).count_total > 0);
+    assert!(measure(|| drop(black_box(vec![1.0]))).count_total > 0);
 }
