@@ -15,6 +15,11 @@ use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use crate::coupling::settings::{
+    Acceleration, Algorithm, AlgorithmName, Estimate, Group, IterationSettings, JacobianSource,
+    OnDiscard, PowerPair, Variable,
+};
+
 /// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -139,6 +144,10 @@ pub struct Connection {
     /// `instance.input`, or several; each stands for as many signals as `from`, or `from` is one
     /// signal that feeds all.
     pub to: Targets,
+    /// Degree of the extrapolation for these targets instead of `algorithm.extrapolation`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 3))]
+    pub extrapolation: Option<u8>,
     /// A remark, not used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
@@ -201,85 +210,6 @@ impl Experiment {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 2^53")]
         Ok(count as u64)
     }
-}
-
-/// Name of a coupling algorithm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
-#[serde(rename_all = "kebab-case")]
-pub enum AlgorithmName {
-    /// All units step at once, on inputs extrapolated from the step's beginning.
-    Jacobi,
-    /// The units step one after the other; inputs whose source has stepped are interpolated.
-    #[default]
-    GaussSeidel,
-}
-
-impl AlgorithmName {
-    /// All algorithms.
-    pub const ALL: [Self; 2] = [Self::Jacobi, Self::GaussSeidel];
-
-    /// The name as scenarios write it.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Jacobi => "jacobi",
-            Self::GaussSeidel => "gauss-seidel",
-        }
-    }
-}
-
-impl std::str::FromStr for AlgorithmName {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|name| name.as_str() == text).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|name| name.as_str()).collect();
-            format!("there is no algorithm \"{text}\"; there are {}", names.join(" and "))
-        })
-    }
-}
-
-/// How the units are coupled.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Algorithm {
-    /// Which algorithm.
-    pub name: AlgorithmName,
-    /// Degree of the polynomials that inputs are extrapolated with: 0 holds them.
-    #[schemars(range(min = 0, max = 3))]
-    pub extrapolation: u8,
-    /// Use derivatives of outputs where units offer them; otherwise history alone.
-    pub derivatives: bool,
-    /// What to do when a unit discards a step.
-    pub on_discard: OnDiscard,
-    /// Sequence of a Gauss-Seidel step: instance names, patterns allowed. Instances left out
-    /// follow in the order that the dependencies suggest.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub order: Vec<String>,
-}
-
-impl Default for Algorithm {
-    fn default() -> Self {
-        Self {
-            name: AlgorithmName::default(),
-            extrapolation: 2,
-            derivatives: true,
-            on_discard: OnDiscard::default(),
-            order: Vec::new(),
-        }
-    }
-}
-
-/// What to do when a unit discards a step (`fmi2Discard`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
-#[serde(rename_all = "kebab-case")]
-pub enum OnDiscard {
-    /// Put its state back and make the same step in 2, 4, 8 … up to 1024 parts. Units that cannot
-    /// save their state, or take steps of one size only, end the run.
-    #[default]
-    Retry,
-    /// End the run. Spares saving the state before every step.
-    Fail,
 }
 
 /// Units in processes of their own, where a crash, an exit or a step without end is caught.
@@ -590,9 +520,14 @@ impl Scenario {
                 return Err(range(what, value.to_string(), positive));
             }
         }
-        let order = self.algorithm.extrapolation;
-        if order > 3 {
-            return Err(range("algorithm.extrapolation", order.to_string(), "0 to 3"));
+        if let Some((what, value, allowed)) = self.algorithm.out_of_range() {
+            return Err(range(what, value, allowed));
+        }
+        for (k, connection) in self.connections.iter().enumerate() {
+            if let Some(degree) = connection.extrapolation.filter(|degree| *degree > 3) {
+                let what = format!("connections[{k}].extrapolation");
+                return Err(range(&what, degree.to_string(), "0 to 3"));
+            }
         }
         let tolerance = self.initialization.tolerance;
         if !(tolerance > 0.0 && tolerance < 1.0) {

@@ -6,6 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use crate::coupling::{ControlReport, Iteration, PowerReport};
 use crate::error::Error;
 use crate::initialize::SolvedLoop;
 use crate::record::{Kind, Statistics, write_whole};
@@ -77,7 +78,7 @@ pub struct InstanceSummary {
 }
 
 /// The algorithm as it ran.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AlgorithmSummary {
     /// Its name.
     pub name: String,
@@ -90,6 +91,27 @@ pub struct AlgorithmSummary {
     pub order: Vec<String>,
     /// Signals in loops of direct feed-through, which are cut by extrapolation.
     pub algebraic_loops: Vec<String>,
+    /// How the coupling went.
+    #[serde(flatten)]
+    pub coupling: CouplingSummary,
+}
+
+/// How the coupling went.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct CouplingSummary {
+    /// Threads that stepped units.
+    pub threads: usize,
+    /// Which capability of which unit limits the coupling.
+    pub limits: Vec<String>,
+    /// Of the algorithms that iterate, one after the other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub iterations: Vec<Iteration>,
+    /// Of a variable step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<ControlReport>,
+    /// Residual energy of the pairs of effort and flow that the scenario names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power: Option<PowerReport>,
 }
 
 /// Wall times (s).

@@ -264,7 +264,7 @@ fn issue_unknown_key_and_type_name_their_path() {
     let mut scenario = ring();
     scenario["algorithm"] = json!({ "name": "magic" });
     bench.scenario(&scenario);
-    bench.run(&[]).fails(2, &["at algorithm.name", "`jacobi` or `gauss-seidel`"]);
+    bench.run(&[]).fails(2, &["at algorithm.name", "`jacobi`, `gauss-seidel`"]);
 }
 
 #[test]

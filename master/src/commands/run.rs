@@ -41,12 +41,15 @@ pub struct Arguments {
     /// Communication step (s) instead of the scenario's.
     #[arg(long, value_name = "H")]
     step: Option<f64>,
-    /// Coupling algorithm instead of the scenario's: jacobi, gauss-seidel.
+    /// Coupling algorithm instead of the scenario's: jacobi, gauss-seidel, iterated, newton.
     #[arg(long, value_name = "NAME")]
     algorithm: Option<AlgorithmName>,
     /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
     extrapolation: Option<u8>,
+    /// Threads that step units at once; the results are the same for any number.
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
     /// Interval between recorded rows (s) instead of the scenario's.
     #[arg(long, value_name = "T")]
     record_interval: Option<f64>,
@@ -70,6 +73,13 @@ pub struct Arguments {
     quiet: bool,
 }
 
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("not a whole number of 1 or more".to_owned()),
+        Ok(threads) => Ok(threads),
+    }
+}
+
 fn parse_override(text: &str) -> Result<Override, String> {
     let (target, value) = text
         .split_once('=')
@@ -91,6 +101,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     if let Some(degree) = arguments.extrapolation {
         scenario.algorithm.extrapolation = degree;
+    }
+    if let Some(threads) = arguments.threads {
+        scenario.algorithm.threads = threads;
     }
     if let Some(interval) = arguments.record_interval {
         scenario.record.interval = Some(interval);

@@ -4,26 +4,26 @@
 //! [Jacobi](super::Jacobi); one whose source has already stepped is interpolated between both ends
 //! of the step, which is more exact and more stable. One pass, no iteration. The sequence matters:
 //! units whose outputs react at once to their inputs (feed-through) step late, those with smooth
-//! outputs first.
+//! outputs first. Neighbours in the sequence that do not feed each other may step at once.
 
-use super::{Algorithm, Exchange, Unit};
+use std::sync::Arc;
+
+use super::crew::{Phase, Task};
+use super::{Algorithm, Crew, Exchange, Unit};
 
 /// Units step one after the other; who steps later sees the ends of those before.
-#[derive(Debug, Clone)]
 pub struct GaussSeidel {
     order: Vec<usize>,
-    rank: Vec<usize>,
+    phases: Vec<Phase>,
+    crew: Arc<Crew>,
 }
 
 impl GaussSeidel {
-    /// Steps the units in the order given: a permutation of `0..n`.
+    /// Steps the units in the order given.
     #[must_use]
-    pub fn new(order: Vec<usize>) -> Self {
-        let mut rank = vec![0; order.len()];
-        for (position, &unit) in order.iter().enumerate() {
-            rank[unit] = position;
-        }
-        Self { order, rank }
+    pub fn new(exchange: &Exchange, order: Vec<usize>, crew: Arc<Crew>) -> Self {
+        let phases = Phase::divide(exchange, &order);
+        Self { order, phases, crew }
     }
 }
 
@@ -35,18 +35,17 @@ impl<U: Unit> Algorithm<U> for GaussSeidel {
         time: f64,
         size: f64,
     ) -> Result<(), U::Error> {
-        exchange.extrapolate(size);
-        for &k in &self.order {
-            let unit = &mut units[k];
-            exchange.send(k, unit, size)?;
-            unit.step(time, size)?;
-            exchange.receive(k, unit, time + size)?;
-            exchange.interpolate(k, size);
+        for phase in &self.phases {
+            self.crew.step(exchange, units, phase, Task { time, size, again: false })?;
+            for &k in &phase.members {
+                exchange.take(k, size);
+                exchange.interpolate(k, size);
+            }
         }
         Ok(())
     }
 
-    fn interpolates(&self, source: usize, target: usize) -> bool {
-        self.rank[source] < self.rank[target]
+    fn members(&self) -> &[usize] {
+        &self.order
     }
 }

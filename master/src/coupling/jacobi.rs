@@ -5,11 +5,24 @@
 //! simulator coupling"). Needs nothing of a unit but steps; uses `canInterpolateInputs` and output
 //! derivatives where they are on offer.
 
-use super::{Algorithm, Exchange, Unit};
+use std::sync::Arc;
+
+use super::crew::{Phase, Task};
+use super::{Algorithm, Crew, Exchange, Unit};
 
 /// All inputs from the beginning of the step, then all units step.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Jacobi;
+pub struct Jacobi {
+    phase: Phase,
+    crew: Arc<Crew>,
+}
+
+impl Jacobi {
+    /// Steps these units.
+    #[must_use]
+    pub fn new(exchange: &Exchange, members: Vec<usize>, crew: Arc<Crew>) -> Self {
+        Self { phase: Phase::new(members, exchange.len()), crew }
+    }
+}
 
 impl<U: Unit> Algorithm<U> for Jacobi {
     fn step(
@@ -19,21 +32,14 @@ impl<U: Unit> Algorithm<U> for Jacobi {
         time: f64,
         size: f64,
     ) -> Result<(), U::Error> {
-        exchange.extrapolate(size);
-        for (k, unit) in units.iter_mut().enumerate() {
-            exchange.send(k, unit, size)?;
-            unit.begin_step(time, size)?;
-        }
-        for unit in units.iter_mut() {
-            unit.step(time, size)?;
-        }
-        for (k, unit) in units.iter_mut().enumerate() {
-            exchange.receive(k, unit, time + size)?;
+        self.crew.step(exchange, units, &self.phase, Task { time, size, again: false })?;
+        for &k in &self.phase.members {
+            exchange.take(k, size);
         }
         Ok(())
     }
 
-    fn interpolates(&self, _source: usize, _target: usize) -> bool {
-        false
+    fn members(&self) -> &[usize] {
+        &self.phase.members
     }
 }

@@ -4,16 +4,20 @@
 //! With τ = t − tₙ, a polynomial is kept as its Taylor coefficients at the step's beginning,
 //! `[p, p', p'', p''']`, so p(τ) = p + p' τ + p''/2 τ² + p'''/6 τ³.
 //!
-//! **Extrapolation** of degree N from data up to tₙ. The source offers derivatives up to order d
-//! at every communication point (d = 0: values only). With e = min(d, N), p takes y, y' … y⁽ᵉ⁾
-//! from the source. The derivatives above e come from z = y⁽ᵉ⁾'s history z₀ (at tₙ), z₁ (at tₙ₋₁)
-//! …: the derivatives at tₙ of the polynomial of degree m = min(N − e, points known) through z₀ … z_m,
+//! The source offers derivatives up to order d at every communication point (d = 0: values only).
+//! Points are at t₀ = tₙ, t₁ = t₀ − s₀, t₂ = t₁ − s₁ … with the lengths s of the last steps, which
+//! need not be equal: all polynomials come from Newton's divided differences, f₀₁ = (z₀ − z₁)/s₀,
+//! f₀₁₂ = (f₀₁ − f₁₂)/(s₀ + s₁) and so on.
+//!
+//! **Extrapolation** of degree N from data up to tₙ. With e = min(d, N), p takes y, y' … y⁽ᵉ⁾ from
+//! the source. The derivatives above e come from the history of z = y⁽ᵉ⁾: the derivatives at tₙ of
+//! the polynomial of degree m = min(N − e, points known) through z₀ … z_m,
 //!
 //! | m | z' | z'' | z''' |
 //! |---|---|---|---|
-//! | 1 | (z₀ − z₁)/h | | |
-//! | 2 | (3z₀ − 4z₁ + z₂)/2h | (z₀ − 2z₁ + z₂)/h² | |
-//! | 3 | (11z₀ − 18z₁ + 9z₂ − 2z₃)/6h | (2z₀ − 5z₁ + 4z₂ − z₃)/h² | (z₀ − 3z₁ + 3z₂ − z₃)/h³ |
+//! | 1 | f₀₁ | | |
+//! | 2 | f₀₁ + s₀ f₀₁₂ | 2 f₀₁₂ | |
+//! | 3 | f₀₁ + s₀ f₀₁₂ + s₀(s₀+s₁) f₀₁₂₃ | 2 f₀₁₂ + 2(2s₀+s₁) f₀₁₂₃ | 6 f₀₁₂₃ |
 //!
 //! So the highest derivative on offer is extrapolated and integrated, and the degree grows with
 //! the history after the start. The error of p over the step is O(h^(N+1)). A start with motion
@@ -26,16 +30,13 @@
 //! p'' = (6(y₁ − y₀)/h − 4y₀' − 2y₁')/h,  p''' = (6(y₀' + y₁') − 12(y₁ − y₀)/h)/h².
 //!
 //! From values alone, the polynomial of degree m = max(N, 1), or as much as history allows, through
-//! y₁, y₀, y₋₁, y₋₂, error O(h^(m+1)):
+//! y₁, y₀, y₋₁, y₋₂ at h, 0, −s, −s−s', error O(h^(m+1)); g₁₀ = (y₁ − y₀)/h and so on:
 //!
 //! | m | p' | p'' | p''' |
 //! |---|---|---|---|
-//! | 1 | (y₁ − y₀)/h | | |
-//! | 2 | (y₁ − y₋₁)/2h | (y₁ − 2y₀ + y₋₁)/h² | |
-//! | 3 | (2y₁ + 3y₀ − 6y₋₁ + y₋₂)/6h | (y₁ − 2y₀ + y₋₁)/h² | (y₁ − 3y₀ + 3y₋₁ − y₋₂)/h³ |
-//!
-//! The formulas are those of Newton's divided differences on equal steps; the step is therefore
-//! constant between two [`Signal::restart`]s.
+//! | 1 | g₁₀ | | |
+//! | 2 | g₁₀ − h g₁₀₋ | 2 g₁₀₋ | |
+//! | 3 | g₁₀ − h g₁₀₋ − h s g₁₀₋₋ | 2 g₁₀₋ + 2(s − h) g₁₀₋₋ | 6 g₁₀₋₋ |
 
 use serde::{Deserialize, Serialize};
 
@@ -51,11 +52,17 @@ pub struct Signal {
     degree: usize,
     /// y and its derivatives on offer at the source's latest point, then at those before.
     points: [Taylor; 4],
+    /// Lengths of the steps between the points, latest first.
+    steps: [f64; 3],
     /// Number of points before the latest.
     known: usize,
     /// Whether the source has stepped ahead and the polynomial interpolates.
     ahead: bool,
     polynomial: Taylor,
+    /// Value and first derivative at the step's end as they were extrapolated.
+    predicted: [f64; 2],
+    /// Value at the step's end that those have gone by who stepped before the source.
+    supposed: f64,
 }
 
 impl Signal {
@@ -77,18 +84,33 @@ impl Signal {
         (self.offered, self.degree) == (other.offered, other.degree) && other.known <= 3
     }
 
-    /// Forgets the history: at the start, after an event, or when the step changes.
+    /// Forgets the history: at the start or after an event.
     pub fn restart(&mut self, now: Taylor) {
         self.points = [now; 4];
+        self.steps = [0.0; 3];
         self.known = 0;
         self.ahead = false;
     }
 
-    /// Takes the point at the end of a step that the source has made.
+    /// Takes the point at the end of a step of length `h` that the source has made.
     #[inline]
-    pub fn advance(&mut self, now: Taylor) {
+    pub fn advance(&mut self, now: Taylor, h: f64) {
         self.points = [now, self.points[0], self.points[1], self.points[2]];
+        self.steps = [h, self.steps[0], self.steps[1]];
         self.known = (self.known + 1).min(3);
+    }
+
+    /// Replaces the latest point, when the source has made its step again.
+    #[inline]
+    pub fn revise(&mut self, now: Taylor) {
+        self.points[0] = now;
+    }
+
+    /// Value and first derivative at the end of the step as the extrapolation has them.
+    #[inline]
+    #[must_use]
+    pub fn predicted(&self) -> [f64; 2] {
+        self.predicted
     }
 
     /// The source's latest point.
@@ -119,22 +141,53 @@ impl Signal {
         let e = self.offered.min(self.degree);
         let mut p = [0.0; 4];
         p[..=e].copy_from_slice(&self.points[0][..=e]);
-        let z = |k: usize| self.points[k][e];
-        match (self.degree - e).min(self.known) {
-            0 => {}
-            1 => p[e + 1] = (z(0) - z(1)) / h,
-            2 => {
-                p[e + 1] = (3.0 * z(0) - 4.0 * z(1) + z(2)) / (2.0 * h);
-                p[e + 2] = (z(0) - 2.0 * z(1) + z(2)) / (h * h);
-            }
-            _ => {
+        let m = (self.degree - e).min(self.known);
+        if m > 0 {
+            let [s0, s1, s2] = self.steps;
+            let z = |k: usize| self.points[k][e];
+            let f01 = (z(0) - z(1)) / s0;
+            if m == 1 {
+                p[e + 1] = f01;
+            } else {
+                let f12 = (z(1) - z(2)) / s1;
+                let f012 = (f01 - f12) / (s0 + s1);
+                p[e + 1] = f01 + s0 * f012;
+                p[e + 2] = 2.0 * f012;
                 // degree 3 above e = 0
-                p[1] = (11.0 * z(0) - 18.0 * z(1) + 9.0 * z(2) - 2.0 * z(3)) / (6.0 * h);
-                p[2] = (2.0 * z(0) - 5.0 * z(1) + 4.0 * z(2) - z(3)) / (h * h);
-                p[3] = (z(0) - 3.0 * z(1) + 3.0 * z(2) - z(3)) / (h * h * h);
+                if m == 3 {
+                    let f123 = (f12 - (z(2) - z(3)) / s2) / (s1 + s2);
+                    let f0123 = (f012 - f123) / (s0 + s1 + s2);
+                    p[1] += s0 * (s0 + s1) * f0123;
+                    p[2] += 2.0 * (2.0 * s0 + s1) * f0123;
+                    p[3] = 6.0 * f0123;
+                }
             }
         }
+        self.predicted = [
+            p[0] + h * (p[1] + h / 2.0 * (p[2] + h / 3.0 * p[3])),
+            p[1] + h * (p[2] + h / 2.0 * p[3]),
+        ];
+        self.supposed = self.predicted[0];
         self.polynomial = p;
+    }
+
+    /// Sets the polynomial from a guess of value and first derivative at the step's end, in the
+    /// place of the source's own.
+    #[inline]
+    pub fn suppose(&mut self, end: [f64; 2], h: f64) {
+        self.points[0][0] = end[0];
+        if self.offered > 0 {
+            self.points[0][1] = end[1];
+        }
+        self.interpolate(h);
+        self.supposed = end[0];
+    }
+
+    /// The value at the step's end that those have gone by who stepped before the source.
+    #[inline]
+    #[must_use]
+    pub fn supposed(&self) -> f64 {
+        self.supposed
     }
 
     /// Sets the polynomial between the step's beginning and its end, to which the source has
@@ -152,17 +205,23 @@ impl Signal {
                 (6.0 * (begin[1] + end[1]) - 12.0 * slope) / (h * h),
             ]
         } else {
-            let (y1, y0, ym, ymm) = (end[0], begin[0], before[0], earlier[0]);
-            let bend = (y1 - 2.0 * y0 + ym) / (h * h);
-            match self.degree.max(1).min(self.known) {
-                0 | 1 => [y0, slope, 0.0, 0.0],
-                2 => [y0, (y1 - ym) / (2.0 * h), bend, 0.0],
-                _ => [
-                    y0,
-                    (2.0 * y1 + 3.0 * y0 - 6.0 * ym + ymm) / (6.0 * h),
-                    bend,
-                    (y1 - 3.0 * y0 + 3.0 * ym - ymm) / (h * h * h),
-                ],
+            let (y0, ym, ymm) = (begin[0], before[0], earlier[0]);
+            let m = self.degree.max(1).min(self.known);
+            if m <= 1 {
+                [y0, slope, 0.0, 0.0]
+            } else {
+                let [_, s, r] = self.steps;
+                let back = (y0 - ym) / s;
+                let bend = (slope - back) / (h + s);
+                let mut p = [y0, slope - h * bend, 2.0 * bend, 0.0];
+                if m == 3 {
+                    let earlier_bend = (back - (ym - ymm) / r) / (s + r);
+                    let twist = (bend - earlier_bend) / (h + s + r);
+                    p[1] -= h * s * twist;
+                    p[2] += 2.0 * (s - h) * twist;
+                    p[3] = 6.0 * twist;
+                }
+                p
             }
         };
     }
@@ -204,9 +263,10 @@ mod tests {
             point[offered + 1..].fill(f64::NAN); // what is not on offer must not be used
             point
         };
+        // unequal steps: 0.7 h, 1.5 h, 0.8 h
         signal.restart(seen(-3.0 * h));
-        for k in [-2.0, -1.0, 0.0] {
-            signal.advance(seen(k * h));
+        for (k, length) in [(-2.3, 0.7), (-0.8, 1.5), (0.0, 0.8)] {
+            signal.advance(seen(k * h), length * h);
         }
         signal
     }
@@ -236,7 +296,7 @@ mod tests {
             let mut signal = signal(offered, degree, f, h);
             let mut end = f(h);
             end[offered + 1..].fill(f64::NAN);
-            signal.advance(end);
+            signal.advance(end, h);
             signal.interpolate(h);
             for tau in [0.0, 0.03, 0.1] {
                 let error = value(&signal.polynomial(3, h), tau) - f(tau)[0];
@@ -249,7 +309,7 @@ mod tests {
     fn invariant_reduced_interpolations_meet_both_ends() {
         let h = 0.1;
         let mut signal = signal(1, 2, cubic, h);
-        signal.advance(cubic(h));
+        signal.advance(cubic(h), h);
         signal.interpolate(h);
         for limit in 1..=3 {
             let p = signal.polynomial(limit, h);
@@ -267,8 +327,9 @@ mod tests {
         signal.restart([1.0, f64::NAN, f64::NAN, f64::NAN]);
         signal.extrapolate(h);
         assert_eq!(signal.polynomial(3, h), [1.0, 0.0, 0.0, 0.0]);
-        signal.advance([2.0, f64::NAN, f64::NAN, f64::NAN]);
+        signal.advance([2.0, f64::NAN, f64::NAN, f64::NAN], h);
         signal.extrapolate(h);
         assert_eq!(signal.polynomial(3, h), [2.0, 10.0, 0.0, 0.0]);
+        assert_eq!(signal.predicted(), [3.0, 10.0]);
     }
 }

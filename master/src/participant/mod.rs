@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use crate::component::{Layout, Received, Sent};
 use crate::coupling::signal::Taylor;
-use crate::coupling::{Inputs, Outputs, Unit};
+use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use crate::description::Type;
-use crate::instance::{Instance, UnitError};
+use crate::instance::{Instance, StateId, UnitError};
 use rate::Rate;
 use retry::Retry;
 pub use retry::{MAX_PARTS, Rejection};
@@ -101,6 +101,8 @@ pub struct Participant {
     instance: Instance,
     traffic: Traffic,
     timing: Timing,
+    capabilities: Capabilities,
+    states: [Option<StateId>; PLACES],
     layout: Layout,
     /// whether the instance knows the layout
     laid_out: bool,
@@ -196,6 +198,8 @@ impl Participant {
             reals,
             integers,
             booleans,
+            capabilities: declared(&instance),
+            states: [None; PLACES],
             instance,
             traffic,
             timing: Timing::default(),
@@ -286,6 +290,50 @@ impl Participant {
         Ok(self.traffic.real_inputs.iter().map(|(_, highest)| *highest).collect())
     }
 
+    /// Highest derivative to send per Real input.
+    #[must_use]
+    pub fn input_orders(&self) -> Vec<usize> {
+        self.traffic.real_inputs.iter().map(|(_, highest)| *highest).collect()
+    }
+
+    /// Whether Real inputs are connected.
+    #[must_use]
+    pub fn takes_reals(&self) -> bool {
+        !self.traffic.real_inputs.is_empty()
+    }
+
+    /// Whether Real outputs feed inputs.
+    #[must_use]
+    pub fn gives_reals(&self) -> bool {
+        !self.traffic.real_outputs.is_empty()
+    }
+
+    /// Position of a variable among the Real outputs that feed inputs.
+    #[must_use]
+    pub fn output(&self, variable: usize) -> Option<usize> {
+        self.traffic.real_outputs.iter().position(|(it, _)| *it == variable)
+    }
+
+    /// Finds out whether the unit can do what it says: saves and restores its state, and asks for a
+    /// directional derivative. Call before the first step.
+    ///
+    /// # Errors
+    /// Only a fatal one.
+    pub fn probe_capabilities(&mut self) -> Result<(), UnitError> {
+        if self.capabilities.restore {
+            let saved = self.save(0).and_then(|()| self.restore(0));
+            self.instance.still_alive()?;
+            self.capabilities.restore = saved.is_ok();
+        }
+        if self.capabilities.directional && !self.traffic.real_inputs.is_empty() {
+            let mut column = vec![0.0; self.traffic.real_outputs.len()];
+            let given = self.directional(0, &mut column);
+            self.instance.still_alive()?;
+            self.capabilities.directional = given.is_ok();
+        }
+        Ok(())
+    }
+
     /// Where its wall time went.
     #[must_use]
     pub fn timing(&self) -> &Timing {
@@ -325,8 +373,41 @@ impl Participant {
     }
 }
 
+/// What the unit's description says that it can.
+fn declared(instance: &Instance) -> Capabilities {
+    let unit = &instance.package().description().co_simulation;
+    Capabilities {
+        restore: unit.can_get_and_set_fmu_state,
+        variable_step: unit.can_handle_variable_communication_step_size,
+        directional: unit.provides_directional_derivative,
+    }
+}
+
 impl Unit for Participant {
     type Error = UnitError;
+
+    fn capabilities(&self) -> Capabilities {
+        self.capabilities
+    }
+
+    fn save(&mut self, place: usize) -> Result<(), UnitError> {
+        self.states[place] = Some(self.instance.save_state(self.states[place])?);
+        Ok(())
+    }
+
+    fn restore(&mut self, place: usize) -> Result<(), UnitError> {
+        match self.states[place] {
+            Some(state) => self.instance.restore_state(state),
+            None => Ok(()),
+        }
+    }
+
+    fn directional(&mut self, input: usize, column: &mut [f64]) -> Result<(), UnitError> {
+        let known = self.layout.set_reals[input];
+        // outputs that feed inputs come first
+        let unknowns = &self.layout.get_reals[..column.len()];
+        self.instance.get_directional_derivative(unknowns, &[known], &[1.0], column)
+    }
 
     fn send(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
         self.timing.begin_step();

@@ -14,7 +14,7 @@ use crate::graph::SignalGraph;
 use crate::initialize::SolvedLoop;
 use crate::participant::Participant;
 use crate::record::{Gatherer, Kind};
-use crate::summary::{Failure, SignalSummary, Status, Summary};
+use crate::summary::{CouplingSummary, Failure, SignalSummary, Status, Summary};
 
 /// Time between two reports of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
@@ -85,6 +85,11 @@ impl<'a> Run<'a> {
     fn start(&mut self, from: Option<&SimulationState>) -> Result<Simulation<'a>, Error> {
         let mut simulation = self.setup.start()?;
         self.progress.loops = simulation.loops().to_vec();
+        for limit in simulation.limits() {
+            self.observer.notice(limit);
+            let noted = self.journal.note(simulation.time(), Kind::Note, limit);
+            noted.map_err(|e| self.failed(e))?;
+        }
         match from {
             Some(state) => {
                 simulation.restore(state)?;
@@ -213,7 +218,8 @@ impl<'a> Run<'a> {
         let (folder, keeps) = (self.job.folder, self.origin.is_some());
         let failed = |source| Error::Output { path: folder.to_owned(), running: true, source };
         let participants = simulation.as_ref().map_or(&[][..], Simulation::participants);
-        let written = self.write(&result, participants);
+        let coupling = simulation.as_ref().map(Simulation::coupling).unwrap_or_default();
+        let written = self.write(&result, participants, coupling);
         // the first error is the one that matters
         result?;
         told?;
@@ -233,6 +239,7 @@ impl<'a> Run<'a> {
         self,
         result: &Result<Status, Error>,
         participants: &[Participant],
+        coupling: CouplingSummary,
     ) -> Result<(Summary, Files), Error> {
         let Self { job, setup, output, journal, progress, earlier, .. } = self;
         let Setup { scenario, system, .. } = setup;
@@ -258,7 +265,12 @@ impl<'a> Run<'a> {
             rows: files.rows,
             resumed: earlier.resumed,
             real_time_factor: if run_seconds > 0.0 { simulated / run_seconds } else { 0.0 },
-            algorithm: totals::algorithm_summary(scenario, system, &setup.order),
+            algorithm: totals::algorithm_summary(
+                scenario,
+                system,
+                &setup.layout.blueprint,
+                coupling,
+            ),
             initial_loops: progress.loops,
             wall_time: totals::wall_time(self.begin, progress.start, run_seconds, &instances),
             master_version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -13,6 +13,7 @@ mod plan;
 mod selection;
 mod setup;
 mod simulation;
+mod stepper;
 mod totals;
 
 use std::fs;

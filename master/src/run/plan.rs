@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use super::selection::Selection;
-use crate::coupling::{Algorithm, Exchange, Links, RealLink};
+use crate::coupling::{Block, Blueprint, Exchange, Links, RealLink, Size};
 use crate::description::Type;
 use crate::error::Error;
 use crate::graph;
@@ -15,8 +15,9 @@ use crate::instance::{Instance, UnitError};
 use crate::isolate::Isolation;
 use crate::library::Functions;
 use crate::participant::{Participant, Traffic};
+use crate::pattern;
 use crate::scenario::{OnDiscard, Scenario, ScenarioError};
-use crate::system::{Link, Plan, System};
+use crate::system::{Link, Plan, Port, System, SystemError};
 
 /// Makes all instances; each library is loaded once, and again in the process of each isolated
 /// instance.
@@ -64,13 +65,82 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
     Ok(instances)
 }
 
-/// The sequence of the instances: the scenario's, completed by the dependencies.
-pub(super) fn sequence(scenario: &Scenario, system: &System) -> Result<Vec<usize>, Error> {
-    let mut first = Vec::new();
-    for (k, pattern) in scenario.algorithm.order.iter().enumerate() {
-        first.extend(system.select_instances(&format!("algorithm.order[{k}]"), pattern)?);
+/// How the units are coupled, as far as names decide it.
+pub(super) struct Layout {
+    /// Which algorithm steps which instances.
+    pub(super) blueprint: Blueprint,
+    /// What tolerances are relative to, where the scenario says so.
+    sizes: HashMap<Port, f64>,
+    /// Pairs of effort and flow.
+    pub(super) power: Vec<(Port, Port)>,
+}
+
+impl Layout {
+    /// Resolves the names in the scenario's algorithm.
+    pub(super) fn new(scenario: &Scenario, system: &System) -> Result<Self, SystemError> {
+        let settings = &scenario.algorithm;
+        let mut first = Vec::new();
+        for (k, pattern) in settings.order.iter().enumerate() {
+            first.extend(system.select_instances(&format!("algorithm.order[{k}]"), pattern)?);
+        }
+        let order = graph::sequence(system, &first);
+        let mut groups: Vec<Block> = Vec::new();
+        for (k, group) in settings.groups.iter().enumerate() {
+            let place = format!("algorithm.groups[{k}].instances");
+            let mut members = Vec::new();
+            for pattern in &group.instances {
+                members.extend(system.select_instances(&place, pattern)?);
+            }
+            for (n, member) in members.iter().enumerate() {
+                let before = groups.iter().flat_map(|group| &group.members);
+                if before.chain(&members[..n]).any(|known| known == member) {
+                    let name = system.instances[*member].name.clone();
+                    let why = "occurs twice in algorithm.groups";
+                    return Err(SystemError::InstanceName { name, why });
+                }
+            }
+            groups.push(Block { name: group.name, iteration: group.iteration, members });
+        }
+        let general =
+            Block { name: settings.name, iteration: settings.iteration, members: Vec::new() };
+        let mut sizes = HashMap::new();
+        for (pattern, &size) in &settings.sizes {
+            let ports = system.select("algorithm.sizes", pattern)?;
+            sizes.extend(ports.into_iter().map(|port| (port, size)));
+        }
+        let blueprint = Blueprint::grouped(&general, &groups, &order);
+        Ok(Self { blueprint, sizes, power: power_pairs(scenario, system)? })
     }
-    Ok(graph::sequence(system, &first))
+
+    fn size(&self, system: &System, port: Port) -> Size {
+        let nominal = system.variable(port).nominal.map_or(1.0, f64::abs);
+        Size { nominal, fixed: self.sizes.get(&port).copied() }
+    }
+}
+
+/// Pairs of effort and flow: outputs that feed inputs.
+fn power_pairs(scenario: &Scenario, system: &System) -> Result<Vec<(Port, Port)>, SystemError> {
+    let mut pairs = Vec::new();
+    for (k, pair) in scenario.algorithm.power.iter().enumerate() {
+        let place = format!("algorithm.power[{k}]");
+        let names = pattern::zip(&pair.effort, &pair.flow)
+            .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
+        for (effort, flow) in names {
+            let find = |name: &str| {
+                let found = system.select(&place, name)?;
+                let feeds = |port: &Port| system.links.iter().any(|link| link.from == *port);
+                match found[..] {
+                    [port] if feeds(&port) && system.variable(port).kind == Type::Real => Ok(port),
+                    _ => Err(SystemError::NotExchanged {
+                        place: place.clone(),
+                        port: name.to_owned(),
+                    }),
+                }
+            };
+            pairs.push((find(&effort)?, find(&flow)?));
+        }
+    }
+    Ok(pairs)
 }
 
 /// Lays out what every instance exchanges and joins the instances to it.
@@ -79,7 +149,7 @@ pub(super) fn plan(
     system: &System,
     selection: &Selection,
     instances: Vec<Instance>,
-    algorithm: &dyn Algorithm<Participant>,
+    layout: &Layout,
 ) -> Result<(Vec<Participant>, Exchange), UnitError> {
     let degree = usize::from(scenario.algorithm.extrapolation);
     let n = instances.len();
@@ -89,7 +159,12 @@ pub(super) fn plan(
         traffic[port.instance].watched.push(port.variable);
     }
     for link in &system.links {
-        connect(scenario, system, algorithm, degree, link, &mut traffic, &mut links);
+        connect(scenario, system, layout, degree, link, &mut traffic, &mut links);
+    }
+    for (k, links) in links.iter_mut().enumerate() {
+        let size =
+            |&(variable, _): &(usize, usize)| layout.size(system, Port { instance: k, variable });
+        links.sizes = traffic[k].real_outputs.iter().map(size).collect();
     }
     let mut participants = Vec::with_capacity(n);
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
@@ -108,7 +183,7 @@ pub(super) fn plan(
 fn connect(
     scenario: &Scenario,
     system: &System,
-    algorithm: &dyn Algorithm<Participant>,
+    layout: &Layout,
     degree: usize,
     link: &Link,
     traffic: &mut [Traffic],
@@ -126,7 +201,8 @@ fn connect(
     match system.variable(from).kind {
         Type::Real => {
             let source = &system.instances[from.instance].description().co_simulation;
-            let interpolates = algorithm.interpolates(from.instance, to.instance);
+            let interpolates = layout.blueprint.interpolates(from.instance, to.instance);
+            let degree = link.extrapolation.map_or(degree, usize::from);
             let useful = if interpolates { degree.max(1) } else { degree };
             let wanted = if scenario.algorithm.derivatives {
                 useful.min(source.max_output_derivative_order as usize)
@@ -158,6 +234,7 @@ fn connect(
                 offset: link.conversion.offset,
                 // a unit with steps of its own gets the whole polynomial in parts
                 limit: if system.instances[to.instance].steps > 1 { 3 } else { limit },
+                degree: link.extrapolation.map(usize::from),
             });
         }
         Type::Integer | Type::Enumeration => {

@@ -1,6 +1,6 @@
 //! A checked scenario, ready to start.
 
-use super::plan;
+use super::plan::Layout;
 use super::selection::Selection;
 use super::simulation::Simulation;
 use crate::error::Error;
@@ -13,8 +13,7 @@ pub struct Setup {
     pub(super) scenario: Scenario,
     pub(super) system: System,
     pub(super) selection: Selection,
-    /// sequence of the instances in algorithms that step one after the other
-    pub(super) order: Vec<usize>,
+    pub(super) layout: Layout,
     pub(super) steps: u64,
 }
 
@@ -27,9 +26,9 @@ impl Setup {
         scenario.check()?;
         let system = System::new(scenario, overrides)?;
         let selection = Selection::new(scenario, &system)?;
-        let order = plan::sequence(scenario, &system)?;
+        let layout = Layout::new(scenario, &system)?;
         let steps = scenario.experiment.steps()?;
-        Ok(Self { scenario: scenario.clone(), system, selection, order, steps })
+        Ok(Self { scenario: scenario.clone(), system, selection, layout, steps })
     }
 
     /// Loads, instantiates, connects and initializes the units.

@@ -4,19 +4,18 @@ use serde::{Deserialize, Serialize};
 
 use super::plan;
 use super::setup::Setup;
-use crate::coupling::{Algorithm, Exchange, ExchangeState, GaussSeidel, Jacobi};
+use super::stepper::{Stepper, StepperState};
 use crate::error::Error;
 use crate::initialize::{SolvedLoop, initialize};
 use crate::instance::UnitError;
 use crate::participant::{Participant, Slot};
 use crate::run::CheckpointError;
-use crate::scenario::AlgorithmName;
+use crate::summary::CouplingSummary;
 
 /// A running co-simulation: [`Setup::start`] makes it, [`step`](Self::step) advances it.
 pub struct Simulation<'a> {
     setup: &'a Setup,
-    algorithm: Box<dyn Algorithm<Participant>>,
-    exchange: Exchange,
+    stepper: Stepper,
     participants: Vec<Participant>,
     /// where the signals of interest are
     slots: Vec<(usize, Slot)>,
@@ -29,8 +28,7 @@ pub struct Simulation<'a> {
 pub struct SimulationState {
     done: u64,
     units: Vec<UnitState>,
-    exchange: ExchangeState,
-    algorithm: Vec<u8>,
+    stepper: StepperState,
 }
 
 /// The serialized FMU state of one instance.
@@ -42,29 +40,18 @@ struct UnitState {
 
 impl<'a> Simulation<'a> {
     pub(super) fn start(setup: &'a Setup) -> Result<Self, Error> {
-        let Setup { scenario, system, selection, order, .. } = setup;
+        let Setup { scenario, system, selection, layout, .. } = setup;
         let mut instances = plan::instantiate(scenario, system)?;
         let loops =
             initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;
-        let algorithm: Box<dyn Algorithm<Participant>> = match scenario.algorithm.name {
-            AlgorithmName::Jacobi => Box::new(Jacobi),
-            AlgorithmName::GaussSeidel => Box::new(GaussSeidel::new(order.clone())),
-        };
         let time = scenario.experiment.start;
         let failed = |source| Error::Step { time, source };
-        let (mut participants, mut exchange) =
-            plan::plan(scenario, system, selection, instances, &*algorithm).map_err(failed)?;
-        exchange.start(time, &mut participants).map_err(failed)?;
-        for (k, participant) in participants.iter_mut().enumerate() {
-            let highest = participant.probe_inputs().map_err(failed)?;
-            if !participant.has_own_steps() {
-                exchange.limit(k, highest);
-            }
-            // a unit may have complained about what was only probed
-            participant.instance_mut().take_messages();
-        }
+        let (mut participants, exchange) =
+            plan::plan(scenario, system, selection, instances, layout).map_err(failed)?;
+        let stepper = Stepper::start(scenario, system, layout, exchange, &mut participants)
+            .map_err(failed)?;
         let slots = selection.slots(&participants);
-        Ok(Self { setup, algorithm, exchange, participants, slots, loops, done: 0 })
+        Ok(Self { setup, stepper, participants, slots, loops, done: 0 })
     }
 
     /// Advances by one communication step.
@@ -75,8 +62,8 @@ impl<'a> Simulation<'a> {
     pub fn step(&mut self) -> Result<(), Error> {
         let time = self.time();
         let size = self.setup.scenario.experiment.step;
-        self.algorithm
-            .step(&mut self.exchange, &mut self.participants, time, size)
+        self.stepper
+            .step(&mut self.participants, time, size)
             .map_err(|source| Error::Step { time, source })?;
         self.done += 1;
         Ok(())
@@ -121,6 +108,18 @@ impl<'a> Simulation<'a> {
         &self.loops
     }
 
+    /// Which capability of which unit limits the coupling.
+    #[must_use]
+    pub fn limits(&self) -> &[String] {
+        self.stepper.limits()
+    }
+
+    /// How the coupling went.
+    #[must_use]
+    pub fn coupling(&self) -> CouplingSummary {
+        self.stepper.report()
+    }
+
     /// The instances.
     #[must_use]
     pub fn participants(&self) -> &[Participant] {
@@ -155,8 +154,7 @@ impl<'a> Simulation<'a> {
             let bytes = serialized(participant).map_err(|source| Error::Step { time, source })?;
             units.push(UnitState { instance: participant.instance().name().to_owned(), bytes });
         }
-        let exchange = self.exchange.state();
-        Ok(SimulationState { done: self.done, units, exchange, algorithm: self.algorithm.state() })
+        Ok(SimulationState { done: self.done, units, stepper: self.stepper.state() })
     }
 
     /// Goes back, or forward, to a state of the same scenario.
@@ -174,11 +172,8 @@ impl<'a> Simulation<'a> {
             restore(participant, &unit.bytes)
                 .map_err(|source| CheckpointError::State { source })?;
         }
-        if !self.exchange.restore(&state.exchange) {
+        if !self.stepper.restore(&state.stepper) {
             return Err(CheckpointError::Misfit { what: "signals between the units" });
-        }
-        if !self.algorithm.restore(&state.algorithm) {
-            return Err(CheckpointError::Misfit { what: "state of the algorithm" });
         }
         self.done = state.done;
         Ok(())

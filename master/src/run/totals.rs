@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use crate::coupling::Blueprint;
 use crate::graph::SignalGraph;
 use crate::participant::Participant;
 use crate::scenario::{AlgorithmName, Scenario};
-use crate::summary::{AlgorithmSummary, InstanceSummary, UnitSummary, WallTime};
+use crate::summary::{AlgorithmSummary, CouplingSummary, InstanceSummary, UnitSummary, WallTime};
 use crate::system::System;
 
 /// What a run had done before it went on from a checkpoint.
@@ -121,23 +122,25 @@ pub(super) fn wall_time(
 pub(super) fn algorithm_summary(
     scenario: &Scenario,
     system: &System,
-    order: &[usize],
+    blueprint: &Blueprint,
+    coupling: CouplingSummary,
 ) -> AlgorithmSummary {
     let stepping = SignalGraph::stepping(system);
-    let sequential = scenario.algorithm.name == AlgorithmName::GaussSeidel;
+    let jacobi = blueprint.blocks.iter().all(|block| block.name == AlgorithmName::Jacobi);
     AlgorithmSummary {
         name: scenario.algorithm.name.as_str().to_owned(),
         extrapolation: scenario.algorithm.extrapolation,
         derivatives: scenario.algorithm.derivatives,
-        order: order
-            .iter()
-            .filter(|_| sequential)
-            .map(|&k| system.instances[k].name.clone())
+        order: blueprint
+            .order()
+            .filter(|_| !jacobi)
+            .map(|k| system.instances[k].name.clone())
             .collect(),
         algebraic_loops: stepping
             .loops()
             .iter()
             .map(|component| stepping.names(system, component))
             .collect(),
+        coupling,
     }
 }

@@ -158,6 +158,14 @@ pub enum SystemError {
         /// `instance.variable`
         port: String,
     },
+    /// Something that should be exchanged between units and is not.
+    #[error("{place}: {port} is no Real output that feeds an input")]
+    NotExchanged {
+        /// JSON path.
+        place: String,
+        /// `instance.variable`
+        port: String,
+    },
     /// A setting that concerns nothing.
     #[error("{place}: \"{pattern}\" matches nothing")]
     NoMatch {

@@ -19,7 +19,10 @@ impl System {
                 for (from, to) in pairs {
                     let from = self.port(&place, &from)?;
                     let to = self.port(&place, &to)?;
-                    let link = self.link(&place, from, to)?;
+                    let link = Link {
+                        extrapolation: connection.extrapolation,
+                        ..self.link(&place, from, to)?
+                    };
                     if let Some(&first) = fed.get(&to) {
                         let (to, first) = (self.port_name(to), self.port_name(first));
                         return Err(SystemError::DrivenTwice { place, to, first });
@@ -73,7 +76,7 @@ impl System {
             // a variable without a unit takes any
             _ => Conversion::IDENTITY,
         };
-        Ok(Link { from, to, conversion })
+        Ok(Link { from, to, conversion, extrapolation: None })
     }
 
     /// Every input must have a source or a start value, which is sent.

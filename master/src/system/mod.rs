@@ -37,6 +37,8 @@ pub struct Link {
     pub to: Port,
     /// From the output's unit of measurement to the input's.
     pub conversion: Conversion,
+    /// Degree of the extrapolation, if not that of all.
+    pub extrapolation: Option<u8>,
 }
 
 /// An instance to be made.

@@ -1,0 +1,225 @@
+//! The size of the communication step by an estimate of the coupling error.
+//!
+//! A step is accepted if the estimate e is at most one, where e is the largest error of a signal in
+//! units of what its tolerance allows; else it is made again, smaller, from saved states. The next
+//! step is larger or smaller by the factor 0.9 · e^(−0.7/k) · e₋^(0.4/k), between 0.2 and 2: a
+//! proportional-integral controller (Gustafsson 1991; Hairer & Wanner, "Solving Ordinary
+//! Differential Equations II", IV.2) with the last estimate e₋ and the order k of the estimate in h.
+//!
+//! - `predictor`: e compares extrapolated signals with what they turned out to be (Milne's device;
+//!   Busch & Schweizer 2011). Costs nothing; k = N + 1.
+//! - `doubling`: e compares one step with two of half the size, whose results stay, and is divided
+//!   by 2^p − 1 for the order p = N + 1 of the coupling. Costs half as much again; k = N + 2.
+//!
+//! Steps divide a span exactly: sizes are whole numbers of ticks, 2⁻²⁰ of it, and the ends of spans
+//! are met. Units that cannot save their states cannot go back: then every step stands and only the
+//! next one is smaller.
+
+use serde::Serialize;
+
+use super::settings::{Estimate, Variable};
+use super::{CONTROL, Coupling, Exchange, ExchangeState, SignalId, Unit};
+
+/// Ticks in a span.
+const TICKS: u32 = 1 << 20;
+/// The first step is this part of a span: nothing is known yet.
+const FIRST: f64 = 1.0 / 16.0;
+const SAFETY: f64 = 0.9;
+
+/// How step control fares.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ControlReport {
+    /// Steps that stand.
+    pub accepted: u64,
+    /// Steps made again.
+    pub rejected: u64,
+    /// Steps that stand although the estimate was beyond the tolerance: the smallest allowed, or of
+    /// units that cannot go back.
+    pub forced: u64,
+    /// Smallest step that stands (s).
+    pub smallest: f64,
+    /// Largest step that stands (s).
+    pub largest: f64,
+}
+
+/// Chooses the step.
+pub struct Control {
+    settings: Variable,
+    degree: usize,
+    signals: Vec<SignalId>,
+    /// size of the next step in ticks
+    next: f64,
+    last_error: f64,
+    before: ExchangeState,
+    long: Vec<f64>,
+    report: ControlReport,
+}
+
+/// A step within a span.
+#[derive(Clone, Copy)]
+struct Piece {
+    time: f64,
+    size: f64,
+}
+
+impl Control {
+    /// Controls the error of these signals, which are extrapolated with that degree.
+    #[must_use]
+    pub fn new(settings: Variable, degree: usize, signals: Vec<SignalId>) -> Self {
+        Self {
+            settings,
+            degree,
+            long: vec![0.0; signals.len()],
+            signals,
+            next: FIRST * f64::from(TICKS),
+            last_error: 1.0,
+            before: ExchangeState::default(),
+            report: ControlReport {
+                accepted: 0,
+                rejected: 0,
+                forced: 0,
+                smallest: f64::INFINITY,
+                largest: 0.0,
+            },
+        }
+    }
+
+    /// How it fares.
+    #[must_use]
+    pub fn report(&self) -> &ControlReport {
+        &self.report
+    }
+
+    /// What it remembers from step to step, for a checkpoint: the next step and the last estimate.
+    #[must_use]
+    pub fn state(&self) -> [f64; 2] {
+        [self.next, self.last_error]
+    }
+
+    /// Goes back to such a state.
+    pub fn restore(&mut self, [next, last_error]: [f64; 2]) {
+        (self.next, self.last_error) = (next, last_error);
+    }
+
+    /// Steps all units over a span, given by begin and length, in as many steps as it takes. After
+    /// each that stands, `after` gets the exchange, the end and the size; of two halves it sees the
+    /// second.
+    ///
+    /// # Errors
+    /// The first unit's that fails.
+    pub fn advance<U: Unit>(
+        &mut self,
+        coupling: &mut Coupling<U>,
+        exchange: &mut Exchange,
+        units: &mut [U],
+        (begin, span): (f64, f64),
+        after: &mut dyn FnMut(&Exchange, f64, f64),
+    ) -> Result<(), U::Error> {
+        let able = units.iter().all(|unit| unit.capabilities().restore);
+        let ticks_of = |size: f64| (size / span * f64::from(TICKS)).max(1.0);
+        let least = ticks_of(self.settings.min_step.unwrap_or(0.0));
+        let mut done = 0;
+        let mut again = false;
+        while done < TICKS {
+            let left = TICKS - done;
+            let ticks = piece(left, self.next.max(least));
+            let part = |ticks: u32| span * (f64::from(ticks) / f64::from(TICKS));
+            let it = Piece { time: begin + part(done), size: part(ticks) };
+            let error = self.attempt(coupling, exchange, units, it, able)?;
+            let good = error <= 1.0;
+            let factor = self.factor(error, again || !good);
+            self.next = (f64::from(ticks) * factor).max(least);
+            if good || !able || f64::from(ticks) <= least {
+                done += ticks;
+                again = false;
+                self.last_error = error.max(1e-4);
+                self.accept(it.size, good);
+                after(exchange, it.time + it.size, it.size);
+                continue;
+            }
+            for unit in units.iter_mut() {
+                unit.restore(CONTROL)?;
+            }
+            // of the same exchange, so it fits
+            let _ = exchange.restore(&self.before);
+            again = true;
+            self.report.rejected += 1;
+        }
+        Ok(())
+    }
+
+    fn accept(&mut self, size: f64, good: bool) {
+        let report = &mut self.report;
+        report.accepted += 1;
+        report.forced += u64::from(!good);
+        report.smallest = report.smallest.min(size);
+        report.largest = report.largest.max(size);
+    }
+
+    /// Makes a step and estimates its error.
+    fn attempt<U: Unit>(
+        &mut self,
+        coupling: &mut Coupling<U>,
+        exchange: &mut Exchange,
+        units: &mut [U],
+        Piece { time, size }: Piece,
+        able: bool,
+    ) -> Result<f64, U::Error> {
+        if able {
+            for unit in units.iter_mut() {
+                unit.save(CONTROL)?;
+            }
+            exchange.keep(&mut self.before);
+        }
+        coupling.step(exchange, units, time, size)?;
+        let mut settled = coupling.settled();
+        let tolerance = self.settings.tolerance;
+        let mut error = 0.0;
+        if able && self.settings.estimate == Estimate::Doubling {
+            for (long, &signal) in self.long.iter_mut().zip(&self.signals) {
+                *long = exchange.signal(signal).now()[0];
+            }
+            for unit in units.iter_mut() {
+                unit.restore(CONTROL)?;
+            }
+            let _ = exchange.restore(&self.before);
+            coupling.step(exchange, units, time, size / 2.0)?;
+            settled &= coupling.settled();
+            coupling.step(exchange, units, time + size / 2.0, size / 2.0)?;
+            settled &= coupling.settled();
+            let gain = f64::from((1_u32 << (self.degree + 1)) - 1);
+            for (long, &signal) in self.long.iter().zip(&self.signals) {
+                let difference = (exchange.signal(signal).now()[0] - long).abs() / gain;
+                error = f64::max(error, difference / exchange.allowed(signal, tolerance));
+            }
+        } else {
+            for &signal in &self.signals {
+                let difference = exchange.surprise(signal);
+                error = f64::max(error, difference / exchange.allowed(signal, tolerance));
+            }
+        }
+        // what has not settled is made again with less
+        Ok(if settled { error } else { error.max(2.0) })
+    }
+
+    fn factor(&self, error: f64, shrink: bool) -> f64 {
+        let doubling = usize::from(self.settings.estimate == Estimate::Doubling);
+        #[expect(clippy::cast_precision_loss, reason = "at most 5")]
+        let k = (self.degree + 1 + doubling) as f64;
+        let error = error.max(1e-10);
+        let factor = SAFETY * error.powf(-0.7 / k) * self.last_error.powf(0.4 / k);
+        let most = if shrink { 0.9 } else { 2.0 };
+        factor.clamp(0.2, most)
+    }
+}
+
+/// Size of the next step: what is left in equal parts, none larger than proposed.
+fn piece(left: u32, proposed: f64) -> u32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 1 and 2^20: proposed is at least one tick"
+    )]
+    let pieces = (f64::from(left) / proposed).ceil().max(1.0) as u32;
+    left.div_ceil(pieces)
+}

@@ -1,0 +1,218 @@
+//! What iterating algorithms have in common: the feedback signals as unknowns, and sweeps.
+//!
+//! In a sweep the members step one after the other, as in Gauss-Seidel. Signals of members that
+//! have stepped in the sweep are interpolated; those of members that are still to step, the
+//! *feedback signals*, are supposed: value y and first derivative h·y' at the end of the step, in
+//! the vector x, which with the data at the step's beginning make a Hermite polynomial. The sweep's
+//! own ends are the image G(x); the step is solved when x = G(x). The first sweep is a Gauss-Seidel
+//! step, x being what the extrapolation predicts; for later ones the units go back to the states
+//! saved at the step's beginning.
+//!
+//! A unit that cannot save its state steps in the first sweep only, with extrapolated feedback: its
+//! inputs keep the order of the extrapolation, and so does the whole.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::crew::{Phase, Task};
+use super::settings::IterationSettings;
+use super::{Crew, Exchange, ITERATION, SignalId, Unit};
+
+/// How an iterating algorithm fares.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Iteration {
+    /// Steps made.
+    pub steps: u64,
+    /// Sweeps made; one per step is the least.
+    pub sweeps: u64,
+    /// Most sweeps in one step.
+    pub most: u32,
+    /// Steps that had not settled when their sweeps were used up.
+    pub unsettled: u64,
+    /// Largest residual left in such a step, in units of what the tolerance allows.
+    pub worst: f64,
+    /// Jacobians made.
+    pub jacobians: u64,
+    /// Whether the last step settled.
+    #[serde(skip)]
+    pub settled: bool,
+}
+
+/// Sweeps over some units.
+pub(super) struct Sweeps {
+    pub(super) order: Vec<usize>,
+    rank: Vec<usize>,
+    first: Vec<Phase>,
+    /// phases of those that can make a step again; made when the capabilities are known
+    again: Option<Vec<Phase>>,
+    /// feedback signals, and whether their derivative is an unknown too
+    pub(super) feedback: Vec<(SignalId, bool)>,
+    crew: Arc<Crew>,
+    pub(super) x: Vec<f64>,
+    pub(super) image: Vec<f64>,
+    pub(super) scales: Vec<f64>,
+    pub(super) settings: IterationSettings,
+    pub(super) iteration: Iteration,
+}
+
+impl Sweeps {
+    pub(super) fn new(
+        exchange: &Exchange,
+        order: Vec<usize>,
+        settings: IterationSettings,
+        crew: Arc<Crew>,
+    ) -> Self {
+        let mut rank = vec![usize::MAX; exchange.len()];
+        for (place, &unit) in order.iter().enumerate() {
+            rank[unit] = place;
+        }
+        let first = Phase::divide(exchange, &order);
+        Self {
+            first,
+            again: None,
+            feedback: Vec::new(),
+            crew,
+            x: Vec::new(),
+            image: Vec::new(),
+            scales: Vec::new(),
+            settings,
+            iteration: Iteration::default(),
+            order,
+            rank,
+        }
+    }
+
+    /// Whether a unit is a member.
+    pub(super) fn is_member(&self, unit: usize) -> bool {
+        self.rank[unit] != usize::MAX
+    }
+
+    /// Whether a member's signal is supposed when the target takes it.
+    pub(super) fn feeds_back(&self, exchange: &Exchange, signal: SignalId, target: usize) -> bool {
+        let (source, _) = exchange.origin(signal);
+        self.is_member(source) && self.rank[source] >= self.rank[target]
+    }
+
+    /// Finds out who can step again and which signals feed back between them.
+    fn lay_out<U: Unit>(&mut self, exchange: &Exchange, units: &[U]) {
+        let again: Vec<usize> =
+            self.order.iter().copied().filter(|&k| units[k].capabilities().restore).collect();
+        let mut feedback: Vec<(SignalId, bool)> = Vec::new();
+        for &target in &again {
+            for (signal, _) in exchange.sources(target) {
+                let (source, _) = exchange.origin(signal);
+                let new = !feedback.iter().any(|(known, _)| *known == signal);
+                if new && again.contains(&source) && self.feeds_back(exchange, signal, target) {
+                    feedback.push((signal, exchange.signal(signal).offered() > 0));
+                }
+            }
+        }
+        let size = feedback.iter().map(|(_, derivative)| 1 + usize::from(*derivative)).sum();
+        self.x = vec![0.0; size];
+        self.image = vec![0.0; size];
+        self.scales = vec![1.0; size];
+        self.feedback = feedback;
+        self.again = Some(Phase::divide(exchange, &again));
+    }
+
+    /// The first sweep. Returns whether the unknowns were laid out just now.
+    pub(super) fn begin<U: Unit>(
+        &mut self,
+        exchange: &mut Exchange,
+        units: &mut [U],
+        time: f64,
+        size: f64,
+    ) -> Result<(), U::Error> {
+        if self.again.is_none() {
+            self.lay_out(exchange, units);
+        }
+        if self.settings.sweeps > 1 {
+            for phase in self.again.iter().flatten() {
+                for &k in &phase.members {
+                    units[k].save(ITERATION)?;
+                }
+            }
+        }
+        for phase in &self.first {
+            self.crew.step(exchange, units, phase, Task { time, size, again: false })?;
+            for &k in &phase.members {
+                exchange.take(k, size);
+                exchange.interpolate(k, size);
+            }
+        }
+        let mut i = 0;
+        for &(signal, derivative) in &self.feedback {
+            let [value, rate] = exchange.signal(signal).predicted();
+            let scale = exchange.allowed(signal, self.settings.tolerance);
+            self.x[i] = value;
+            self.scales[i] = scale;
+            i += 1;
+            if derivative {
+                self.x[i] = size * rate;
+                self.scales[i] = scale;
+                i += 1;
+            }
+        }
+        self.read_image(exchange, size);
+        self.iteration.steps += 1;
+        self.iteration.sweeps += 1;
+        Ok(())
+    }
+
+    /// Another sweep, from the x that stands there.
+    pub(super) fn repeat<U: Unit>(
+        &mut self,
+        exchange: &mut Exchange,
+        units: &mut [U],
+        time: f64,
+        size: f64,
+    ) -> Result<(), U::Error> {
+        let mut i = 0;
+        for &(signal, derivative) in &self.feedback {
+            let rate = if derivative { self.x[i + 1] / size } else { 0.0 };
+            exchange.suppose(signal, [self.x[i], rate], size);
+            i += 1 + usize::from(derivative);
+        }
+        for phase in self.again.iter().flatten() {
+            self.crew.step(exchange, units, phase, Task { time, size, again: true })?;
+            for &k in &phase.members {
+                exchange.take_again(k);
+                exchange.interpolate(k, size);
+            }
+        }
+        self.read_image(exchange, size);
+        self.iteration.sweeps += 1;
+        Ok(())
+    }
+
+    fn read_image(&mut self, exchange: &Exchange, size: f64) {
+        let mut i = 0;
+        for &(signal, derivative) in &self.feedback {
+            let now = exchange.signal(signal).now();
+            self.image[i] = now[0];
+            i += 1;
+            if derivative {
+                self.image[i] = size * now[1];
+                i += 1;
+            }
+        }
+    }
+
+    /// The largest residual in units of what the tolerance allows.
+    pub(super) fn residual(&self) -> f64 {
+        let parts = self.x.iter().zip(&self.image).zip(&self.scales);
+        parts.map(|((x, image), scale)| (image - x).abs() / scale).fold(0.0, f64::max)
+    }
+
+    /// Takes note of a step's end.
+    pub(super) fn end(&mut self, sweeps: u32, residual: f64) {
+        let iteration = &mut self.iteration;
+        iteration.most = iteration.most.max(sweeps);
+        iteration.settled = residual <= 1.0;
+        if !iteration.settled {
+            iteration.unsettled += 1;
+            iteration.worst = iteration.worst.max(residual);
+        }
+    }
+}
