@@ -81,8 +81,14 @@ pub enum ArchiveError {
         limit: u64,
     },
     /// There is no modelDescription.xml at the top level.
-    #[error("it contains no modelDescription.xml at its top level")]
-    NoDescription,
+    #[error(
+        "it contains no modelDescription.xml at its top level{}",
+        similar.as_ref().map(|name| format!(", but \"{name}\"")).unwrap_or_default()
+    )]
+    NoDescription {
+        /// An entry that looks like it.
+        similar: Option<String>,
+    },
     /// modelDescription.xml is not UTF-8 text.
     #[error("its modelDescription.xml is not UTF-8 text")]
     NotText,
@@ -168,22 +174,38 @@ impl<R: Read + Seek> Archive<R> {
         self.names.iter().flatten().map(String::as_str)
     }
 
-    /// What was tolerated in the entries' names.
+    /// What was tolerated.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// The text of modelDescription.xml.
+    /// The text of modelDescription.xml. It should be UTF-8; the ISO 8859-1 of some exporters is
+    /// tolerated.
     ///
     /// # Errors
-    /// It is missing, too large, damaged, or no UTF-8.
+    /// It is missing, too large, damaged, or neither.
     pub fn description(&mut self) -> Result<String, ArchiveError> {
         let name = "modelDescription.xml";
-        let index = self.index(name).ok_or(ArchiveError::NoDescription)?;
+        let index = self.index(name).ok_or_else(|| {
+            let similar = self.files().find(|file| {
+                file.rsplit('/').next().is_some_and(|last| last.eq_ignore_ascii_case(name))
+            });
+            ArchiveError::NoDescription { similar: similar.map(str::to_owned) }
+        })?;
         let mut bytes = Vec::new();
         self.copy(index, name, MAX_DESCRIPTION_SIZE, &mut bytes)?;
-        String::from_utf8(bytes).map_err(|_| ArchiveError::NotText)
+        String::from_utf8(bytes).or_else(|error| {
+            let bytes = error.into_bytes();
+            let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).to_lowercase();
+            if !head.contains("iso-8859-1") {
+                return Err(ArchiveError::NotText);
+            }
+            self.warnings
+                .push("modelDescription.xml is written in ISO 8859-1, not UTF-8".to_owned());
+            // the first 256 code points of Unicode are those of ISO 8859-1
+            Ok(bytes.into_iter().map(char::from).collect())
+        })
     }
 
     /// The bytes of one file, if the archive has it.
@@ -350,8 +372,30 @@ mod tests {
 
     #[test]
     fn issue_missing_description_is_said() {
-        let result = open(&[("x/modelDescription.xml", b"<x/>")]).unwrap().description();
-        assert!(matches!(result, Err(ArchiveError::NoDescription)));
+        let error =
+            open(&[("x/modelDescription.xml", b"<x/>")]).unwrap().description().unwrap_err();
+        assert!(error.to_string().ends_with("but \"x/modelDescription.xml\""), "{error}");
+    }
+
+    #[test]
+    fn issue_latin_1_is_read_with_a_warning() {
+        let text = |head: &str| [head.as_bytes(), b"<x a=\"\xfc\"/>"].concat();
+        let latin = text("<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>");
+        let mut archive = open(&[("modelDescription.xml", &latin)]).unwrap();
+        assert!(archive.description().unwrap().ends_with("<x a=\"ü\"/>"));
+        assert_eq!(archive.warnings().len(), 1);
+        let result = open(&[("modelDescription.xml", &text(""))]).unwrap().description();
+        assert!(matches!(result, Err(ArchiveError::NotText)));
+    }
+
+    #[test]
+    fn issue_too_many_entries_are_refused() {
+        let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+        for k in 0..=MAX_ENTRIES {
+            writer.start_file(k.to_string(), SimpleFileOptions::default()).unwrap();
+        }
+        let bytes = writer.finish().unwrap().into_inner();
+        assert!(matches!(Archive::new(Cursor::new(bytes)), Err(ArchiveError::TooMany { .. })));
     }
 
     fn read_all(bytes: Vec<u8>) {

@@ -221,7 +221,10 @@ fn system_help(error: &SystemError) -> Option<&'static str> {
         }
         SystemError::Unit { source, .. } => match source {
             UnitMismatch::Dimension { .. } => "connect quantities of the same kind",
-            UnitMismatch::Undefined { .. } => "the unit's description should define its units",
+            UnitMismatch::Undefined { .. } => {
+                "the unit's description should define its units; \"ignore_units\": true in the \
+                 connection takes the values as they are"
+            }
         },
         SystemError::Unconnected { .. } => {
             "connect it, or give it a value under \"start\" of its instance"
@@ -269,7 +272,7 @@ fn package_help(error: &PackageError) -> Option<&'static str> {
             ArchiveError::Zip(_) | ArchiveError::Entry { .. } => {
                 "the file is damaged or no FMU; build or download it anew"
             }
-            ArchiveError::NoDescription | ArchiveError::NotText => {
+            ArchiveError::NoDescription { .. } | ArchiveError::NotText => {
                 "an FMU has a modelDescription.xml at its top level; pack the folder's contents, \
                  not the folder"
             }
@@ -282,6 +285,10 @@ fn package_help(error: &PackageError) -> Option<&'static str> {
             }
             _ => "ask who exported it; `maglev validate` lists what is wrong",
         },
+        PackageError::Defects { .. } => {
+            "`maglev validate` says more; without --strict (or \"strict\" in the scenario) they are \
+             tolerated"
+        }
         PackageError::Folder { .. } => "set TMPDIR to a folder that can be written",
     })
 }
@@ -289,7 +296,6 @@ fn package_help(error: &PackageError) -> Option<&'static str> {
 fn library_help(error: &LibraryError) -> &'static str {
     match error {
         LibraryError::Missing { .. } => "export or build the unit for this system",
-        LibraryError::NeedsTool { .. } => "export it as a stand-alone unit",
         LibraryError::Load { .. } => {
             "a binary for another processor, or one that needs a newer C library or other \
              libraries, does not load; build it on this system"

@@ -18,25 +18,14 @@ use crate::package::{PLATFORM, Package};
 #[derive(Debug, Error)]
 pub enum LibraryError {
     /// The archive has no binary for this system.
-    #[error(
-        "unit {unit} has no binary for {PLATFORM} ({file} is missing); it has binaries for: {}",
-        if platforms.is_empty() { "nothing".to_owned() } else { platforms.join(", ") }
-    )]
+    #[error("unit {unit} has no binary for {PLATFORM}: {file} is missing; {offer}")]
     Missing {
         /// The .fmu file.
         unit: PathBuf,
         /// Name of the file that should be there.
         file: String,
-        /// Systems that there are binaries for.
-        platforms: Vec<String>,
-    },
-    /// The unit only talks to another program.
-    #[error("unit {unit} needs another program to run in ({tool})")]
-    NeedsTool {
-        /// The .fmu file.
-        unit: PathBuf,
-        /// What exported it.
-        tool: String,
+        /// What the archive has instead.
+        offer: String,
     },
     /// The system's loader refuses it.
     #[error("unit {unit}: the binary ({binary}) cannot be loaded")]
@@ -213,16 +202,6 @@ impl Functions {
 
     /// Looks whether there is a binary to load.
     pub(crate) fn check_presence(package: &Package) -> Result<(), LibraryError> {
-        let description = package.description();
-        if description.co_simulation.needs_execution_tool {
-            return Err(LibraryError::NeedsTool {
-                unit: package.path().to_owned(),
-                tool: description
-                    .generation_tool
-                    .clone()
-                    .unwrap_or_else(|| "its description does not say which".to_owned()),
-            });
-        }
         let binary = package.binary();
         if !binary.is_file() {
             return Err(LibraryError::Missing {
@@ -231,7 +210,7 @@ impl Functions {
                     "binaries/{PLATFORM}/{}",
                     binary.file_name().unwrap_or_default().to_string_lossy()
                 ),
-                platforms: package.platforms().into_iter().map(str::to_owned).collect(),
+                offer: package.offer(),
             });
         }
         Ok(())

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::archive::{Archive, ArchiveError};
 use crate::description::{Description, DescriptionError, Finding, Severity};
+use crate::validate;
 
 /// Folder under `binaries/` for the system that this program runs on.
 pub const PLATFORM: &str = if cfg!(target_os = "windows") {
@@ -68,6 +69,18 @@ pub enum PackageError {
         #[source]
         source: DescriptionError,
     },
+    /// Defects, where none are tolerated.
+    #[error(
+        "{path} has {} that a strict run does not tolerate: {}",
+        if findings.len() == 1 { "a defect".to_owned() } else { format!("{} defects", findings.len()) },
+        findings.join("; ")
+    )]
+    Defects {
+        /// The .fmu file.
+        path: PathBuf,
+        /// What was found.
+        findings: Vec<String>,
+    },
     /// No temporary folder.
     #[error("cannot make a temporary folder to unpack {path}")]
     Folder {
@@ -117,7 +130,7 @@ impl Package {
             .warnings()
             .iter()
             .map(|message| Finding {
-                rule: "archive-name",
+                rule: "archive",
                 severity: Severity::Warning,
                 message: message.clone(),
             })
@@ -125,6 +138,20 @@ impl Package {
             .collect();
         let files = archive.files().map(str::to_owned).collect();
         Ok(Self { path: path.to_owned(), description, files, findings, folder })
+    }
+
+    /// Refuses a unit with a defect: whatever `maglev validate` finds and more than a note.
+    ///
+    /// # Errors
+    /// All defects.
+    pub fn refuse_defects(&self) -> Result<(), PackageError> {
+        let mut findings = validate::check(self);
+        findings.retain(|finding| finding.severity > Severity::Note);
+        if findings.is_empty() {
+            return Ok(());
+        }
+        let findings = findings.into_iter().map(|finding| finding.message).collect();
+        Err(PackageError::Defects { path: self.path.clone(), findings })
     }
 
     /// The .fmu file.
@@ -182,6 +209,29 @@ impl Package {
             .collect();
         platforms.sort_unstable();
         platforms
+    }
+
+    /// What there is to load or build, for who looks for a binary in vain.
+    #[must_use]
+    pub fn offer(&self) -> String {
+        let platforms = self.platforms();
+        if !platforms.is_empty() {
+            return format!("it has binaries for: {}", platforms.join(", "));
+        }
+        let binaries: Vec<&str> = self
+            .files
+            .iter()
+            .map(String::as_str)
+            .filter(|file| file.starts_with("binaries/"))
+            .take(5)
+            .collect();
+        if !binaries.is_empty() {
+            return format!("it has {}", binaries.join(", "));
+        }
+        if self.files.iter().any(|file| file.starts_with("sources/")) {
+            return "it comes as source code only (sources/), to be compiled first".to_owned();
+        }
+        "it has no binaries at all".to_owned()
     }
 
     /// URI of the unpacked resources, as instances receive it.

@@ -70,6 +70,10 @@ pub struct Scenario {
     /// Pictures to draw.
     #[serde(default)]
     pub plots: Vec<Plot>,
+    /// Refuse units with any defect of archive or description, which are tolerated with a warning
+    /// otherwise.
+    #[serde(default)]
+    pub strict: bool,
 }
 
 /// One instance of a unit, or an array of equal ones.
@@ -98,7 +102,8 @@ pub struct Instance {
     pub comment: Option<String>,
 }
 
-/// A value for a variable: a number, true, false or a text.
+/// A value for a variable: a number, true, false or a text; for an Enumeration the item's name or
+/// number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number, true, false or a text")]
 pub enum Setting {
@@ -106,7 +111,7 @@ pub enum Setting {
     Boolean(bool),
     /// For Real, Integer and Enumeration variables.
     Number(f64),
-    /// For String variables.
+    /// For String variables, and for Enumerations by name.
     Text(String),
 }
 
@@ -148,6 +153,9 @@ pub struct Connection {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 3))]
     pub extrapolation: Option<u8>,
+    /// Connect values as they are, whatever their units of measurement.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub ignore_units: bool,
     /// A remark, not used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,

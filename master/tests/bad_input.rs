@@ -108,6 +108,7 @@ fn issue_other_versions_and_kinds_of_units() {
     bench.scenario(&ring());
     for (old, new, text) in [
         ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "made for FMI 3.0"),
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", "made for FMI 1.0; this master runs FMI 2.0"),
         ("<CoSimulation", "<ModelExchange", "model exchange only"),
         ("valueReference=\"0\"", "valueReference=\"x\"", "line 11: valueReference=\"x\""),
         ("name=\"y\"", "name=\"u\"", "\"u\" occurs twice"),
@@ -144,9 +145,12 @@ fn issue_binary_missing_or_wrong() {
     let binary = bench.compile(&["-DfmiDoStep=x", "-Dfmi2DoStep=fmi2DoStop"]);
     bench.pack("unit.fmu", &[("modelDescription.xml", text), (place, &binary)]);
     bench.run(&[]).fails(2, &["lacks the function fmi2DoStep", "X86_64"]);
-    let tool = DESCRIPTION.replace("canInter", "needsExecutionTool=\"true\" canInter");
-    bench.unit("unit.fmu", &tool, &[]);
-    bench.run(&[]).fails(2, &["needs another program to run in (hand)"]);
+    bench.pack("unit.fmu", &[("modelDescription.xml", text), ("sources/unit.c", b"int x;")]);
+    bench.run(&[]).fails(2, &["comes as source code only (sources/)", "help:"]);
+    bench.pack("unit.fmu", &[("modelDescription.xml", text), ("binaries/linux64/other.so", b"")]);
+    bench.run(&[]).fails(2, &["unit.so is missing", "it has binaries/linux64/other.so"]);
+    bench.pack("unit.fmu", &[("modelDescription.xml", text)]);
+    bench.run(&[]).fails(2, &["no binaries at all"]);
 }
 
 #[test]

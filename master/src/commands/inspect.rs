@@ -17,6 +17,9 @@ pub struct Arguments {
     /// Print the whole description (or the modes) as JSON.
     #[arg(long)]
     json: bool,
+    /// Refuse a unit with any defect.
+    #[arg(long)]
+    strict: bool,
     /// Show the modes of small motions at the start, from units that offer this report.
     #[arg(long)]
     modes: bool,
@@ -28,6 +31,9 @@ pub struct Arguments {
 /// Prints a page about the unit.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let package = Package::open(&arguments.unit)?;
+    if arguments.strict {
+        package.refuse_defects()?;
+    }
     if arguments.modes {
         return super::modes::run(package, arguments.options.as_deref(), arguments.json);
     }

@@ -68,6 +68,9 @@ pub struct Arguments {
     /// Longest wall time for one step of an isolated unit (s).
     #[arg(long, value_name = "SECONDS")]
     step_timeout: Option<f64>,
+    /// Refuse units with any defect instead of warning of it.
+    #[arg(long)]
+    strict: bool,
     /// Say nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
@@ -90,6 +93,7 @@ fn parse_override(text: &str) -> Result<Override, String> {
 /// Runs the scenario.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
+    scenario.strict |= arguments.strict;
     if let Some(stop) = arguments.stop {
         scenario.experiment.stop = stop;
     }

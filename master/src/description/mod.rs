@@ -171,6 +171,10 @@ pub struct Variable {
     pub nominal: Option<f64>,
     /// Meaning.
     pub description: Option<String>,
+    /// Whether it is a difference: an offset of its unit does not count.
+    pub relative_quantity: bool,
+    /// Name of its type.
+    pub declared_type: Option<String>,
     /// Index of the variable whose derivative it is, counted from 0.
     pub derivative_of: Option<usize>,
     /// Whether the description gives `initial` itself.
@@ -215,6 +219,17 @@ pub struct CoSimulation {
     pub can_serialize_fmu_state: bool,
     /// Directional derivatives are on offer.
     pub provides_directional_derivative: bool,
+    /// Files in `sources/` that it can be built from.
+    pub source_files: Vec<String>,
+}
+
+/// A type whose values have names.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Enumeration {
+    /// Its name.
+    pub name: String,
+    /// Name and value of its items.
+    pub items: Vec<(String, i32)>,
 }
 
 /// Suggestion for a run.
@@ -265,6 +280,8 @@ pub struct Description {
     pub log_categories: Vec<String>,
     /// Suggested run.
     pub default_experiment: DefaultExperiment,
+    /// Types whose values have names.
+    pub enumerations: Vec<Enumeration>,
     /// All variables in order.
     pub variables: Vec<Variable>,
     /// Outputs with their dependencies in step mode.
@@ -290,6 +307,13 @@ impl Description {
     pub fn unit_of(&self, variable: usize) -> Option<&UnitDefinition> {
         let name = self.variables[variable].unit.as_deref()?;
         self.units.iter().find(|unit| unit.name == name)
+    }
+
+    /// The names of an Enumeration's values, where they are defined.
+    #[must_use]
+    pub fn enumeration_of(&self, variable: usize) -> Option<&Enumeration> {
+        let name = self.variables[variable].declared_type.as_deref()?;
+        self.enumerations.iter().find(|it| it.name == name)
     }
 
     /// Name of the variable with the type letter and value reference of a `#r123#` in a message.

@@ -47,18 +47,7 @@ impl<'a> Run<'a> {
     /// Tells what was noticed while the scenario was checked.
     pub(super) fn note_findings(&mut self) -> Result<(), Error> {
         let system = &self.setup.system;
-        let mut texts = Vec::new();
-        let mut told = Vec::new();
-        for plan in &system.instances {
-            let path = plan.package.path();
-            if told.contains(&path) {
-                continue;
-            }
-            told.push(path);
-            for finding in plan.package.findings() {
-                texts.push(format!("{}: {}", path.display(), finding.message));
-            }
-        }
+        let mut texts = system.notices(self.setup.scenario.experiment.step);
         let stepping = SignalGraph::stepping(system);
         for component in stepping.loops() {
             let names = stepping.names(system, &component);

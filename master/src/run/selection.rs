@@ -106,10 +106,11 @@ impl Selection {
 /// Factor and offset to SI base units.
 pub(super) fn to_base(system: &System, port: Port) -> (f64, f64) {
     let description = system.instances[port.instance].description();
+    let relative = system.variable(port).relative_quantity;
     description
         .unit_of(port.variable)
         .and_then(|unit| unit.base.as_ref())
-        .map_or((1.0, 0.0), |base| (base.factor, base.offset))
+        .map_or((1.0, 0.0), |base| (base.factor, if relative { 0.0 } else { base.offset }))
 }
 
 pub(super) fn base_unit(system: &System, port: Port) -> Option<String> {

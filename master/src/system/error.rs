@@ -126,6 +126,18 @@ pub enum SystemError {
         /// The variable's type.
         kind: Type,
     },
+    /// A value that an Enumeration does not have.
+    #[error("{place}: {value} is no item of {port}, which has {}", items.join(", "))]
+    NoItem {
+        /// JSON path.
+        place: String,
+        /// `instance.variable`
+        port: String,
+        /// The value.
+        value: String,
+        /// Names and values of the items.
+        items: Vec<String>,
+    },
     /// A value outside of the range that the unit declares.
     #[error("{place}: {value} is outside of the range of {port}: {min} to {max}")]
     OutOfRange {

@@ -21,7 +21,7 @@ impl System {
                     let to = self.port(&place, &to)?;
                     let link = Link {
                         extrapolation: connection.extrapolation,
-                        ..self.link(&place, from, to)?
+                        ..self.link(&place, from, to, connection.ignore_units)?
                     };
                     if let Some(&first) = fed.get(&to) {
                         let (to, first) = (self.port_name(to), self.port_name(first));
@@ -35,7 +35,7 @@ impl System {
         Ok(())
     }
 
-    fn link(&self, place: &str, from: Port, to: Port) -> Result<Link> {
+    fn link(&self, place: &str, from: Port, to: Port, ignore_units: bool) -> Result<Link> {
         let (source, target) = (self.variable(from), self.variable(to));
         let wrong = |port, causality, wanted| SystemError::Causality {
             place: place.to_owned(),
@@ -58,25 +58,35 @@ impl System {
                 to_type: target.kind,
             });
         }
-        let conversion = match (&source.unit, &target.unit) {
-            (Some(a), Some(b)) => {
-                let base = |port: Port| {
-                    let description = self.instances[port.instance].description();
-                    description.unit_of(port.variable).and_then(|unit| unit.base.as_ref())
-                };
-                Conversion::between((a, base(from)), (b, base(to))).map_err(|source| {
-                    SystemError::Unit {
-                        place: place.to_owned(),
-                        from: self.port_name(from),
-                        to: self.port_name(to),
-                        source,
-                    }
-                })?
-            }
-            // a variable without a unit takes any
-            _ => Conversion::IDENTITY,
-        };
+        let conversion =
+            if ignore_units { Conversion::IDENTITY } else { self.conversion(place, from, to)? };
         Ok(Link { from, to, conversion, extrapolation: None })
+    }
+
+    /// The map from the output's unit of measurement to the input's.
+    fn conversion(&self, place: &str, from: Port, to: Port) -> Result<Conversion> {
+        let (source, target) = (self.variable(from), self.variable(to));
+        // a variable without a unit takes any
+        let (Some(a), Some(b)) = (&source.unit, &target.unit) else {
+            return Ok(Conversion::IDENTITY);
+        };
+        let base = |port: Port| {
+            let description = self.instances[port.instance].description();
+            description.unit_of(port.variable).and_then(|unit| unit.base.as_ref())
+        };
+        let mut conversion =
+            Conversion::between((a, base(from)), (b, base(to))).map_err(|mismatch| {
+                SystemError::Unit {
+                    place: place.to_owned(),
+                    from: self.port_name(from),
+                    to: self.port_name(to),
+                    source: mismatch,
+                }
+            })?;
+        if source.relative_quantity || target.relative_quantity {
+            conversion.offset = 0.0;
+        }
+        Ok(conversion)
     }
 
     /// Every input must have a source or a start value, which is sent.

@@ -7,6 +7,7 @@ mod error;
 mod links;
 mod names;
 mod settings;
+mod strict;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -101,8 +102,11 @@ impl System {
     pub fn new(scenario: &Scenario, overrides: &[Override]) -> Result<Self> {
         let mut packages = IndexMap::new();
         for (name, path) in &scenario.units {
-            let package = Package::open(path)
-                .map_err(|source| SystemError::Package { name: name.clone(), source })?;
+            let failed = |source| SystemError::Package { name: name.clone(), source };
+            let package = Package::open(path).map_err(failed)?;
+            if scenario.strict {
+                strict::check(&package, scenario.experiment.step).map_err(failed)?;
+            }
             packages.insert(name.as_str(), Arc::new(package));
         }
         let mut system = Self { instances: Vec::new(), links: Vec::new(), by_name: HashMap::new() };

@@ -132,23 +132,15 @@ impl System {
 
     fn value(&self, place: &str, port: Port, setting: &Setting) -> Result<Value> {
         let variable = self.variable(port);
-        let misfit = || SystemError::Value {
-            place: place.to_owned(),
-            port: self.port_name(port),
-            value: setting.to_string(),
-            kind: variable.kind,
-        };
         let value = match (variable.kind, setting) {
+            (Type::Enumeration, _) => return self.item(place, port, setting),
             (Type::Real, Setting::Number(x)) => Value::Real(*x),
-            (Type::Integer | Type::Enumeration, Setting::Number(x))
-                if x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(x) =>
-            {
-                #[expect(clippy::cast_possible_truncation, reason = "checked: a whole i32")]
-                Value::Integer(*x as i32)
+            (Type::Integer, Setting::Number(x)) => {
+                Value::Integer(whole(*x).ok_or_else(|| self.misfit(place, port, setting))?)
             }
             (Type::Boolean, Setting::Boolean(x)) => Value::Boolean(*x),
             (Type::String, Setting::Text(x)) => Value::String(x.clone()),
-            _ => return Err(misfit()),
+            _ => return Err(self.misfit(place, port, setting)),
         };
         if let Setting::Number(x) = *setting {
             let min = variable.min.unwrap_or(f64::NEG_INFINITY);
@@ -165,4 +157,47 @@ impl System {
         }
         Ok(value)
     }
+
+    fn misfit(&self, place: &str, port: Port, setting: &Setting) -> SystemError {
+        SystemError::Value {
+            place: place.to_owned(),
+            port: self.port_name(port),
+            value: setting.to_string(),
+            kind: self.variable(port).kind,
+        }
+    }
+
+    /// An item of an Enumeration, given by its name or its value.
+    fn item(&self, place: &str, port: Port, setting: &Setting) -> Result<Value> {
+        let number = match setting {
+            Setting::Number(x) => Some(whole(*x).ok_or_else(|| self.misfit(place, port, setting))?),
+            _ => None,
+        };
+        let plan = &self.instances[port.instance];
+        let Some(enumeration) = plan.description().enumeration_of(port.variable) else {
+            // an imperfect unit: without items there are only numbers
+            return number.map(Value::Integer).ok_or_else(|| self.misfit(place, port, setting));
+        };
+        let found = enumeration.items.iter().find(|(name, value)| match setting {
+            Setting::Text(text) => text == name,
+            _ => number == Some(*value),
+        });
+        found.map(|(_, value)| Value::Integer(*value)).ok_or_else(|| SystemError::NoItem {
+            place: place.to_owned(),
+            port: self.port_name(port),
+            value: setting.to_string(),
+            items: enumeration
+                .items
+                .iter()
+                .map(|(name, value)| format!("\"{name}\" ({value})"))
+                .collect(),
+        })
+    }
+}
+
+/// The number as a whole 32-bit one, if it is one.
+fn whole(x: f64) -> Option<i32> {
+    let fits = x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x);
+    #[expect(clippy::cast_possible_truncation, reason = "checked: a whole i32")]
+    fits.then_some(x as i32)
 }

@@ -1,0 +1,78 @@
+//! Units of measurement and declared types.
+
+use std::collections::HashMap;
+
+use roxmltree::Node;
+
+use super::{Reader, Result, child, children, type_of};
+use crate::description::units::BASE_NAMES;
+use crate::description::{BaseUnit, Enumeration, UnitDefinition};
+
+/// The element that a declared type lends to its variables, by the type's name.
+pub(super) type Types<'a> = HashMap<&'a str, Node<'a, 'a>>;
+
+impl<'a> Reader<'a> {
+    pub(super) fn units(&mut self, root: Node<'a, 'a>) -> Result<Vec<UnitDefinition>> {
+        children(root, "UnitDefinitions", "Unit")
+            .map(|node| {
+                let base = child(node, "BaseUnit").map(|base| self.base_unit(base)).transpose()?;
+                let display_units = node
+                    .children()
+                    .filter(|child| child.has_tag_name("DisplayUnit"))
+                    .map(|display| {
+                        let factor = self.number(display, "factor", "number")?.unwrap_or(1.0);
+                        let offset = self.number(display, "offset", "number")?.unwrap_or(0.0);
+                        Ok((self.required(display, "name")?.to_owned(), factor, offset))
+                    })
+                    .collect::<Result<_>>()?;
+                Ok(UnitDefinition {
+                    name: self.required(node, "name")?.to_owned(),
+                    base,
+                    display_units,
+                })
+            })
+            .collect()
+    }
+
+    fn base_unit(&mut self, node: Node<'a, 'a>) -> Result<BaseUnit> {
+        let mut exponents = [0; 8];
+        for (name, exponent) in BASE_NAMES.iter().zip(&mut exponents) {
+            *exponent = self.number(node, name, "whole number")?.unwrap_or(0);
+        }
+        let factor: f64 = self.number(node, "factor", "number")?.unwrap_or(1.0);
+        let offset: f64 = self.number(node, "offset", "number")?.unwrap_or(0.0);
+        if factor == 0.0 || !factor.is_finite() || !offset.is_finite() {
+            let attribute = if offset.is_finite() { "factor" } else { "offset" };
+            return Err(self.invalid(node, attribute, "finite number other than zero"));
+        }
+        Ok(BaseUnit { exponents, factor, offset })
+    }
+
+    /// The attributes that a declared type lends to its variables: its child element by name.
+    pub(super) fn types(&self, root: Node<'a, 'a>) -> Types<'a> {
+        children(root, "TypeDefinitions", "SimpleType")
+            .filter_map(|node| {
+                let element = node.children().find(|child| type_of(*child).is_some())?;
+                Some((node.attribute("name")?, element))
+            })
+            .collect()
+    }
+
+    /// The enumerations with their items.
+    pub(super) fn enumerations(&mut self, root: Node<'a, 'a>) -> Result<Vec<Enumeration>> {
+        children(root, "TypeDefinitions", "SimpleType")
+            .filter_map(|node| Some((node, child(node, "Enumeration")?)))
+            .map(|(node, element)| {
+                let items = element
+                    .children()
+                    .filter(|item| item.has_tag_name("Item"))
+                    .filter_map(|item| {
+                        let value = self.optional(item, "value", "whole number")?;
+                        Some((item.attribute("name")?.to_owned(), value))
+                    })
+                    .collect();
+                Ok(Enumeration { name: self.required(node, "name")?.to_owned(), items })
+            })
+            .collect()
+    }
+}

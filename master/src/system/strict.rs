@@ -1,0 +1,65 @@
+//! What is imperfect about the units: told by default, refused by a strict run.
+
+use super::System;
+use crate::description::Finding;
+use crate::package::{Package, PackageError};
+
+/// Refuses a unit with any defect, or with a step that it is not made for.
+pub(super) fn check(package: &Package, step: f64) -> Result<(), PackageError> {
+    package.refuse_defects()?;
+    let path = package.path().to_owned();
+    match unfit_step(package, step) {
+        Some(text) => Err(PackageError::Defects { path, findings: vec![text] }),
+        None => Ok(()),
+    }
+}
+
+/// Why a unit that cannot vary its step may fail with this one: it is no multiple of its own.
+fn unfit_step(package: &Package, step: f64) -> Option<String> {
+    let description = package.description();
+    if description.co_simulation.can_handle_variable_communication_step_size {
+        return None;
+    }
+    let own = description.default_experiment.step_size.filter(|own| *own > 0.0)?;
+    let ratio = step / own;
+    let multiple = ratio.round().max(1.0);
+    ((ratio - multiple).abs() > 1e-9 * multiple).then(|| {
+        format!(
+            "the unit cannot vary its step (canHandleVariableCommunicationStepSize is false) and \
+             names {own} s: a step of {step} s, which is no multiple, may fail"
+        )
+    })
+}
+
+/// One line per rule: the first message, and how many more there are.
+fn grouped(findings: &[Finding]) -> Vec<String> {
+    let mut rules: Vec<(&str, &str, usize)> = Vec::new();
+    for finding in findings {
+        match rules.iter_mut().find(|(rule, ..)| *rule == finding.rule) {
+            Some(known) => known.2 += 1,
+            None => rules.push((finding.rule, &finding.message, 0)),
+        }
+    }
+    let more = |n: usize| if n == 0 { String::new() } else { format!(" (and {n} more like it)") };
+    rules.into_iter().map(|(_, message, n)| format!("{message}{}", more(n))).collect()
+}
+
+impl System {
+    /// What was tolerated of the units, one line per unit and kind of defect.
+    #[must_use]
+    pub fn notices(&self, step: f64) -> Vec<String> {
+        let mut told = Vec::new();
+        let mut notices = Vec::new();
+        for plan in &self.instances {
+            let path = plan.package.path();
+            if told.contains(&path) {
+                continue;
+            }
+            told.push(path);
+            let mut texts = grouped(plan.package.findings());
+            texts.extend(unfit_step(&plan.package, step));
+            notices.extend(texts.into_iter().map(|text| format!("{}: {text}", path.display())));
+        }
+        notices
+    }
+}
