@@ -140,17 +140,23 @@ impl Package {
         Ok(Self { path: path.to_owned(), description, files, findings, folder })
     }
 
-    /// Refuses a unit with a defect: whatever `maglev validate` finds and more than a note.
+    /// Refuses a unit with a defect: what was tolerated while opening, and what `maglev validate`
+    /// finds, if it is more than a note.
     ///
     /// # Errors
     /// All defects.
     pub fn refuse_defects(&self) -> Result<(), PackageError> {
-        let mut findings = validate::check(self);
-        findings.retain(|finding| finding.severity > Severity::Note);
+        let grave = |finding: &Finding| {
+            (finding.severity > Severity::Note).then(|| finding.message.clone())
+        };
+        let mut findings: Vec<String> = self.findings.iter().filter_map(grave).collect();
+        match validate::check(&self.path) {
+            Ok(found) => findings.extend(found.iter().filter_map(grave)),
+            Err(error) => findings.push(error.to_string()),
+        }
         if findings.is_empty() {
             return Ok(());
         }
-        let findings = findings.into_iter().map(|finding| finding.message).collect();
         Err(PackageError::Defects { path: self.path.clone(), findings })
     }
 
