@@ -94,7 +94,10 @@ fn stepped(folder: &Path, system: &serde_json::Value) -> f64 {
 fn recorded(folder: &Path, system: &serde_json::Value) -> f64 {
     let all: Vec<&String> = system["instances"].as_object().unwrap().keys().collect();
     let names: Vec<String> = match all.len() {
-        2 => ["y_0", "u_0"].iter().flat_map(|v| all.iter().map(move |i| format!("{i}.{v}"))).collect(),
+        2 => ["y_0", "u_0"]
+            .iter()
+            .flat_map(|v| all.iter().map(move |i| format!("{i}.{v}")))
+            .collect(),
         _ => all.iter().filter(|it| **it != "hub").take(4).map(|it| format!("{it}.y_0")).collect(),
     };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
