@@ -95,9 +95,10 @@ impl Bench {
         self.folder.path().join(name)
     }
 
-    /// Compiles unit.c with the defines and returns the binary.
+    /// Compiles unit.c, or hostile.c around it, with the defines and returns the binary.
     pub fn compile(&self, defines: &[&str]) -> Vec<u8> {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support/unit.c");
+        let file = if defines.contains(&"-DHOSTILE") { "hostile.c" } else { "unit.c" };
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support").join(file);
         let binary = self.path("binary.so");
         let order = if defines.iter().any(|define| define.contains("MAX_INPUT_ORDER")) {
             None
@@ -143,6 +144,19 @@ impl Bench {
         let mut all = vec!["run", "scenario.json", "--out", "out"];
         all.extend(arguments);
         self.maglev(&all)
+    }
+
+    /// Runs `maglev run` with units that do the mischief of hostile.c.
+    pub fn hostile(&self, mischief: &str, arguments: &[&str]) -> Ran {
+        let output = Command::new(env!("CARGO_BIN_EXE_maglev"))
+            .args(["run", "scenario.json", "--out", "out"])
+            .args(arguments)
+            .env("HOSTILE", mischief)
+            .env("HOSTILE_LOG", self.path("calls.log"))
+            .current_dir(self.folder.path())
+            .output()
+            .unwrap();
+        Ran(output)
     }
 
     /// Runs `maglev` on the bench.
