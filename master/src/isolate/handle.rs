@@ -36,13 +36,16 @@ const PARTING: Duration = Duration::from_secs(10);
 
 /// Workers of this process.
 static WORKERS: AtomicUsize = AtomicUsize::new(0);
+/// Exchanges that have begun and not ended.
+static BUSY: AtomicUsize = AtomicUsize::new(0);
 
-/// Whether master and workers can all be awake at once.
-fn watch_time() -> Duration {
+/// How long to wait awake when so many workers may be awake too: no time if they need this
+/// processor.
+fn watch_time(workers: &AtomicUsize) -> Duration {
     static PROCESSORS: OnceLock<usize> = OnceLock::new();
     let processors =
         PROCESSORS.get_or_init(|| std::thread::available_parallelism().map_or(1, usize::from));
-    if WORKERS.load(Ordering::Relaxed) < *processors { WATCH } else { Duration::ZERO }
+    if workers.load(Ordering::Relaxed) < *processors { WATCH } else { Duration::ZERO }
 }
 
 /// How a worker was lost.
@@ -271,6 +274,7 @@ impl Worker {
     fn begin(&mut self, parts: u32) {
         let parts = parts | std::mem::take(&mut self.waiting);
         self.begun = true;
+        BUSY.fetch_add(1, Ordering::Relaxed);
         self.fresh = false;
         self.strike(parts);
     }
@@ -279,7 +283,7 @@ impl Worker {
         self.stroke = self.stroke.wrapping_add(1);
         let stroke = self.stroke;
         let control = self.control();
-        let watch = u32::try_from(watch_time().as_micros()).unwrap_or(0);
+        let watch = u32::try_from(watch_time(&WORKERS).as_micros()).unwrap_or(0);
         control.watch.store(watch, Ordering::Relaxed);
         control.parts.store(parts, Ordering::Relaxed);
         control.to_worker.ring(stroke);
@@ -289,10 +293,10 @@ impl Worker {
     #[inline]
     fn finish(&mut self) -> Answer {
         self.begun = false;
-        if self.loss.is_some() {
-            return LOST;
-        }
-        if !self.control().to_master.watch(self.stroke, watch_time()) && !self.wait() {
+        let ended = self.loss.is_none()
+            && (self.control().to_master.watch(self.stroke, watch_time(&BUSY)) || self.wait());
+        BUSY.fetch_sub(1, Ordering::Relaxed);
+        if !ended {
             return LOST;
         }
         let control = self.control();
