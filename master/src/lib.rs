@@ -46,3 +46,4 @@ pub mod scenario;
 pub mod summary;
 pub mod system;
 pub mod validate;
+pub mod witness;

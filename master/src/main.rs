@@ -49,6 +49,7 @@ fn main() -> ExitCode {
     if let Some(status) = master::isolate::serve_if_worker() {
         return status;
     }
+    master::witness::report_crashes();
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),

@@ -315,3 +315,23 @@ fn issue_time_limits_need_isolation() {
     bench.scenario(&mixed);
     bench.run(&["--step-timeout", "60"]).succeeds();
 }
+
+/// In this process nothing can be saved, but the last words name unit, call and time.
+#[test]
+fn issue_a_crash_in_this_process_has_last_words() {
+    let bench = bench(&scenario());
+    for (call, word, signal, text) in [
+        ("fmi2DoStep", "null", Some(11), "crashed: signal 11 (SIGSEGV) in fmi2DoStep at 0.4 s"),
+        ("fmi2GetReal", "abort", Some(6), "crashed: signal 6 (SIGABRT) in fmi2GetReal at 0.4 s"),
+        ("fmi2SetString", "exit", None, "ended the process in fmi2SetString at 0.4 s"),
+        ("fmi2FreeInstance", "null", Some(11), "in fmi2FreeInstance at 1 s"),
+    ] {
+        let ran = bench.hostile(&format!("b {call} {word} 0.35"), &[]);
+        assert_eq!(ran.signal(), signal, "{}", ran.stderr());
+        assert!(signal.is_some() || ran.status() == 1);
+        let report = ran.stderr();
+        assert!(report.contains("error: unit b ") && report.contains(text), "{report}");
+        assert!(report.contains("--isolate"), "{report}");
+        assert!(bench.path("out/results.csv.partial").exists() || call == "fmi2FreeInstance");
+    }
+}

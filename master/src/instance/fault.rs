@@ -279,7 +279,7 @@ fn at(time: Option<f64>) -> String {
     time.map(|time| format!(" at {time} s")).unwrap_or_default()
 }
 
-fn signal_name(number: i32) -> &'static str {
+pub(crate) fn signal_name(number: i32) -> &'static str {
     // those that a fault of a program raises, by their numbers on Linux
     match number {
         4 => "SIGILL",

@@ -11,13 +11,13 @@ mod step;
 
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use fmi2_sys as sys;
 
 use crate::component::{
-    Answer, Boolean, Component, Data, IDLE, Identity, Integer, Kind, Numeric, Outcome, Real, Reply,
+    Answer, Boolean, Component, Data, Identity, Integer, Kind, Numeric, Outcome, Real, Reply,
     Request, Values,
 };
 use crate::description::Value;
@@ -25,15 +25,15 @@ use crate::isolate::{Isolation, Worker};
 use crate::library::{Call, Functions};
 use crate::logger::{self, Message, Sink};
 use crate::package::Package;
+use crate::witness::{CALL, Place};
 use fault::fail;
+#[cfg(unix)]
+pub(crate) use fault::signal_name;
 pub use fault::{UnitError, UnitFault};
 pub use state::StateId;
 
 /// A step that is still pending after this time counts as hanging, unless another limit is set.
 pub const PENDING_LIMIT: Duration = Duration::from_secs(600);
-
-/// The call going on in this process.
-static CALL: AtomicU32 = AtomicU32::new(IDLE);
 
 /// Where the functions of an instance are called.
 #[expect(
@@ -52,6 +52,7 @@ pub struct Instance {
     name: String,
     package: Arc<Package>,
     backend: Backend,
+    place: &'static Place,
     /// shared by all instances of a library
     dead: Arc<AtomicBool>,
     warned: bool,
@@ -83,9 +84,11 @@ impl Instance {
     ) -> Result<Self, UnitError> {
         let identity = identity(package, name)?;
         let sink = Arc::new(Sink::default());
+        let place = Place::new(name);
+        place.enter();
         match Component::new(functions, dead, &identity, &sink, &CALL) {
             Some(component) => {
-                Ok(Self::with(package, name, dead, Backend::Here { component, sink }))
+                Ok(Self::with(package, place, name, dead, Backend::Here { component, sink }))
             }
             None => fail(UnitFault::Refused {
                 instance: name.to_owned(),
@@ -107,14 +110,21 @@ impl Instance {
         let identity = identity(package, name)?;
         let worker = Worker::start(package, isolation, &identity, name)?;
         let backend = Backend::Elsewhere(Box::new(worker));
-        Ok(Self::with(package, name, &Arc::default(), backend))
+        Ok(Self::with(package, Place::new(name), name, &Arc::default(), backend))
     }
 
-    fn with(package: &Arc<Package>, name: &str, dead: &Arc<AtomicBool>, backend: Backend) -> Self {
+    fn with(
+        package: &Arc<Package>,
+        place: &'static Place,
+        name: &str,
+        dead: &Arc<AtomicBool>,
+        backend: Backend,
+    ) -> Self {
         Self {
             name: name.to_owned(),
             package: Arc::clone(package),
             backend,
+            place,
             dead: Arc::clone(dead),
             warned: false,
             running: false,
@@ -406,7 +416,15 @@ impl Instance {
     }
 
     #[inline]
+    fn set_time(&mut self, time: f64) {
+        self.time = Some(time);
+        self.place.set_time(time);
+    }
+
+    /// To be asked before every call.
+    #[inline]
     fn alive(&self) -> Result<(), UnitError> {
+        self.place.enter();
         if self.dead.load(Ordering::Relaxed) {
             return fail(UnitFault::Dead { instance: self.name.clone() });
         }
@@ -502,6 +520,13 @@ impl Instance {
         };
         let name = |&reference| self.package.description().name_of(letter, reference);
         references.iter().filter_map(name).map(str::to_owned).collect()
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // the backend frees the unit
+        self.place.enter();
     }
 }
 

@@ -95,7 +95,7 @@ impl Instance {
         time: f64,
     ) -> Result<(), UnitError> {
         self.alive()?;
-        self.time = Some(time);
+        self.set_time(time);
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => component.receive(layout, received),
             Backend::Elsewhere(worker) => worker.receive(received),
@@ -114,10 +114,10 @@ impl Instance {
     /// The process is gone.
     #[inline]
     pub fn begin_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        self.set_time(time);
         match &mut self.backend {
             Backend::Here { .. } => Ok(()),
             Backend::Elsewhere(worker) => {
-                self.time = Some(time);
                 let answer = worker.begin_step(time, size, self.saved_before.map(StateId::slot));
                 self.check(answer, &[])
             }
@@ -131,7 +131,7 @@ impl Instance {
     #[inline]
     pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
         self.alive()?;
-        self.time = Some(time);
+        self.set_time(time);
         let save = self.saved_before.map(StateId::slot);
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => match save.map(|slot| component.save_state(slot)) {

@@ -414,10 +414,10 @@ fn unloadable(name: &str, error: &LibraryError) -> UnitError {
 impl Drop for Worker {
     fn drop(&mut self) {
         WORKERS.fetch_sub(1, Ordering::Relaxed);
+        if self.begun {
+            let _ = self.finish();
+        }
         if self.loss.is_none() {
-            if self.begun {
-                let _ = self.finish();
-            }
             let limit = self.isolation.call_limit().unwrap_or(PARTING);
             if matches!(self.converse(&Order::Free, Some(limit)), Some(Report::Done)) {
                 let begin = Instant::now();

@@ -220,6 +220,13 @@ impl Ran {
         self.0.status.code().unwrap()
     }
 
+    /// The signal that ended it.
+    #[cfg(unix)]
+    pub fn signal(&self) -> Option<i32> {
+        use std::os::unix::process::ExitStatusExt as _;
+        self.0.status.signal()
+    }
+
     /// What it printed.
     pub fn stdout(&self) -> String {
         String::from_utf8(self.0.stdout.clone()).unwrap()
