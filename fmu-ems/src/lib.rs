@@ -3,6 +3,7 @@
 //! The physics is in the crate `magnet`; here is its interface: `table` declares the variables,
 //! [`Ems`] maps them on the physics.
 
+mod linear;
 mod model;
 mod table;
 #[cfg(test)]

@@ -1,9 +1,12 @@
 //! Maps the unit's variables on the physics.
 
-use fmi2_export::{Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, Step, Values};
+use fmi2_export::{
+    Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
+};
 use magnet::{Course, InputRates, Magnet, Parameters, Rates, Workspace};
 use serde::{Deserialize, Serialize};
 
+use crate::linear;
 use crate::table::{self, Derived, Handles, Inputs, Outputs};
 
 /// The unit: handles of its variables, and the magnet for the parameters last used.
@@ -179,6 +182,20 @@ impl Model for Ems {
         result.set_real(outputs.voltage, partials.voltage_by_acceleration * acceleration);
         result.set_real(acceleration_estimate, partials.estimate_by_acceleration * acceleration);
         Ok(true)
+    }
+
+    fn report(
+        &mut self,
+        state: &State,
+        values: &Values,
+        request: &str,
+    ) -> Result<Option<String>, Error> {
+        if request != StateSpace::REQUEST {
+            return Ok(None);
+        }
+        let now = self.read(values);
+        let Self { inputs, outputs, .. } = self;
+        linear::report(&state.parameters, &state.magnet, &now, inputs, outputs).map(Some)
     }
 }
 

@@ -14,6 +14,7 @@
 
 #[cfg(test)]
 mod allocation;
+mod linear;
 mod model;
 mod parameters;
 mod table;

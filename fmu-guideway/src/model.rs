@@ -3,10 +3,13 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
-use fmi2_export::{Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, Step, Values};
+use fmi2_export::{
+    Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
+};
 use guideway::{Description, Guideway, Load, Surface, Workspace};
 use serde::{Deserialize, Serialize};
 
+use crate::linear;
 use crate::parameters::{Parameters, prefixes};
 use crate::table::{self, Derived, Inputs, Outputs};
 
@@ -362,5 +365,22 @@ impl Model for Track {
             result.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
         }
         Ok(true)
+    }
+
+    fn report(
+        &mut self,
+        state: &State,
+        values: &Values,
+        request: &str,
+    ) -> Result<Option<String>, Error> {
+        if request != StateSpace::REQUEST {
+            return Ok(None);
+        }
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let built = self.built_for(state, values)?;
+        built.refresh(&inputs, state, values);
+        built.hold(&inputs, values);
+        let Built { guideway, work, loads, surfaces, .. } = built;
+        linear::report(guideway, work, loads, surfaces, values, (&inputs, &outputs)).map(Some)
     }
 }

@@ -14,6 +14,7 @@
 #[cfg(test)]
 mod allocation;
 mod jerks;
+mod linear;
 mod model;
 mod modes;
 mod table;

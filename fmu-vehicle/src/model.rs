@@ -1,13 +1,14 @@
 //! Maps the unit's variables on the physics.
 
 use fmi2_export::{
-    Error, Interface, Model as Export, RealVar, RealVars, Resources, Seed, Sensitivity, Step,
-    Values,
+    Error, Interface, Model as Export, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace,
+    Step, Values,
 };
 use multibody::{Equilibrium, Holding, LoadCourse, Loads, Model, Workspace};
 use serde::{Deserialize, Serialize};
 
 use crate::jerks::Jerks;
+use crate::linear;
 use crate::modes::{self, At};
 use crate::table::{self, Inputs, Outputs, Parameters};
 
@@ -319,13 +320,17 @@ impl Export for Vehicle {
         Ok(true)
     }
 
-    /// `modes`, perhaps followed by options as JSON.
+    /// `modes`, perhaps followed by options as JSON, or `linear`.
     fn report(
         &mut self,
         state: &State,
         values: &Values,
         request: &str,
     ) -> Result<Option<String>, Error> {
+        if request == StateSpace::REQUEST {
+            let Self { model, inputs, outputs, .. } = self;
+            return linear::report(model, &state.vehicle, values, inputs, outputs).map(Some);
+        }
         let (name, options) = request.split_once(' ').unwrap_or((request, ""));
         if name != "modes" {
             return Ok(None);

@@ -15,6 +15,7 @@ mod model;
 mod resources;
 mod snapshot;
 mod state;
+mod state_space;
 mod table;
 pub mod testing;
 mod unit;
@@ -26,6 +27,7 @@ pub use fmi2_sys as sys;
 pub use interface::{Declaration, DisplayUnit, Experiment, Info, Interface, Row, Unit};
 pub use model::{Model, Seed, Sensitivity, Step};
 pub use resources::Resources;
+pub use state_space::StateSpace;
 pub use values::{
     Boolean, BooleanVar, BooleanVars, Integer, IntegerVar, IntegerVars, Real, RealVar, RealVars,
     StringVar, StringVars, Text, Values, Var, Vars,

@@ -67,6 +67,7 @@ mod model;
 mod observe;
 mod ordering;
 mod reactions;
+mod shapes;
 mod state;
 #[cfg(test)]
 mod tests;

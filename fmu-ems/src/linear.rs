@@ -1,0 +1,55 @@
+//! The report `linear`: eqs 1-5 as a linear system about the operating point.
+
+use fmi2_export::{Error, StateSpace};
+use magnet::{Magnet, Parameters, State};
+
+use crate::table::{Inputs, Outputs};
+
+/// x = (x₁ … x₅, Δλ). Exact for the linear law; the nonlinear one is linearised about its operating
+/// point.
+pub(crate) fn report(
+    parameters: &Parameters,
+    state: &State,
+    now: &magnet::Inputs,
+    inputs: &Inputs,
+    outputs: &Outputs,
+) -> Result<String, Error> {
+    if parameters.control.sampling.is_some() {
+        return Err(Error::invalid(
+            "a sampled controller has no linear differential equation; set sample_time to 0",
+        ));
+    }
+    let operating = Parameters { operating_current: state.operating_current, ..*parameters };
+    let magnet = Magnet::new(operating).map_err(|error| Error::caused(&error))?;
+    let linear = magnet.linear_system();
+    let mut system = StateSpace::default();
+    for name in ["x1", "x2", "x3", "x4", "x5", "flux_deviation"] {
+        system.state(name);
+    }
+    let gap = system.input(inputs.gap);
+    let acceleration = system.input(inputs.acceleration);
+    for (i, (a, b)) in linear.a.iter().zip(&linear.b).enumerate() {
+        for (j, &value) in a.iter().enumerate() {
+            system.a(i, j, value);
+        }
+        system.b(i, gap, b[0]);
+        system.b(i, acceleration, b[1]);
+    }
+    let partials = magnet.partials(state, now).map_err(|error| Error::caused(&error))?;
+    let values = magnet.outputs(state, now).map_err(|error| Error::caused(&error))?;
+    // the lateral force is proportional to the levitation force
+    let share = values.lateral_force / values.force;
+    let static_force = system.input(inputs.static_force);
+    let lateral_offset = system.input(inputs.lateral_offset);
+    let force = system.output(outputs.force);
+    let lateral = system.output(outputs.lateral_force);
+    for (j, &by_state) in linear.force_by_state.iter().enumerate() {
+        system.c(force, j, by_state);
+        system.c(lateral, j, share * by_state);
+    }
+    system.d(force, static_force, partials.force_by_static_force);
+    system.d(lateral, static_force, partials.lateral_force_by_static_force);
+    system.d(lateral, gap, partials.lateral_force_by_gap);
+    system.d(lateral, lateral_offset, partials.lateral_force_by_offset);
+    system.to_json()
+}

@@ -1,0 +1,136 @@
+//! The report `linear`: small motions about the present state, between forces and gaps.
+
+use fmi2_export::{Error, RealVars, StateSpace, Values};
+use multibody::{Linearisation, MagnetSprings, Model, State};
+use nalgebra::DMatrix;
+
+use crate::model::loads;
+use crate::table::{Inputs, Outputs};
+
+/// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
+/// their rates, with ÿ = M⁻¹(Jᵀf − C ẏ − K y) and J the magnets' shapes.
+pub(crate) fn report(
+    model: &Model,
+    state: &State,
+    values: &Values,
+    inputs: &Inputs,
+    outputs: &Outputs,
+) -> Result<String, Error> {
+    let failed = |e: multibody::Error| Error::caused(&e).context("the report linear");
+    let linear = model
+        .linearise(state, &loads(values, inputs), &MagnetSprings::default(), &mut model.workspace())
+        .map_err(failed)?;
+    let shapes = Shapes::new(model, state, &linear)?;
+    let mut system = StateSpace::default();
+    shapes.write_states(&mut system, inputs);
+    shapes.write_outputs(&mut system, inputs, outputs);
+    system.to_json()
+}
+
+/// What the equations of motion and of the magnets consist of.
+struct Shapes {
+    dof: usize,
+    magnets: usize,
+    /// Displacements of the magnets per reduced coordinate.
+    along: DMatrix<f64>,
+    side: DMatrix<f64>,
+    up: DMatrix<f64>,
+    /// −M⁻¹K, −M⁻¹C.
+    by_place: DMatrix<f64>,
+    by_rate: DMatrix<f64>,
+    /// M⁻¹Jᵀ.
+    by_force: DMatrix<f64>,
+    by_lateral: DMatrix<f64>,
+    speed: DMatrix<f64>,
+}
+
+impl Shapes {
+    fn new(model: &Model, state: &State, linear: &Linearisation) -> Result<Self, Error> {
+        let all = model.magnet_shapes(state, linear);
+        let magnets = all.nrows() / 3;
+        let axis =
+            |axis: usize| DMatrix::from_fn(magnets, all.ncols(), |k, j| all[(3 * k + axis, j)]);
+        let (along, side, up) = (axis(0), axis(1), axis(2));
+        let factors = linear.mass.clone().cholesky().ok_or_else(|| {
+            Error::invalid("the report linear: the reduced mass matrix is not positive definite")
+        })?;
+        let speed = model.speed_shape(state, linear);
+        Ok(Self {
+            dof: linear.degrees_of_freedom(),
+            magnets,
+            by_place: -factors.solve(&linear.stiffness),
+            by_rate: -factors.solve(&linear.damping),
+            by_force: factors.solve(&up.transpose()),
+            by_lateral: factors.solve(&side.transpose()),
+            along,
+            side,
+            up,
+            speed: DMatrix::from_row_slice(1, speed.len(), speed.as_slice()),
+        })
+    }
+
+    fn write_states(&self, system: &mut StateSpace, inputs: &Inputs) {
+        for kind in ["place", "rate"] {
+            for j in 1..=self.dof {
+                system.state(format!("{kind} {j}"));
+            }
+        }
+        let force = system.inputs(inputs.force);
+        let lateral = system.inputs(inputs.lateral_force);
+        for i in 0..self.dof {
+            system.a(i, self.dof + i, 1.0);
+            for j in 0..self.dof {
+                system.a(self.dof + i, j, self.by_place[(i, j)]);
+                system.a(self.dof + i, self.dof + j, self.by_rate[(i, j)]);
+            }
+            for k in 0..self.magnets {
+                system.b(self.dof + i, force + k, self.by_force[(i, k)]);
+                system.b(self.dof + i, lateral + k, self.by_lateral[(i, k)]);
+            }
+        }
+    }
+
+    fn write_outputs(&self, system: &mut StateSpace, inputs: &Inputs, outputs: &Outputs) {
+        let track = system.inputs(inputs.track_displacement);
+        let track_rate = system.inputs(inputs.track_rate);
+        let rates = self.dof;
+        let gap = rows(system, outputs.gap, &-&self.up, 0);
+        let gap_rate = rows(system, outputs.gap_rate, &-&self.up, rates);
+        for k in 0..self.magnets {
+            system.d(gap + k, track + k, 1.0);
+            system.d(gap_rate + k, track_rate + k, 1.0);
+        }
+        let down = rows(system, outputs.acceleration, &(-&self.up * &self.by_place), 0);
+        write(system, down, &(-&self.up * &self.by_rate), rates);
+        // the forces were the first inputs, in this order
+        let by_loads = [(0, &self.by_force), (self.magnets, &self.by_lateral)];
+        for (first, by_load) in by_loads {
+            let feed = -&self.up * by_load;
+            for k in 0..self.magnets {
+                for j in 0..self.magnets {
+                    system.d(down + k, first + j, feed[(k, j)]);
+                }
+            }
+        }
+        rows(system, outputs.lateral_offset, &self.side, 0);
+        rows(system, outputs.position, &self.along, 0);
+        system.outputs(outputs.static_load);
+        let speed = system.output(outputs.speed);
+        write(system, speed, &self.speed, rates);
+    }
+}
+
+/// Adds a row of outputs y = matrix · x from state `first` on.
+fn rows(system: &mut StateSpace, row: RealVars, matrix: &DMatrix<f64>, first: usize) -> usize {
+    let output = system.outputs(row);
+    write(system, output, matrix, first);
+    output
+}
+
+fn write(system: &mut StateSpace, output: usize, matrix: &DMatrix<f64>, first: usize) {
+    for i in 0..matrix.nrows() {
+        for j in 0..matrix.ncols() {
+            system.c(output + i, first + j, matrix[(i, j)]);
+        }
+    }
+}
