@@ -10,6 +10,7 @@ use crate::description::{DescriptionError, UnitMismatch};
 use crate::initialize::InitializeError;
 use crate::instance::{UnitError, UnitFault};
 use crate::library::LibraryError;
+use crate::modes::ModesError;
 use crate::package::PackageError;
 use crate::plot::PlotError;
 use crate::record::ParquetError;
@@ -42,6 +43,9 @@ pub enum Error {
     /// A report that the unit does not give.
     #[error("the unit does not answer")]
     Report(#[source] UnitError),
+    /// Modes of the coupled system.
+    #[error("the system's modes cannot be found")]
+    Modes(#[from] ModesError),
     /// Initialization.
     #[error("the run could not start")]
     Initialize(#[from] InitializeError),
@@ -144,6 +148,11 @@ impl Error {
             Self::Report(_) => {
                 "what a unit reports is not of the FMI standard: see the documentation of the unit"
             }
+            Self::Modes(ModesError::Silent { .. } | ModesError::Missing { .. }) => {
+                "modes need units that answer the report \"linear\" (docs/coupled-modes.md); \
+                 `maglev run` needs nothing of it"
+            }
+            Self::Modes(_) => return None,
             Self::Initialize(InitializeError::Loop { .. }) => {
                 "give start values nearer to the solution, or raise initialization.iterations or \
                  initialization.tolerance in the scenario"

@@ -35,6 +35,7 @@ pub mod instance;
 pub mod isolate;
 pub mod library;
 pub mod logger;
+pub mod modes;
 pub mod package;
 pub mod participant;
 pub mod pattern;

@@ -35,6 +35,9 @@ enum Command {
     /// Show what a unit offers
     #[command(arg_required_else_help = true)]
     Inspect(commands::inspect::Arguments),
+    /// Show the modes of a scenario's coupled system: frequencies, damping, what takes part
+    #[command(arg_required_else_help = true)]
+    Modes(commands::coupled_modes::Arguments),
     /// Look for defects of a unit without running it
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),
+        Command::Modes(arguments) => commands::coupled_modes::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
         Command::Reference(arguments) => commands::reference::run(&arguments),

@@ -1,5 +1,8 @@
 //! `maglev inspect --modes` on the packaged units.
 
+// A helper of a test fails as the test does.
+#![allow(clippy::unwrap_used)]
+
 use serde_json::Value;
 use system_tests::{root, start};
 
@@ -57,4 +60,114 @@ fn invariant_what_has_no_modes_says_so() {
         assert!(text.contains(reason), "{text}");
         assert!(output.stdout.is_empty());
     }
+}
+
+/// The standing train on the middle span, as `maglev modes` sees it.
+fn coupled(options: &[&str]) -> Value {
+    let file = system_tests::scenario("low-speed.json").display().to_string();
+    let mut all = vec!["modes", &file, "--json"];
+    for setting in [
+        "vehicle.travel_speed=0",
+        "vehicle.initial_position=37.5",
+        "guideway.irregularity_on=false",
+    ] {
+        all.extend(["--set", setting]);
+    }
+    all.extend(options);
+    let output = start(&all).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The units' own linearisations, put together by the scenario's connections, have the eigenvalues of
+/// the monolithic model, all 652 of them; and stepped at 1 ms the coupled modes of girder and magnets
+/// keep theirs to 0.05 %.
+#[test]
+fn analytic_coupled_modes_are_those_of_the_monolithic_model() {
+    let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();
+    let mut setup = system_tests::monolithic::Setup {
+        vehicle: multibody::Description::from_json(&read(
+            "fmu-vehicle/resources/two-car/vehicle.json",
+        ))
+        .unwrap(),
+        guideway: guideway::Description::from_json(&read(
+            "fmu-guideway/resources/three-spans/guideway.json",
+        ))
+        .unwrap(),
+        magnet: magnet::Parameters::default(),
+        travel_speed: 0.0,
+        initial_position: 37.5,
+    };
+    setup.guideway.irregularity.on = false;
+    let mut wanted = system_tests::monolithic::System::new(&setup).unwrap().eigenvalues().unwrap();
+    let report = coupled(&[]);
+    let modes = report["modes"]["modes"].as_array().unwrap();
+    assert_eq!(report["modes"]["states"], wanted.len());
+    let number = |value: &Value| value.as_f64().unwrap();
+    let (mut count, mut coupled) = (0, 0);
+    for mode in modes {
+        let (re, im) =
+            (number(&mode["continuous"]["real"]), number(&mode["continuous"]["imaginary"]));
+        for im in if im == 0.0 { vec![0.0] } else { vec![im, -im] } {
+            let distance = |w: &nalgebra::Complex<f64>| (w.re - re).hypot(w.im - im);
+            let nearest = wanted
+                .iter()
+                .enumerate()
+                .min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))
+                .unwrap()
+                .0;
+            let off = distance(&wanted.swap_remove(nearest)) / re.hypot(im);
+            // both linearise by differences, good to 1e-7; equal magnets have eigenvalues that are
+            // nearly defective, and there the root of that counts
+            assert!(off < 1e-3, "{mode}: {off:e}");
+            count += 1;
+        }
+        let girder = mode["participation"]["guideway"].as_f64().unwrap_or(0.0);
+        if girder > 0.2 {
+            coupled += 1;
+            assert!(number(&mode["relative_error"]) < 5e-4, "{mode}");
+        }
+    }
+    assert_eq!(count, report["modes"]["states"]);
+    // two modes of three spans; the train couples those of the middle one with its magnets
+    assert!(coupled >= 6);
+    assert_eq!(report["modes"]["stable"], true);
+    assert_eq!(report["modes"]["stepped_stable"], true);
+}
+
+/// Held inputs take damping from the magnet, until large steps make it grow: told by the modes and
+/// shown by a run.
+#[test]
+fn analytic_modes_tell_which_step_is_too_large() {
+    let file = system_tests::scenario("one-magnet.json").display().to_string();
+    let held = ["--algorithm", "jacobi", "--extrapolation", "0"];
+    let modes = |step: &str| {
+        let mut all = vec!["modes", &file, "--step", step];
+        all.extend(held);
+        start(&all).unwrap().status.code()
+    };
+    let largest = |step: &str| {
+        let mut all = vec!["--step", step, "--stop", "8", "--record-interval", "0.08"];
+        all.extend(held);
+        let run = system_tests::Run::of(std::path::Path::new(&file), &all);
+        // a magnet that touches the rail ends the run
+        run.map_or(1.0, |run| {
+            let gap = |name| run.statistic("vehicle.gap_01", name).unwrap();
+            (gap("max") - 8e-3).max(8e-3 - gap("min"))
+        })
+    };
+    assert_eq!(modes("0.001"), Some(0));
+    assert!(largest("0.001") < 1e-4);
+    assert_eq!(modes("0.01"), Some(1));
+    assert!(largest("0.01") > 1e-3);
+}
+
+/// A unit that does not tell its linearisation is named.
+#[test]
+fn invariant_modes_need_units_that_tell_their_linearisation() {
+    let file = system_tests::scenario("one-magnet.json").display().to_string();
+    let output = start(&["modes", &file, "--set", "ems_01.sample_time=0.001"]).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("ems_01") && text.contains("sampled"), "{text}");
 }

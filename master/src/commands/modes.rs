@@ -89,20 +89,31 @@ fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// Bodies whose names differ by a number only are counted together.
 fn moving(participation: &Value) -> String {
+    let parts = participation.as_array().into_iter().flatten();
+    shown(families(
+        parts.filter_map(|part| Some((part["body"].as_str()?, part["share"].as_f64()?))),
+    ))
+}
+
+/// Names that differ by a number only are counted together: name, how many, their share.
+pub(super) fn families<'a>(
+    parts: impl Iterator<Item = (&'a str, f64)>,
+) -> Vec<(String, usize, f64)> {
     let mut groups: Vec<(String, usize, f64)> = Vec::new();
-    for part in participation.as_array().into_iter().flatten() {
-        let (Some(body), Some(share)) = (part["body"].as_str(), part["share"].as_f64()) else {
-            continue;
-        };
-        let family = family(body);
+    for (name, share) in parts {
+        let family = family(name);
         match groups.iter_mut().find(|group| group.0 == family) {
             Some(group) => (group.1, group.2) = (group.1 + 1, group.2 + share),
             None => groups.push((family, 1, share)),
         }
     }
     groups.sort_by(|a, b| b.2.total_cmp(&a.2));
+    groups
+}
+
+/// The largest families, as text.
+pub(super) fn shown(groups: Vec<(String, usize, f64)>) -> String {
     let shown: Vec<String> = groups
         .iter()
         .filter(|group| group.2 >= LEAST_SHARE)

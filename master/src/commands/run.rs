@@ -83,7 +83,7 @@ fn parse_threads(text: &str) -> Result<usize, String> {
     }
 }
 
-fn parse_override(text: &str) -> Result<Override, String> {
+pub(super) fn parse_override(text: &str) -> Result<Override, String> {
     let (target, value) = text
         .split_once('=')
         .ok_or_else(|| format!("\"{text}\" is not of the form instance.variable=value"))?;

@@ -271,6 +271,41 @@ impl Exchange {
         Ok(())
     }
 
+    /// Reads all outputs at a communication point that all units have reached by a step of that size.
+    ///
+    /// # Errors
+    /// A unit's.
+    pub fn go_on<U: Unit>(
+        &mut self,
+        time: f64,
+        units: &mut [U],
+        size: f64,
+    ) -> Result<(), U::Error> {
+        for (k, unit) in units.iter_mut().enumerate() {
+            unit.receive(time, &mut self.outputs[k])?;
+            self.take(k, size);
+        }
+        Ok(())
+    }
+
+    /// A unit's latest outputs.
+    #[must_use]
+    pub fn outputs(&self, k: usize) -> &Outputs {
+        &self.outputs[k]
+    }
+
+    /// Where the inputs come from, with the derivatives that they turned out to take.
+    #[must_use]
+    pub fn links(&self) -> Vec<Links> {
+        let mut links = self.links.clone();
+        for (unit, sources) in links.iter_mut().zip(&self.sources) {
+            for (link, source) in unit.reals.iter_mut().zip(sources) {
+                link.limit = source.limit;
+            }
+        }
+        links
+    }
+
     /// Sets the highest derivative that each Real input of a unit takes.
     pub fn limit(&mut self, k: usize, highest: impl IntoIterator<Item = usize>) {
         for (source, limit) in self.sources[k].iter_mut().zip(highest) {

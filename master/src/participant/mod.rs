@@ -334,6 +334,13 @@ impl Participant {
         Ok(())
     }
 
+    /// The Real inputs and the Real outputs that it exchanges, by index in the description.
+    #[must_use]
+    pub fn exchanged_reals(&self) -> (Vec<usize>, Vec<usize>) {
+        let variables = |list: &[(usize, usize)]| list.iter().map(|(it, _)| *it).collect();
+        (variables(&self.traffic.real_inputs), variables(&self.traffic.real_outputs))
+    }
+
     /// Where its wall time went.
     #[must_use]
     pub fn timing(&self) -> &Timing {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::plan;
 use super::setup::Setup;
 use super::stepper::{Stepper, StepperState};
+use crate::coupling::{Blueprint, Exchange};
 use crate::error::Error;
 use crate::initialize::{SolvedLoop, initialize};
 use crate::instance::UnitError;
@@ -52,6 +53,11 @@ impl<'a> Simulation<'a> {
             .map_err(failed)?;
         let slots = selection.slots(&participants);
         Ok(Self { setup, stepper, participants, slots, loops, done: 0 })
+    }
+
+    /// The units, the signals between them, and which algorithm steps which.
+    pub(crate) fn parts(&mut self) -> (&mut [Participant], &Exchange, &Blueprint) {
+        (&mut self.participants, self.stepper.exchange(), &self.setup.layout.blueprint)
     }
 
     /// Advances by one communication step.

@@ -84,6 +84,11 @@ impl Stepper {
         Ok(Self { coupling, exchange, control, power, crew, limits })
     }
 
+    /// The signals between the units.
+    pub(super) fn exchange(&self) -> &Exchange {
+        &self.exchange
+    }
+
     /// Steps all units from `time` over `size`.
     pub(super) fn step(
         &mut self,

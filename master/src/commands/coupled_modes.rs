@@ -1,0 +1,143 @@
+//! `maglev modes`: the modes of a whole system.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use master::error::Error;
+use master::modes::{Eigenvalue, Mode, Modes};
+use master::run::Setup;
+use master::scenario::{AlgorithmName, Scenario};
+use master::system::Override;
+use serde_json::json;
+
+use super::modes::{families, shown};
+use super::run::parse_override;
+
+const EXAMPLES: &str = "\
+Examples:
+  maglev modes scenarios/one-magnet.json
+  maglev modes scenarios/low-speed.json --set vehicle.travel_speed=0 --set vehicle.initial_position=37.5
+  maglev modes scenarios/one-magnet.json --algorithm jacobi --extrapolation 0 --step 0.005
+
+Exit status: 0 all modes die away, as the equations have them and as stepped; 1 some grow; 2 bad input.";
+
+/// Arguments of `maglev modes`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The scenario; it is started and linearised there, not run.
+    scenario: PathBuf,
+    /// Set a parameter or start value, as for `maglev run`.
+    #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE", value_parser = parse_override)]
+    set: Vec<Override>,
+    /// Communication step (s) instead of the scenario's.
+    #[arg(long, value_name = "H")]
+    step: Option<f64>,
+    /// Coupling algorithm instead of the scenario's.
+    #[arg(long, value_name = "NAME")]
+    algorithm: Option<AlgorithmName>,
+    /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
+    extrapolation: Option<u8>,
+    /// Show so many modes, the least damped first; 0 shows all.
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    count: usize,
+    /// Leave out modes above this frequency.
+    #[arg(long, value_name = "HZ")]
+    below: Option<f64>,
+    /// Leave out modes in which instances of this name take no part of at least 10 %.
+    #[arg(long, value_name = "INSTANCE")]
+    of: Option<String>,
+    /// Print everything as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Finds the modes and prints them.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let mut scenario = Scenario::load(&arguments.scenario)?;
+    scenario.experiment.step = arguments.step.unwrap_or(scenario.experiment.step);
+    // what is found holds for any span of time: the step need not divide the scenario's
+    scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
+    scenario.record.interval = None;
+    scenario.checkpoint = None;
+    scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
+    let degree = scenario.algorithm.extrapolation;
+    scenario.algorithm.extrapolation = arguments.extrapolation.unwrap_or(degree);
+    let setup = Setup::new(&scenario, &arguments.set)?;
+    let modes = Modes::find(&setup)?;
+    let algorithm = setup.scenario().algorithm.name.as_str();
+    if arguments.json {
+        let all = json!({ "algorithm": algorithm, "extrapolation": scenario.algorithm.extrapolation,
+            "modes": &modes });
+        super::print(&(serde_json::to_string_pretty(&all).unwrap_or_default() + "\n"))?;
+    } else {
+        super::print(&page(&modes, algorithm, arguments))?;
+    }
+    let dies_away = modes.stable && modes.stepped_stable;
+    Ok(if dies_away { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+// writing to a String cannot fail, so the results of writeln! are dropped
+fn page(modes: &Modes, algorithm: &str, arguments: &Arguments) -> String {
+    let mut text = String::new();
+    let says = |stable: bool| if stable { "stable" } else { "UNSTABLE" };
+    let _ = writeln!(text, "{} states, {} modes", modes.states, modes.modes.len());
+    let _ = writeln!(text, "as the equations have them    {}", says(modes.stable));
+    let _ = writeln!(
+        text,
+        "as stepped                    {} ({algorithm}, {} s; the coupling's own largest multiplier: {:.3})",
+        says(modes.stepped_stable),
+        modes.step,
+        modes.coupling_multiplier
+    );
+    let _ = writeln!(
+        text,
+        "\n{:>9} {:>9}  {:>9} {:>9} {:>9}  {:<24} takes part",
+        "Hz", "damping", "as stepped", "damping", "error", "eigenvalue 1/s"
+    );
+    let wanted = |mode: &&Mode| {
+        let low = arguments.below.is_none_or(|limit| mode.continuous.frequency_hz <= limit);
+        low && arguments.of.as_ref().is_none_or(|name| {
+            let pattern = |key: &str| master::pattern::matches(name, key);
+            let share: f64 =
+                mode.participation.iter().filter(|(key, _)| pattern(key)).map(|(_, x)| x).sum();
+            share >= 0.1
+        })
+    };
+    let count = if arguments.count == 0 { usize::MAX } else { arguments.count };
+    for mode in modes.modes.iter().filter(wanted).take(count) {
+        let now = &mode.continuous;
+        let stepped = mode.stepped.as_ref().map_or_else(
+            || format!("{:>10} {:>9} {:>9}", "-", "-", "-"),
+            |it| {
+                let error = mode.relative_error.unwrap_or(f64::NAN);
+                format!("{:>10.4} {:>9.4} {:>9}", it.frequency_hz, it.damping_ratio, percent(error))
+            },
+        );
+        let parts = mode.participation.iter().map(|(name, share)| (name.as_str(), *share));
+        let _ = writeln!(
+            text,
+            "{:>9.4} {:>9.4}  {stepped}  {:<24} {}",
+            now.frequency_hz,
+            now.damping_ratio,
+            value(now),
+            shown(families(parts))
+        );
+    }
+    text
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.1e} %", 100.0 * part)
+}
+
+fn value(it: &Eigenvalue) -> String {
+    if it.imaginary == 0.0 {
+        format!("{:.4}", it.real)
+    } else {
+        format!("{:.4} ± {:.4}i", it.real, it.imaginary)
+    }
+}

@@ -1,0 +1,149 @@
+//! The coupled system as one linear differential equation, and its modes.
+
+use faer::Mat;
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::prelude::c64;
+
+use super::state_space::Linear;
+use super::{Link, ModesError};
+
+/// Imaginary parts below this share of an eigenvalue are rounding: a double one splits by the root of it.
+const NEARLY_REAL: f64 = 1e-4;
+/// Balancing converges in a few sweeps; more gain nothing.
+const SWEEPS: usize = 20;
+
+/// ẋ = (A + B L (I − D L)⁻¹ C) x: all units' states one after the other, their inputs u = L y taken
+/// from outputs at the same instant.
+pub fn coupled(units: &[Linear], links: &[Link]) -> Result<Mat<f64>, ModesError> {
+    let starts = |size: &dyn Fn(&Linear) -> usize| -> Vec<usize> {
+        units
+            .iter()
+            .scan(0, |sum, unit| {
+                let start = *sum;
+                *sum += size(unit);
+                Some(start)
+            })
+            .collect()
+    };
+    let states = starts(&|unit| unit.states);
+    let outputs = starts(&|unit| unit.c.len());
+    let total = |starts: &[usize], last: &dyn Fn(&Linear) -> usize| {
+        starts.last().map_or(0, |start| start + units.last().map_or(0, last))
+    };
+    let n = total(&states, &|unit| unit.states);
+    let m = total(&outputs, &|unit| unit.c.len());
+    // where each input comes from: column of y and factor
+    let source = |unit: usize, input: usize| {
+        links
+            .iter()
+            .find(|link| (link.unit, link.input) == (unit, input))
+            .map(|link| (outputs[link.source] + link.output, link.factor))
+    };
+    let mut a = Mat::<f64>::zeros(n, n);
+    let mut by_output = Mat::<f64>::zeros(n, m);
+    let mut c = Mat::<f64>::zeros(m, n);
+    let mut loops = Mat::<f64>::identity(m, m);
+    for (k, unit) in units.iter().enumerate() {
+        for (i, j, value) in unit.a.iter() {
+            a[(states[k] + i, states[k] + j)] += value;
+        }
+        for (i, j, value) in unit.c.iter() {
+            c[(outputs[k] + i, states[k] + j)] += value;
+        }
+        for (i, j, value) in unit.b.iter() {
+            if let Some((column, factor)) = source(k, j) {
+                by_output[(states[k] + i, column)] += factor * value;
+            }
+        }
+        for (i, j, value) in unit.d.iter() {
+            if let Some((column, factor)) = source(k, j) {
+                loops[(outputs[k] + i, column)] -= factor * value;
+            }
+        }
+    }
+    let y = PartialPivLu::new(loops.as_ref()).solve(&c);
+    let coupled = &a + &by_output * &y;
+    if coupled.col_iter().any(|column| column.iter().any(|x| !x.is_finite())) {
+        return Err(ModesError::Loop);
+    }
+    Ok(coupled)
+}
+
+/// One eigenvalue, and the share of each state in it.
+pub struct Eigen {
+    /// 1/s.
+    pub value: c64,
+    /// |wⱼ vⱼ| with left and right eigenvectors w and v, of sum 1.
+    pub shares: Vec<f64>,
+}
+
+/// Eigenvalues of a real matrix with what takes part in them, of conjugate pairs one.
+///
+/// Left eigenvectors are the right ones of the transposed matrix. (The inverse of all right ones would
+/// spoil every mode where a few are nearly parallel, and 64 equal magnets have many such.)
+pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, ModesError> {
+    let failed = |_| ModesError::Eigenvalues;
+    let matrix = balanced(matrix);
+    let right = matrix.eigen().map_err(failed)?;
+    let left = matrix.transpose().to_owned().eigen().map_err(failed)?;
+    let n = matrix.nrows();
+    let values: Vec<c64> = (0..n).map(|k| right.S()[k]).collect();
+    let mut others: Vec<(usize, c64)> = (0..n).map(|k| (k, left.S()[k])).collect();
+    let mut found = Vec::new();
+    for (k, value) in values.iter().enumerate() {
+        let nearest = others
+            .iter()
+            .enumerate()
+            .min_by(|(_, a), (_, b)| (a.1 - value).norm().total_cmp(&(b.1 - value).norm()));
+        let Some(place) = nearest.map(|(place, _)| place) else { break };
+        let (other, _) = others.swap_remove(place);
+        let Some(value) = upper(*value) else { continue };
+        let mut shares: Vec<f64> =
+            (0..n).map(|j| (left.U()[(j, other)] * right.U()[(j, k)]).norm()).collect();
+        let sum: f64 = shares.iter().sum();
+        shares.iter_mut().for_each(|share| *share /= sum);
+        found.push(Eigen { value, shares });
+    }
+    Ok(found)
+}
+
+/// Of a conjugate pair the one with positive imaginary part, and every real one; a double real
+/// eigenvalue that rounding has made a pair of counts as two real ones.
+pub fn upper(value: c64) -> Option<c64> {
+    if value.im.abs() <= NEARLY_REAL * value.norm() {
+        return Some(c64::new(value.re, 0.0));
+    }
+    (value.im > 0.0).then_some(value)
+}
+
+/// The matrix in units of its coordinates that make rows and columns of one size, by powers of two
+/// (Osborne 1960; Parlett and Reinsch 1969): eigenvalues stay, their rounding errors shrink.
+pub fn balanced(matrix: &Mat<f64>) -> Mat<f64> {
+    let mut matrix = matrix.clone();
+    let n = matrix.nrows();
+    for _ in 0..SWEEPS {
+        let mut still = true;
+        for k in 0..n {
+            let (mut column, mut row) = (0.0, 0.0);
+            for j in (0..n).filter(|&j| j != k) {
+                column += matrix[(j, k)].abs();
+                row += matrix[(k, j)].abs();
+            }
+            if column == 0.0 || row == 0.0 {
+                continue;
+            }
+            let factor = (0.5 * (row / column).log2()).round().exp2();
+            if factor != 1.0 && factor.is_finite() && factor > 0.0 {
+                still = false;
+                for j in 0..n {
+                    matrix[(j, k)] *= factor;
+                    matrix[(k, j)] /= factor;
+                }
+            }
+        }
+        if still {
+            break;
+        }
+    }
+    matrix
+}

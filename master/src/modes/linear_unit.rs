@@ -1,0 +1,151 @@
+//! A unit of small motions, to be stepped by the real coupling algorithms.
+
+use std::convert::Infallible;
+
+use super::state_space::Linear;
+use crate::coupling::signal::Taylor;
+use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
+
+/// Terms of the series after which the next is below rounding; a bound against endless loops.
+const MOST_TERMS: usize = 400;
+
+/// A linear unit: exact for inputs that are cubic over a step, with all derivatives of its outputs
+/// that its original offers.
+#[derive(Debug, Clone)]
+pub struct LinearUnit<'a> {
+    linear: &'a Linear,
+    /// Orders of derivatives on offer, per output.
+    offered: &'a [usize],
+    /// x.
+    pub states: Vec<f64>,
+    /// Inputs over the step, then from its end on.
+    inputs: Vec<Taylor>,
+    /// What [`Unit::receive`] gives instead of outputs, if anything.
+    pub told: Option<Vec<Taylor>>,
+    saved: [(Vec<f64>, Vec<Taylor>); PLACES],
+}
+
+fn value(u: &Taylor, t: f64) -> f64 {
+    u[0] + t * (u[1] + t * (u[2] / 2.0 + t * u[3] / 6.0))
+}
+
+/// The same polynomial, begun `t` later.
+fn later(u: &Taylor, t: f64) -> Taylor {
+    [value(u, t), u[1] + t * (u[2] + t * u[3] / 2.0), u[2] + t * u[3], u[3]]
+}
+
+impl<'a> LinearUnit<'a> {
+    /// At rest.
+    pub fn new(linear: &'a Linear, inputs: usize, offered: &'a [usize]) -> Self {
+        let nothing = || (vec![0.0; linear.states], vec![[0.0; 4]; inputs]);
+        let (states, inputs) = nothing();
+        Self {
+            linear,
+            offered,
+            states,
+            inputs,
+            told: None,
+            saved: std::array::from_fn(|_| nothing()),
+        }
+    }
+
+    /// At rest again.
+    pub fn clear(&mut self) {
+        self.states.fill(0.0);
+        self.inputs.fill([0.0; 4]);
+        self.told = None;
+    }
+
+    /// Sets one input, as it is from now on.
+    pub fn force(&mut self, input: usize, course: Taylor) {
+        self.inputs[input] = course;
+    }
+
+    /// x⁽ᵏ⁺¹⁾ = A x⁽ᵏ⁾ + B u⁽ᵏ⁾ from x⁽ᵏ⁾.
+    fn derivative(&self, x: &[f64], k: usize) -> Vec<f64> {
+        let Linear { states, a, b, .. } = self.linear;
+        let order = |j: usize| if k < 4 { self.inputs[j][k] } else { 0.0 };
+        (0..*states).map(|i| a.times(i, |j| x[j]) + b.times(i, order)).collect()
+    }
+
+    /// Value and derivatives of an output now: y⁽ᵏ⁾ = C x⁽ᵏ⁾ + D u⁽ᵏ⁾.
+    fn output(&self, i: usize, derivatives: &[Vec<f64>]) -> Taylor {
+        let Linear { c, d, .. } = self.linear;
+        std::array::from_fn(|k| {
+            if k > self.offered[i] {
+                return 0.0;
+            }
+            c.times(i, |j| derivatives[k][j]) + d.times(i, |j| self.inputs[j][k])
+        })
+    }
+
+    /// All outputs with the derivatives on offer.
+    pub fn outputs(&self) -> Vec<Taylor> {
+        let mut derivatives = vec![self.states.clone()];
+        for k in 0..3 {
+            derivatives.push(self.derivative(&derivatives[k], k));
+        }
+        (0..self.offered.len()).map(|i| self.output(i, &derivatives)).collect()
+    }
+}
+
+impl Unit for LinearUnit<'_> {
+    type Error = Infallible;
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { restore: true, variable_step: true, directional: true }
+    }
+
+    fn send(&mut self, inputs: &Inputs) -> Result<(), Infallible> {
+        self.inputs.copy_from_slice(&inputs.reals);
+        Ok(())
+    }
+
+    /// x(h) = Σ x⁽ᵏ⁾ hᵏ/k!, until three terms in a row no longer count.
+    fn step(&mut self, _: f64, size: f64) -> Result<(), Infallible> {
+        let (mut term, mut factor, mut small) = (self.states.clone(), 1.0, 0);
+        let mut sum = self.states.clone();
+        for k in 0..MOST_TERMS {
+            term = self.derivative(&term, k);
+            factor *= size / (k as f64 + 1.0);
+            let mut counts = false;
+            for (sum, term) in sum.iter_mut().zip(&term) {
+                let before = *sum;
+                *sum += factor * term;
+                counts |= (*sum).to_bits() != before.to_bits();
+            }
+            small = if counts { 0 } else { small + 1 };
+            if k > 3 && small >= 3 {
+                break;
+            }
+        }
+        self.states = sum;
+        self.inputs.iter_mut().for_each(|u| *u = later(u, size));
+        Ok(())
+    }
+
+    fn receive(&mut self, _: f64, outputs: &mut Outputs) -> Result<(), Infallible> {
+        match &self.told {
+            Some(told) => outputs.reals.copy_from_slice(told),
+            None => outputs.reals.copy_from_slice(&self.outputs()),
+        }
+        Ok(())
+    }
+
+    fn save(&mut self, place: usize) -> Result<(), Infallible> {
+        self.saved[place] = (self.states.clone(), self.inputs.clone());
+        Ok(())
+    }
+
+    fn restore(&mut self, place: usize) -> Result<(), Infallible> {
+        (self.states, self.inputs) = self.saved[place].clone();
+        Ok(())
+    }
+
+    fn directional(&mut self, input: usize, column: &mut [f64]) -> Result<(), Infallible> {
+        for (i, value) in column.iter_mut().enumerate() {
+            *value = self.linear.d.times(i, |j| f64::from(u8::from(j == input)));
+        }
+        Ok(())
+    }
+}

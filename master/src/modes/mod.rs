@@ -1,0 +1,268 @@
+//! Modes of a coupled system: small motions about its start, as the equations have them and as the
+//! master steps them.
+//!
+//! Every unit is asked for its linearisation ẋ = A x + B u, y = C x + D u (the report `linear`, which
+//! is no part of FMI 2.0; `fmi2_export::StateSpace` is one way to answer it). Joined by the scenario's
+//! connections they give the continuous system and its eigenvalues λ. The same linear units, stepped
+//! by the scenario's own algorithm with its extrapolation and sequence, give the map from one
+//! communication point to the next and its multipliers z; ln z/h is what a mode has become by the
+//! coupling. Multipliers that belong to no λ are the coupling's own; one beyond the unit circle makes
+//! the run unstable whatever the equations say.
+
+mod continuous;
+mod linear_unit;
+mod state_space;
+mod stepped;
+
+use faer::prelude::c64;
+use indexmap::IndexMap;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::coupling::{Blueprint, Links};
+use crate::error::Error;
+use crate::instance::UnitError;
+use crate::run::Setup;
+use continuous::upper;
+use state_space::{Linear, StateSpace};
+use stepped::Stepped;
+
+/// Shares below this are left out.
+const LEAST_SHARE: f64 = 1e-3;
+/// Multipliers below this size are gone after a step and belong to no mode.
+const GONE: f64 = 1e-8;
+
+/// Why a system's modes cannot be found.
+#[derive(Debug, Error)]
+pub enum ModesError {
+    /// A unit does not report its linearisation.
+    #[error("{instance} does not tell its linearisation, which the modes are made of")]
+    Silent {
+        /// Which instance.
+        instance: String,
+        /// Why.
+        #[source]
+        source: UnitError,
+    },
+    /// A report cannot be used.
+    #[error("the linearisation that {instance} reports cannot be used: {message}")]
+    Report {
+        /// Which instance.
+        instance: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// A connected output is not in the report.
+    #[error("the linearisation that {instance} reports leaves out its connected output {output}")]
+    Missing {
+        /// Which instance.
+        instance: String,
+        /// Which output.
+        output: String,
+    },
+    /// An algebraic loop without a solution.
+    #[error("the linearised system has an algebraic loop that cannot be solved")]
+    Loop,
+    /// The iteration for eigenvalues failed.
+    #[error("the eigenvalues of the linearised system were not found")]
+    Eigenvalues,
+}
+
+/// One connection between Real variables.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    unit: usize,
+    input: usize,
+    source: usize,
+    output: usize,
+    factor: f64,
+}
+
+/// An eigenvalue as frequency and damping.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Eigenvalue {
+    /// Re λ (1/s).
+    pub real: f64,
+    /// Im λ (rad/s), not negative.
+    pub imaginary: f64,
+    /// |λ|/2π (Hz).
+    pub frequency_hz: f64,
+    /// −Re λ/|λ|.
+    pub damping_ratio: f64,
+}
+
+impl Eigenvalue {
+    fn new(value: c64) -> Self {
+        let size = value.norm();
+        Self {
+            real: value.re,
+            imaginary: value.im,
+            frequency_hz: size / std::f64::consts::TAU,
+            damping_ratio: if size > 0.0 { -value.re / size } else { 0.0 },
+        }
+    }
+}
+
+/// One mode of the coupled system.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Mode {
+    /// As the equations have it.
+    pub continuous: Eigenvalue,
+    /// As the master steps it; none if no multiplier belongs to it.
+    pub stepped: Option<Eigenvalue>,
+    /// |difference| over |λ|.
+    pub relative_error: Option<f64>,
+    /// Share of each instance, the largest first.
+    pub participation: IndexMap<String, f64>,
+}
+
+/// The modes of a system, least damped first.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Modes {
+    /// Number of states of all units.
+    pub states: usize,
+    /// Communication step (s).
+    pub step: f64,
+    /// Of conjugate pairs one.
+    pub modes: Vec<Mode>,
+    /// Size of the coupling's own largest multiplier: below one it dies away.
+    pub coupling_multiplier: f64,
+    /// Whether all modes die away as the equations have them.
+    pub stable: bool,
+    /// Whether everything dies away as the master steps it.
+    pub stepped_stable: bool,
+}
+
+impl Modes {
+    /// Finds them for a scenario at its start.
+    ///
+    /// # Errors
+    /// The scenario does not start, or a unit does not tell its linearisation.
+    pub fn find(setup: &Setup) -> Result<Self, Error> {
+        let mut simulation = setup.start()?;
+        let (participants, exchange, blueprint) = simulation.parts();
+        let links = exchange.links();
+        let mut units = Vec::with_capacity(participants.len());
+        let mut names = Vec::with_capacity(participants.len());
+        for participant in participants {
+            let (inputs, outputs) = participant.exchanged_reals();
+            let instance = participant.instance_mut();
+            let name = instance.name().to_owned();
+            let text = instance
+                .report("linear")
+                .map_err(|source| ModesError::Silent { instance: name.clone(), source })?;
+            let report = StateSpace::read(&name, &text)?;
+            let description = instance.package().description();
+            units.push(report.between(&name, description, &inputs, &outputs)?);
+            names.push(name);
+        }
+        let degree = usize::from(setup.scenario().algorithm.extrapolation);
+        let step = setup.scenario().experiment.step;
+        Ok(of(&units, &names, links, degree, blueprint, step)?)
+    }
+}
+
+/// The modes of linear units.
+fn of(
+    units: &[Linear],
+    names: &[String],
+    links: Vec<Links>,
+    degree: usize,
+    blueprint: &Blueprint,
+    step: f64,
+) -> Result<Modes, ModesError> {
+    let connections: Vec<Link> = links
+        .iter()
+        .enumerate()
+        .flat_map(|(unit, links)| {
+            links.reals.iter().enumerate().map(move |(input, link)| Link {
+                unit,
+                input,
+                source: link.unit,
+                output: link.output,
+                factor: link.factor,
+            })
+        })
+        .collect();
+    let found = continuous::eigen(&continuous::coupled(units, &connections)?)?;
+    let multipliers = Stepped::new(units, links, degree, blueprint, step).multipliers()?;
+    let values: Vec<c64> = found.iter().map(|eigen| eigen.value).collect();
+    let (belonging, own) = assign(&values, &multipliers, step);
+    let mut modes: Vec<Mode> = found
+        .iter()
+        .zip(belonging)
+        .map(|(eigen, stepped)| Mode {
+            continuous: Eigenvalue::new(eigen.value),
+            stepped: stepped.map(Eigenvalue::new),
+            relative_error: stepped.map(|it| (it - eigen.value).norm() / eigen.value.norm()),
+            participation: participation(units, names, &eigen.shares),
+        })
+        .collect();
+    modes.sort_by(|a, b| {
+        let key = |mode: &Mode| mode.continuous.damping_ratio;
+        key(a)
+            .total_cmp(&key(b))
+            .then(a.continuous.frequency_hz.total_cmp(&b.continuous.frequency_hz))
+    });
+    Ok(Modes {
+        states: units.iter().map(|unit| unit.states).sum(),
+        step,
+        coupling_multiplier: own,
+        stable: values.iter().all(|value| value.re < 0.0),
+        stepped_stable: multipliers.iter().all(|z| z.norm() < 1.0),
+        modes,
+    })
+}
+
+/// The multiplier that belongs to each eigenvalue, as ln z/h: nearest pairs first. Also the size of
+/// the largest multiplier that belongs to none.
+fn assign(values: &[c64], multipliers: &[c64], step: f64) -> (Vec<Option<c64>>, f64) {
+    let candidates: Vec<c64> = multipliers
+        .iter()
+        .copied()
+        .filter(|z| z.norm() > GONE)
+        .filter_map(|z| upper(z.ln() / step))
+        .collect();
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (i, value) in values.iter().enumerate() {
+        for (j, candidate) in candidates.iter().enumerate() {
+            let distance = (candidate - value).norm();
+            // beyond its own size a multiplier has nothing of the mode left
+            if distance < value.norm() {
+                pairs.push((distance, i, j));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let mut belonging = vec![None; values.len()];
+    let mut free = vec![true; candidates.len()];
+    for (_, i, j) in pairs {
+        if belonging[i].is_none() && free[j] {
+            belonging[i] = Some(candidates[j]);
+            free[j] = false;
+        }
+    }
+    let own = candidates
+        .iter()
+        .zip(free)
+        .filter(|(_, free)| *free)
+        .map(|(candidate, _)| (candidate.re * step).exp())
+        .fold(0.0, f64::max);
+    (belonging, own)
+}
+
+/// Shares by instance, the largest first.
+fn participation(units: &[Linear], names: &[String], shares: &[f64]) -> IndexMap<String, f64> {
+    let mut rest = shares;
+    let mut all: Vec<(String, f64)> = Vec::new();
+    for (unit, name) in units.iter().zip(names) {
+        let (mine, others) = rest.split_at(unit.states);
+        rest = others;
+        let share: f64 = mine.iter().sum();
+        if share >= LEAST_SHARE {
+            all.push((name.clone(), share));
+        }
+    }
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    all.into_iter().collect()
+}

@@ -1,0 +1,211 @@
+//! The coupled system as the master steps it: the map from one communication point to the next.
+//!
+//! Linear units take the places of the real ones, and the real algorithm steps them once from every
+//! unit vector of what it remembers: the units' states and the signals' latest points and history.
+//! Latest points that follow from the states alone are not counted twice, and what the map does not
+//! use is left out; neither changes any eigenvalue but zero.
+
+use std::sync::Arc;
+
+use faer::Mat;
+use faer::prelude::c64;
+
+use super::ModesError;
+use super::continuous::balanced;
+use super::linear_unit::LinearUnit;
+use super::state_space::Linear;
+use crate::coupling::signal::Taylor;
+use crate::coupling::{Blueprint, Coupling, Crew, Exchange, Links};
+
+/// Points of its past that a signal remembers, the latest included.
+const POINTS: usize = 4;
+/// A feed-through below this share of the largest counts as none.
+const NOTHING: f64 = 1e-13;
+
+/// One number that the stepped system remembers.
+#[derive(Debug, Clone, Copy)]
+enum Memory {
+    /// A state of a unit.
+    State { unit: usize, state: usize },
+    /// A derivative of an output (0: its value) at a past communication point (0: the latest).
+    Point { unit: usize, output: usize, point: usize, order: usize },
+}
+
+/// The stepped system.
+pub struct Stepped<'a> {
+    units: &'a [Linear],
+    links: Vec<Links>,
+    degree: usize,
+    blueprint: &'a Blueprint,
+    size: f64,
+}
+
+impl<'a> Stepped<'a> {
+    /// `links` are those of the real units; constant parts of conversions do not move.
+    pub fn new(
+        units: &'a [Linear],
+        links: Vec<Links>,
+        degree: usize,
+        blueprint: &'a Blueprint,
+        size: f64,
+    ) -> Self {
+        let mut links = links;
+        for link in links.iter_mut().flat_map(|unit| &mut unit.reals) {
+            link.offset = 0.0;
+        }
+        Self { units, links, degree, blueprint, size }
+    }
+
+    fn rest(&self) -> Vec<LinearUnit<'_>> {
+        self.units
+            .iter()
+            .zip(&self.links)
+            .map(|(linear, links)| LinearUnit::new(linear, links.reals.len(), &links.offered))
+            .collect()
+    }
+
+    /// Which derivatives of each output follow from the states alone, per unit and output, up to the
+    /// first that does not.
+    fn determined(&self) -> Vec<Vec<usize>> {
+        let mut units = self.rest();
+        let mut found = Vec::new();
+        for (unit, links) in units.iter_mut().zip(&self.links) {
+            let mut least = vec![4; links.offered.len()];
+            for input in 0..links.reals.len() {
+                for order in 0..4 {
+                    unit.clear();
+                    let taylor = std::array::from_fn(|k| f64::from(u8::from(k == order)));
+                    unit.force(input, taylor);
+                    for (least, output) in least.iter_mut().zip(unit.outputs()) {
+                        let largest = output.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                        let first =
+                            output.iter().position(|x| x.abs() > NOTHING * largest.max(1e-300));
+                        *least = (*least).min(first.unwrap_or(4));
+                    }
+                }
+            }
+            unit.clear();
+            found.push(least);
+        }
+        found
+    }
+
+    /// What the system may remember.
+    fn memories(&self, determined: &[Vec<usize>]) -> Vec<Memory> {
+        let mut memories = Vec::new();
+        for (unit, linear) in self.units.iter().enumerate() {
+            memories.extend((0..linear.states).map(|state| Memory::State { unit, state }));
+        }
+        for (unit, links) in self.links.iter().enumerate() {
+            for (output, &offered) in links.offered.iter().enumerate() {
+                for order in determined[unit][output]..=offered {
+                    memories.push(Memory::Point { unit, output, point: 0, order });
+                }
+                for point in 1..POINTS {
+                    for order in 0..=offered {
+                        memories.push(Memory::Point { unit, output, point, order });
+                    }
+                }
+            }
+        }
+        memories
+    }
+
+    /// The map between communication points.
+    fn map(&self) -> Result<Mat<f64>, ModesError> {
+        let determined = self.determined();
+        let memories = self.memories(&determined);
+        let mut machine = Machine::new(self, &determined);
+        let columns: Vec<Vec<f64>> =
+            memories.iter().map(|memory| machine.step_from(*memory, &memories)).collect();
+        if columns.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(ModesError::Loop);
+        }
+        let used = used(&columns);
+        Ok(Mat::from_fn(used.len(), used.len(), |i, j| columns[used[j]][used[i]]))
+    }
+
+    /// Multipliers z of the map: a mode's signals grow by z from one communication point to the next.
+    ///
+    /// # Errors
+    /// They cannot be found.
+    pub fn multipliers(&self) -> Result<Vec<c64>, ModesError> {
+        balanced(&self.map()?).eigenvalues().map_err(|_| ModesError::Eigenvalues)
+    }
+}
+
+/// Memories that neither go unread nor come from nothing, found by leaving out one after the other.
+fn used(columns: &[Vec<f64>]) -> Vec<usize> {
+    let mut used: Vec<usize> = (0..columns.len()).collect();
+    loop {
+        let before = used.len();
+        let read = |&k: &usize| used.iter().any(|&i| columns[k][i] != 0.0);
+        let kept: Vec<usize> = used.iter().copied().filter(read).collect();
+        let written = |&i: &usize| kept.iter().any(|&k| columns[k][i] != 0.0);
+        used = kept.iter().copied().filter(written).collect();
+        if used.len() == before {
+            return used;
+        }
+    }
+}
+
+/// Steps from unit vectors of the memory.
+struct Machine<'a> {
+    stepped: &'a Stepped<'a>,
+    determined: &'a [Vec<usize>],
+    units: Vec<LinearUnit<'a>>,
+    exchange: Exchange,
+    coupling: Coupling<LinearUnit<'a>>,
+}
+
+impl<'a> Machine<'a> {
+    fn new(stepped: &'a Stepped<'a>, determined: &'a [Vec<usize>]) -> Self {
+        let exchange = Exchange::new(stepped.links.clone(), stepped.degree);
+        let coupling = Coupling::new(stepped.blueprint, &exchange, &Arc::new(Crew::alone()));
+        Self { stepped, determined, units: stepped.rest(), exchange, coupling }
+    }
+
+    /// What is remembered a step after only `memory` was one.
+    fn step_from(&mut self, memory: Memory, all: &[Memory]) -> Vec<f64> {
+        self.units.iter_mut().for_each(LinearUnit::clear);
+        let nothing: Vec<Vec<Taylor>> =
+            self.units.iter().map(|unit| vec![[0.0; 4]; unit.outputs().len()]).collect();
+        let mut past = vec![nothing; POINTS];
+        match memory {
+            Memory::State { unit, state } => {
+                self.units[unit].states[state] = 1.0;
+                let outputs = self.units[unit].outputs();
+                for ((point, now), &free) in
+                    past[0][unit].iter_mut().zip(outputs).zip(&self.determined[unit])
+                {
+                    point[..free.min(4)].copy_from_slice(&now[..free.min(4)]);
+                }
+            }
+            Memory::Point { unit, output, point, order } => past[point][unit][output][order] = 1.0,
+        }
+        let size = self.stepped.size;
+        for (point, told) in past.iter().enumerate().rev() {
+            for (unit, told) in self.units.iter_mut().zip(told) {
+                unit.told = Some(told.clone());
+            }
+            let Ok(()) = if point == POINTS - 1 {
+                self.exchange.start(0.0, &mut self.units)
+            } else {
+                self.exchange.go_on(0.0, &mut self.units, size)
+            };
+        }
+        self.units.iter_mut().for_each(|unit| unit.told = None);
+        let Ok(()) = self.coupling.step(&mut self.exchange, &mut self.units, 0.0, size);
+        // the points before move back by one
+        past.rotate_right(1);
+        for (k, latest) in past[0].iter_mut().enumerate() {
+            latest.clone_from(&self.exchange.outputs(k).reals);
+        }
+        all.iter()
+            .map(|memory| match *memory {
+                Memory::State { unit, state } => self.units[unit].states[state],
+                Memory::Point { unit, output, point, order } => past[point][unit][output][order],
+            })
+            .collect()
+    }
+}
