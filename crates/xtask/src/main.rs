@@ -1,4 +1,4 @@
-//! The project's tasks: `cargo xtask package | run | test | sanitize | codegen`.
+//! The project's tasks: `cargo xtask package | run | test | sanitize | codegen | reference | binaries | merge`.
 
 // A task runner talks to its user on the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
