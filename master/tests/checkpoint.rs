@@ -1,7 +1,7 @@
 //! Runs that are stopped, by a kill, a signal, a full disk, and go on from their checkpoints to the
 //! same bytes; and checkpoints that cannot be used.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test program")]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test program")]
 #![cfg(unix)]
 
 mod support;
