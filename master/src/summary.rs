@@ -69,8 +69,10 @@ pub struct UnitSummary {
 pub struct InstanceSummary {
     /// Its unit's name in the scenario.
     pub unit: String,
-    /// Finished steps.
+    /// Finished steps, also those that others took back, and each part of a step made in parts.
     pub steps: u64,
+    /// Steps that it discarded, and that were tried again in parts.
+    pub discarded_steps: u64,
     /// Wall time in `fmi2DoStep` (s), extrapolated from every seventh step.
     pub step_seconds: f64,
     /// Wall time in calls that set inputs and get outputs (s), extrapolated likewise.

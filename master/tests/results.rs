@@ -5,7 +5,7 @@
 mod support;
 
 use serde_json::json;
-use support::{Bench, ring};
+use support::{Bench, ring, with_states};
 
 /// A value stands in a row where its signal is due, once; the row is there where any signal is due.
 #[test]
@@ -91,6 +91,25 @@ fn issue_instances_have_statistics_of_their_own() {
         assert_eq!((&instance["unit"], &instance["steps"]), (&json!("unit"), &json!(10)));
         assert!(instance["step_seconds"].is_number() && instance["exchange_seconds"].is_number());
     }
+}
+
+/// A unit that refuses steps above 0.03 s makes those of 0.1 s in four parts, after two refusals.
+#[test]
+fn issue_discarded_steps_are_counted_and_logged() {
+    let bench = Bench::new();
+    bench.unit("unit.fmu", &with_states(), &["-DLARGEST_STEP=0.03"]);
+    bench.scenario(&ring());
+    bench.run(&[]).succeeds();
+    let summary = bench.summary();
+    for name in ["a", "b"] {
+        let instance = &summary["instances"][name];
+        assert_eq!((&instance["steps"], &instance["discarded_steps"]), (&json!(40), &json!(10)));
+    }
+    assert_eq!(summary["events"]["retry"], 20);
+    let log = bench.result("events.csv");
+    let of_b: Vec<&str> = log.lines().filter(|line| line.contains(",retry,b,")).collect();
+    assert!(of_b.len() == 10 && of_b[3].starts_with("0.30000000000000004,retry,b,"), "{log}");
+    assert!(of_b[3].contains("made in 4 parts"), "{log}");
 }
 
 /// A run cannot be faster than its clock: 1 s at ten times real time takes 0.1 s or more.

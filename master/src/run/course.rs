@@ -235,9 +235,9 @@ impl<'a> Run<'a> {
         let failed = |source| Error::Output { path: job.folder.to_owned(), running: true, source };
         let gatherers = output.gatherers.clone();
         let (files, completed) = output.finish(progress.done > 0);
-        let (messages, events, logged) = journal.finish();
+        let (told, logged) = journal.finish();
         let experiment = scenario.experiment;
-        let instances = totals::instances(system, scenario, participants, &earlier);
+        let instances = totals::instances(setup, participants, &earlier, &told.discarded);
         let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();
         let reached = setup.time_after(progress.done);
         let simulated = reached - experiment.start;
@@ -267,9 +267,9 @@ impl<'a> Run<'a> {
             units: totals::units(scenario, system, &instances),
             instances,
             real_time: self.pacer.as_ref().map(Pacer::statistics),
-            events,
+            events: told.events,
             signals: signals(setup, &gatherers),
-            messages,
+            messages: told.messages,
             tables: files.tables.clone(),
             pictures: files.pictures.clone(),
         };

@@ -21,6 +21,8 @@ pub(super) struct Journal {
     messages: Vec<UnitMessage>,
     /// per instance, whether the observer knows that it warns
     warned: Vec<bool>,
+    /// per instance, steps that it discarded
+    discarded: Vec<u64>,
     /// messages of all units that have been listened to
     heard: u64,
 }
@@ -31,20 +33,29 @@ pub(super) struct JournalState {
     log: LogState,
     messages: Vec<UnitMessage>,
     warned: Vec<bool>,
+    discarded: Vec<u64>,
+}
+
+/// What a journal tells in the summary.
+pub(super) struct Told {
+    pub(super) messages: Vec<UnitMessage>,
+    /// number of events by their kind
+    pub(super) events: BTreeMap<Kind, u64>,
+    /// per instance, steps that it discarded
+    pub(super) discarded: Vec<u64>,
 }
 
 impl Journal {
     pub(super) fn create(folder: &Path) -> io::Result<Self> {
-        Ok(Self::new(EventLog::create(folder)?, Vec::new(), Vec::new()))
+        let log = EventLog::create(folder)?;
+        let (messages, warned, discarded) = Default::default();
+        Ok(Self { log, messages, warned, discarded, heard: 0 })
     }
 
     pub(super) fn resume(folder: &Path, state: JournalState) -> io::Result<Self> {
         let log = EventLog::resume(folder, &state.log)?;
-        Ok(Self::new(log, state.messages, state.warned))
-    }
-
-    fn new(log: EventLog, messages: Vec<UnitMessage>, warned: Vec<bool>) -> Self {
-        Self { log, messages, warned, heard: 0 }
+        let JournalState { messages, warned, discarded, .. } = state;
+        Ok(Self { log, messages, warned, discarded, heard: 0 })
     }
 
     pub(super) fn state(&mut self) -> io::Result<JournalState> {
@@ -52,6 +63,7 @@ impl Journal {
             log: self.log.state()?,
             messages: self.messages.clone(),
             warned: self.warned.clone(),
+            discarded: self.discarded.clone(),
         })
     }
 
@@ -80,8 +92,9 @@ impl Journal {
     ) -> io::Result<()> {
         self.heard = logger::arrived();
         self.warned.resize(participants.len(), false);
+        self.discarded.resize(participants.len(), 0);
         for (k, participant) in participants.iter_mut().enumerate() {
-            self.keep_rejections(participant)?;
+            self.keep_rejections(k, participant)?;
             let instance = participant.instance_mut();
             let messages = instance.take_messages();
             let grave = messages.iter().find(|message| message.grave);
@@ -108,8 +121,9 @@ impl Journal {
         Ok(())
     }
 
-    fn keep_rejections(&mut self, participant: &mut Participant) -> io::Result<()> {
+    fn keep_rejections(&mut self, k: usize, participant: &mut Participant) -> io::Result<()> {
         for rejection in participant.take_rejections() {
+            self.discarded[k] += 1;
             self.log.add(&Event {
                 time: rejection.time,
                 kind: Kind::Retry,
@@ -135,10 +149,10 @@ impl Journal {
         Ok(())
     }
 
-    /// Completes events.csv; returns the messages for the summary, the number of events by their
-    /// kind, and whether it worked.
-    pub(super) fn finish(self) -> (Vec<UnitMessage>, BTreeMap<Kind, u64>, io::Result<()>) {
-        let counts = self.log.counts().clone();
-        (self.messages, counts, self.log.finish().map(|_| ()))
+    /// Completes events.csv; returns what the summary tells, and whether it worked.
+    pub(super) fn finish(self) -> (Told, io::Result<()>) {
+        let Self { log, messages, discarded, .. } = self;
+        let events = log.counts().clone();
+        (Told { messages, events, discarded }, log.finish().map(|_| ()))
     }
 }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use super::Setup;
 use crate::coupling::Blueprint;
 use crate::graph::SignalGraph;
 use crate::participant::Participant;
@@ -50,19 +51,21 @@ impl Earlier {
 }
 
 pub(super) fn instances(
-    system: &System,
-    scenario: &Scenario,
+    setup: &Setup,
     participants: &[Participant],
     earlier: &Earlier,
+    discarded: &[u64],
 ) -> IndexMap<String, InstanceSummary> {
-    let unit_of = |path| scenario.units.iter().find(|(_, it)| *it == path).map(|(name, _)| name);
+    let units = &setup.scenario.units;
+    let unit_of = |path| units.iter().find(|(_, it)| *it == path).map(|(name, _)| name);
     (0..)
-        .zip(&system.instances)
-        .map(|(k, plan)| {
+        .zip(&setup.system.instances)
+        .map(|(k, plan): (usize, _)| {
             let work = earlier.work(k, participants);
             let summary = InstanceSummary {
                 unit: unit_of(plan.package.path()).cloned().unwrap_or_default(),
                 steps: work.steps,
+                discarded_steps: discarded.get(k).copied().unwrap_or(0),
                 step_seconds: work.step_seconds,
                 exchange_seconds: work.exchange_seconds,
             };
