@@ -34,6 +34,14 @@ pub enum Error {
     /// A file that is no unit, because it cannot be read.
     #[error("the unit cannot be checked")]
     Unreadable(#[from] crate::validate::Unreadable),
+    /// No such check.
+    #[error("there is no check \"{id}\"; there are: {known}")]
+    UnknownCheck {
+        /// What was asked for.
+        id: String,
+        /// What there is.
+        known: String,
+    },
     /// A unit's binary.
     #[error("a unit cannot be loaded")]
     Library(#[from] LibraryError),
@@ -136,6 +144,7 @@ impl Error {
             Self::Scenario(error) => return scenario_help(error),
             Self::System(error) => return system_help(error),
             Self::Package(error) => return package_help(error),
+            Self::UnknownCheck { .. } => "`maglev validate --dynamic --rules` lists the checks",
             Self::Unreadable(_) => "give the path of a .fmu file",
             Self::Library(error) => library_help(error),
             Self::Instantiate(error) if !matches!(error.fault(), UnitFault::Refused { .. }) => {

@@ -17,7 +17,7 @@
 //! [`description`], [`package`]), the [`system`] is checked ([`pattern`], [`graph`]), the
 //! binaries are loaded ([`library`], [`logger`], [`instance`]), [`initialize`]d, stepped by a
 //! [`coupling`] algorithm ([`participant`]), and written ([`record`], [`plot`], [`summary`]) by
-//! [`run`]. [`validate`] looks for defects of a unit. Nothing in here knows what the units model.
+//! [`run`]. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them. Nothing in here knows what the units model.
 
 #![expect(
     clippy::result_large_err,
@@ -26,6 +26,7 @@
 
 pub mod archive;
 mod component;
+pub mod conformance;
 pub mod coupling;
 pub mod description;
 pub mod error;

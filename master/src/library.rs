@@ -98,6 +98,11 @@ macro_rules! functions {
                         .map(|symbol| *symbol),
                 }
             }
+
+            /// Whether each function of the standard is there.
+            pub(crate) fn found(&self) -> Vec<(&'static str, bool)> {
+                vec![$((stringify!($symbol), self.$field.is_some())),*]
+            }
         }
 
         /// Names of all functions that a co-simulation unit exports.

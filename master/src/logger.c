@@ -1,39 +1,71 @@
-/* Receives a unit's log messages. The callback is variadic, which Rust cannot define: this
- * formats the text and hands it on. */
+/* Receives a unit's log messages. The callbacks are variadic, which Rust cannot define: these
+ * format the text and hand it on. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* defined in logger.rs */
 extern void master_log_sink(void *environment, const char *instance, int status,
                             const char *category, const char *message);
+/* defined in conformance/log.rs */
+extern void conformance_log_sink(void *environment, const char *instance, int status,
+                                 const char *category, const char *format, const char *message);
+
+/* The text, in `fixed` where it fits, else in memory to be freed; the format itself where it
+ * cannot be used. */
+static char *formatted(char *fixed, size_t size, const char *format, va_list arguments)
+{
+    char *text = fixed;
+    va_list again;
+    int length;
+
+    va_copy(again, arguments);
+    length = vsnprintf(fixed, size, format, arguments);
+    if (length < 0) {
+        text = (char *)format;
+    } else if ((size_t)length >= size) {
+        char *longer = malloc((size_t)length + 1);
+        if (longer) {
+            vsnprintf(longer, (size_t)length + 1, format, again);
+            text = longer;
+        }
+    }
+    va_end(again);
+    return text;
+}
 
 void master_log(void *environment, const char *instance, int status, const char *category,
                 const char *format, ...)
 {
     char fixed[2048];
-    char *text = fixed;
+    char *text = NULL;
     va_list arguments;
-    int length;
 
-    if (!format) {
-        master_log_sink(environment, instance, status, category, NULL);
-        return;
+    if (format) {
+        va_start(arguments, format);
+        text = formatted(fixed, sizeof fixed, format, arguments);
+        va_end(arguments);
     }
-    va_start(arguments, format);
-    length = vsnprintf(fixed, sizeof fixed, format, arguments);
-    va_end(arguments);
-    if (length >= (int)sizeof fixed) {
-        char *longer = malloc((size_t)length + 1);
-        if (longer) {
-            va_start(arguments, format);
-            vsnprintf(longer, (size_t)length + 1, format, arguments);
-            va_end(arguments);
-            text = longer;
-        }
+    master_log_sink(environment, instance, status, category, text);
+    if (text != fixed && text != format)
+        free(text);
+}
+
+/* As master_log, but a format with %n, which writes to memory, is handed on unused. */
+void conformance_log(void *environment, const char *instance, int status, const char *category,
+                     const char *format, ...)
+{
+    char fixed[2048];
+    char *text = (char *)format;
+    va_list arguments;
+
+    if (format && !strstr(format, "%n")) {
+        va_start(arguments, format);
+        text = formatted(fixed, sizeof fixed, format, arguments);
+        va_end(arguments);
     }
-    /* a negative length says that the format cannot be used: pass it on as it is */
-    master_log_sink(environment, instance, status, category, length < 0 ? format : text);
-    if (text != fixed)
+    conformance_log_sink(environment, instance, status, category, format, text);
+    if (text != fixed && text != format)
         free(text);
 }

@@ -46,6 +46,12 @@ enum Command {
     Reference(commands::reference::Arguments),
     /// Print the JSON schema of scenarios.
     Schema,
+    /// One check of `validate --dynamic`, in a process of its own.
+    #[command(hide = true)]
+    ConformanceCheck(commands::conformance::Check),
+    /// A serialized state of `validate --dynamic` that goes on in a process of its own.
+    #[command(hide = true)]
+    ConformanceResume(commands::conformance::Resume),
 }
 
 fn main() -> ExitCode {
@@ -60,6 +66,8 @@ fn main() -> ExitCode {
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
         Command::Reference(arguments) => commands::reference::run(&arguments),
+        Command::ConformanceCheck(arguments) => commands::conformance::check(&arguments),
+        Command::ConformanceResume(arguments) => Ok(commands::conformance::resume(&arguments)),
         Command::Schema => commands::print(&master::scenario::Scenario::schema()),
     };
     outcome.unwrap_or_else(|error| {

@@ -243,9 +243,20 @@ impl Package {
     /// URI of the unpacked resources, as instances receive it.
     #[must_use]
     pub fn resource_location(&self) -> String {
-        let path = self.folder.path().join("resources");
-        let text = path.to_string_lossy().replace('\\', "/");
-        let slash = if text.starts_with('/') { "" } else { "/" };
-        format!("file://{slash}{}", utf8_percent_encode(&text, ESCAPED))
+        file_uri(&self.resources())
     }
+
+    /// The unpacked resources, whether or not there are any.
+    #[must_use]
+    pub fn resources(&self) -> PathBuf {
+        self.folder.path().join("resources")
+    }
+}
+
+/// A path as a URI with the scheme `file`.
+#[must_use]
+pub fn file_uri(path: &Path) -> String {
+    let text = path.to_string_lossy().replace('\\', "/");
+    let slash = if text.starts_with('/') { "" } else { "/" };
+    format!("file://{slash}{}", utf8_percent_encode(&text, ESCAPED))
 }

@@ -1,5 +1,6 @@
 //! One module per subcommand.
 
+pub mod conformance;
 pub mod coupled_modes;
 pub mod display;
 pub mod inspect;

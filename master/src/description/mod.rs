@@ -9,13 +9,13 @@ mod units;
 
 use std::collections::HashMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use parse::DescriptionError;
 pub use units::{BaseUnit, Conversion, UnitDefinition, UnitMismatch};
 
 /// How grave a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// Worth knowing.
@@ -274,6 +274,9 @@ pub struct Description {
     pub variable_naming_convention: String,
     /// Identity and capabilities.
     pub co_simulation: CoSimulation,
+    /// Whether there is a `<ModelExchange>` too.
+    #[serde(skip)]
+    pub offers_model_exchange: bool,
     /// Units of measurement.
     pub units: Vec<UnitDefinition>,
     /// Categories that its log messages may have.

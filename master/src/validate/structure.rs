@@ -19,7 +19,7 @@ table! {
     "dependencies-known", "2.2.8", Error, "dependencies are knowns: inputs, states, or what is set before", known;
     "dependencies-kind", "2.2.8", Error, "dependenciesKind has one word for each dependency", kinds;
     "dependencies-kind-initial", "2.2.8", Error, "in InitialUnknowns dependencies are dependent or constant", initial_kinds;
-    "dependencies-kind-type", "2.2.8", Error, "constant and fixed factors are for Reals only", kind_types;
+    "dependencies-kind-type", "2.2.8", Warning, "only Reals depend by constant, fixed, tunable or discrete factors", kind_types;
 }
 
 const LISTS: [&str; 3] = ["Outputs", "Derivatives", "InitialUnknowns"];
@@ -233,14 +233,10 @@ fn initial_kinds(subject: &Subject) -> Vec<String> {
 fn kind_types(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     each_entry(subject, |entry| {
-        let kinds = entry.kinds()?;
         let unknown = variable(description, entry.index)?;
-        let mut pairs = kinds.iter().zip(entry.dependencies.iter().flatten());
-        pairs.find_map(|(kind, &index)| {
-            let known = variable(description, index)?;
-            let linear = ["constant", "fixed", "tunable", "discrete"].contains(kind);
-            let reals = unknown.kind == Type::Real && known.kind == Type::Real;
-            (linear && !reals).then(|| format!("the kind \"{kind}\" needs two Reals"))
-        })
+        let kind = entry.kinds()?.into_iter().find(|kind| *kind != "dependent")?;
+        let kind_of = unknown.kind;
+        (kind_of != Type::Real)
+            .then(|| format!("the kind \"{kind}\" on a variable of type {kind_of}"))
     })
 }

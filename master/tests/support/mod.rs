@@ -98,17 +98,21 @@ impl Bench {
     /// Compiles unit.c, or hostile.c around it, with the defines and returns the binary.
     pub fn compile(&self, defines: &[&str]) -> Vec<u8> {
         let file = if defines.contains(&"-DHOSTILE") { "hostile.c" } else { "unit.c" };
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support").join(file);
-        let binary = self.path("binary.so");
         let order = if defines.iter().any(|define| define.contains("MAX_INPUT_ORDER")) {
             None
         } else {
             Some("-DMAX_INPUT_ORDER=3")
         };
+        let defines: Vec<&str> = defines.iter().copied().chain(order).collect();
+        self.compile_source(file, &defines)
+    }
+
+    fn compile_source(&self, source: &str, defines: &[&str]) -> Vec<u8> {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support").join(source);
+        let binary = self.path("binary.so");
         let result = Command::new("cc")
             .args(["-shared", "-fPIC", "-O1", "-w"])
             .args(defines)
-            .args(order)
             .args([Path::new("-o"), &binary, &source, Path::new("-lm")])
             .output()
             .unwrap();
@@ -118,10 +122,18 @@ impl Bench {
 
     /// Packs a unit with that description and a binary compiled with the defines.
     pub fn unit(&self, name: &str, description: &str, defines: &[&str]) {
-        let binary = self.compile(defines);
+        self.binary(name, description, &self.compile(defines));
+    }
+
+    /// Packs a unit with that description, compiled from another source beside unit.c.
+    pub fn source(&self, name: &str, source: &str, description: &str, defines: &[&str]) {
+        self.binary(name, description, &self.compile_source(source, defines));
+    }
+
+    fn binary(&self, name: &str, description: &str, binary: &[u8]) {
         let platform = master::package::PLATFORM;
         let place = format!("binaries/{platform}/unit.{}", master::package::BINARY_EXTENSION);
-        self.pack(name, &[("modelDescription.xml", description.as_bytes()), (&place, &binary)]);
+        self.pack(name, &[("modelDescription.xml", description.as_bytes()), (&place, binary)]);
     }
 
     /// Packs any files.

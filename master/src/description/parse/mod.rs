@@ -148,6 +148,7 @@ impl<'a> Reader<'a> {
             variable_naming_convention: text("variableNamingConvention")
                 .unwrap_or_else(|| "flat".to_owned()),
             co_simulation,
+            offers_model_exchange: child(root, "ModelExchange").is_some(),
             units: self.units(root)?,
             log_categories: children(root, "LogCategories", "Category")
                 .filter_map(|node| node.attribute("name").map(str::to_owned))
