@@ -3,8 +3,10 @@
 // A helper of a test fails as the test does.
 #![allow(clippy::unwrap_used)]
 
+use std::fs;
 use std::path::Path;
 
+use serde_json::{Value, json};
 use system_tests::{Run, scenario};
 
 /// Gaps of one magnet under the shaken girder at common times, for one communication step.
@@ -45,6 +47,42 @@ fn order_of_both_algorithms_on_one_magnet() {
                 "{algorithm}, extrapolation {extrapolation}: {coarse} -> {fine}, order {order}"
             );
         }
+    }
+}
+
+/// The scenario with another algorithm, and the vehicle's own steps as long as the communication step.
+fn gap_by(name: &str, tolerance: f64, step: f64) -> Vec<f64> {
+    let file = scenario("one-magnet.json");
+    let mut variant: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    variant["algorithm"]["name"] = json!(name);
+    variant["algorithm"]["iteration"] = json!({ "tolerance": tolerance });
+    for unit in variant["units"].as_object_mut().unwrap().values_mut() {
+        *unit = json!(scenario(unit.as_str().unwrap()));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("variant.json");
+    fs::write(&file, variant.to_string()).unwrap();
+    let max_step = format!("vehicle.max_step={step}");
+    let step = step.to_string();
+    let options =
+        [["--stop", "2"], ["--record-interval", "0.008"], ["--step", &step], ["--set", &max_step]];
+    let run = Run::of(&file, options.as_flattened()).unwrap();
+    assert_eq!(run.summary["algorithm"]["iterations"][0]["unsettled"], 0, "{name} {step}");
+    run.columns().unwrap().remove("vehicle.gap_01").unwrap()
+}
+
+/// With all inputs interpolated by cubic Hermite polynomials and the vehicle's RK4 at the same step,
+/// both of order 4, iterated steps are of order 4 on the real units. The tolerance of an iteration is
+/// a thousandth of the smallest error compared.
+#[test]
+fn order_of_iterated_steps_on_one_magnet() {
+    let tolerance = 1e-12;
+    let reference = gap_by("iterated", tolerance, 2.5e-4);
+    for name in ["iterated", "newton"] {
+        let error = |step| distance(&gap_by(name, tolerance, step), &reference);
+        let (coarse, fine) = (error(4e-3), error(2e-3));
+        let order = (coarse / fine).log2();
+        assert!((order - 4.0).abs() < 0.4, "{name}: {coarse} -> {fine}, order {order}");
     }
 }
 

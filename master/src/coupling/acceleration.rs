@@ -20,7 +20,7 @@ const DEPENDENT: f64 = 1e-7;
 
 /// Makes the next iterate of the last ones.
 #[derive(Debug, Clone)]
-pub(super) struct Accelerator {
+pub(crate) struct Accelerator {
     kind: Acceleration,
     relaxation: f64,
     omega: f64,
@@ -36,7 +36,7 @@ pub(super) struct Accelerator {
 }
 
 impl Accelerator {
-    pub(super) fn new(kind: Acceleration, relaxation: f64, size: usize) -> Self {
+    pub(crate) fn new(kind: Acceleration, relaxation: f64, size: usize) -> Self {
         let rows = || vec![vec![0.0; size]; if kind == Acceleration::Anderson { DEPTH } else { 0 }];
         Self {
             kind,
@@ -59,7 +59,7 @@ impl Accelerator {
     }
 
     /// Puts the next iterate in the place of `x`, whose image is `image`.
-    pub(super) fn next(&mut self, x: &mut [f64], image: &[f64], scales: &[f64]) {
+    pub(crate) fn next(&mut self, x: &mut [f64], image: &[f64], scales: &[f64]) {
         match self.kind {
             Acceleration::None => relax(x, image, self.relaxation),
             Acceleration::Aitken => {

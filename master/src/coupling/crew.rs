@@ -2,8 +2,8 @@
 //!
 //! A unit is stepped by one thread at a time, with inputs that are ready before any begins and
 //! outputs into a place of its own, so the results are the same bits for any number of threads.
-//! FMI 2.0 wants no more of a unit (section 2.1.1: functions of one instance need not be
-//! thread-safe; different instances may be used in parallel).
+//! FMI 2.0 wants no more: the functions of one instance need not be thread-safe, the caller keeps their
+//! sequence, and which thread calls is its choice; instances of one library do not depend on each other.
 
 use rayon::prelude::*;
 

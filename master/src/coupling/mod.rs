@@ -8,7 +8,7 @@
 //! A [`Coupling`] puts algorithms, each with the units that are its members, one after the other;
 //! a [`Control`] chooses the size of its steps.
 
-mod acceleration;
+pub(crate) mod acceleration;
 mod control;
 mod coupled;
 mod crew;

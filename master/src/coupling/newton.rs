@@ -14,7 +14,7 @@
 //!   input changed a little: the whole effect, for one step per input and component.
 //!
 //! The Jacobian is kept until the step size changes by a fifth or an iteration gains less than a
-//! factor of four. Needs saved states; converges where fixed-point iteration does not, such as
+//! factor of four; where a new one does not help, the next is made after 2, 4, 8 … steps. Needs saved states; converges where fixed-point iteration does not, such as
 //! loops of feed-through and stiff couplings of light parts.
 
 use std::sync::Arc;
@@ -30,6 +30,8 @@ use super::{Algorithm, Crew, Exchange, ITERATION, Outputs, SignalId, Unit};
 const NUDGE: f64 = 1e-6;
 /// An iteration that leaves more than this part of the residual calls for a new Jacobian.
 const SLOW: f64 = 0.25;
+/// Most steps to wait with a new Jacobian.
+const PATIENCE: u32 = 1024;
 /// Relative change of the step size that does.
 const RESIZED: f64 = 0.2;
 
@@ -37,6 +39,16 @@ const RESIZED: f64 = 0.2;
 pub struct Newton {
     sweeps: Sweeps,
     jacobian: Option<Jacobian>,
+    pause: Pause,
+}
+
+/// When the next Jacobian may be made.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pause {
+    /// steps to wait after the next one that does not help
+    length: u32,
+    /// steps still to wait
+    left: u32,
 }
 
 /// 1 − G' in units of the scales, factorised.
@@ -76,7 +88,11 @@ impl Newton {
         settings: IterationSettings,
         crew: Arc<Crew>,
     ) -> Self {
-        Self { sweeps: Sweeps::new(exchange, order, settings, crew), jacobian: None }
+        Self {
+            sweeps: Sweeps::new(exchange, order, settings, crew),
+            jacobian: None,
+            pause: Pause::default(),
+        }
     }
 
     fn linearize<U: Unit>(
@@ -261,7 +277,7 @@ impl<U: Unit> Algorithm<U> for Newton {
         let (mut count, mut fresh, mut slow) = (1, false, false);
         while residual > 1.0 && count < self.sweeps.settings.sweeps {
             let usable = self.jacobian.as_ref().is_some_and(|jacobian| jacobian.fits(size));
-            if !usable || (slow && !fresh) {
+            if !usable || (slow && !fresh && self.pause.left == 0) {
                 self.linearize(exchange, units, time, size)?;
                 fresh = true;
             }
@@ -270,6 +286,11 @@ impl<U: Unit> Algorithm<U> for Newton {
             let last = std::mem::replace(&mut residual, self.sweeps.residual());
             slow = residual > SLOW * last;
             count += 1;
+        }
+        self.pause.left = self.pause.left.saturating_sub(1);
+        if fresh {
+            let length = if slow { (2 * self.pause.length).clamp(2, PATIENCE) } else { 0 };
+            self.pause = Pause { length, left: length };
         }
         self.sweeps.end(count, residual);
         Ok(())
@@ -285,7 +306,8 @@ impl<U: Unit> Algorithm<U> for Newton {
 
     fn state(&self) -> Vec<u8> {
         let Some(jacobian) = &self.jacobian else { return Vec::new() };
-        let numbers = [jacobian.size].into_iter();
+        let Pause { length, left } = self.pause;
+        let numbers = [f64::from(length), f64::from(left), jacobian.size].into_iter();
         let numbers = numbers.chain(jacobian.scales.iter().copied());
         numbers.chain(jacobian.matrix.iter().copied()).flat_map(f64::to_le_bytes).collect()
     }
@@ -293,16 +315,25 @@ impl<U: Unit> Algorithm<U> for Newton {
     fn restore(&mut self, state: &[u8]) -> bool {
         let (words, rest) = state.as_chunks::<8>();
         let numbers: Vec<f64> = words.iter().map(|word| f64::from_le_bytes(*word)).collect();
-        // 1 + n + n² numbers
-        let n = numbers.len().saturating_sub(1).isqrt();
-        match numbers.split_first() {
-            None => self.jacobian = None,
-            Some((&size, others)) if rest.is_empty() && others.len() == n + n * n => {
+        // 3 + n + n² numbers
+        let n = numbers.len().saturating_sub(3).isqrt();
+        match numbers.split_first_chunk() {
+            None if state.is_empty() => self.jacobian = None,
+            Some((&[length, left, size], others))
+                if rest.is_empty() && others.len() == n + n * n =>
+            {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "whole numbers up to 1024 where it is one of ours; casts saturate"
+                )]
+                let whole = |x: f64| (x as u32).min(PATIENCE);
+                self.pause = Pause { length: whole(length), left: whole(left) };
                 let (scales, matrix) = others.split_at(n);
                 let matrix = DMatrix::from_column_slice(n, n, matrix);
                 self.jacobian = Some(Jacobian::new(size, scales.to_vec(), matrix));
             }
-            Some(_) => return false,
+            _ => return false,
         }
         true
     }

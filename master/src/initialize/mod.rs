@@ -3,13 +3,17 @@
 //! While instantiated, units get the experiment and their parameters; in initialization mode, their
 //! inputs, in the order of their dependencies (InitialUnknowns). Signals are handled in levels, so
 //! that each unit is asked once for many outputs. Signals that depend on each other in a loop are
-//! swept over, each sweep in the same levels, until nothing changes any more: a fixed-point
-//! iteration, which converges when a change carried once around the loop comes back smaller.
+//! solved for by sweeps over the same levels, Newton's method where they converge slowly or not at
+//! all, and Anderson acceleration (`loops.rs`).
+
+mod loops;
 
 use std::collections::{BTreeMap, HashMap};
 use std::ffi::CString;
 
 use thiserror::Error;
+
+use loops::Loop;
 
 use crate::description::{Causality, Type};
 use crate::graph::SignalGraph;
@@ -26,17 +30,15 @@ pub enum InitializeError {
     /// A loop that does not settle.
     #[error(
         "initialization: the loop through {signals} did not settle in {iterations} sweeps: \
-         {worst} still changes by {change:e}"
+         these still change: {residuals}"
     )]
     Loop {
         /// Signals of the loop.
         signals: String,
         /// Number of sweeps made.
         iterations: u32,
-        /// The signal that changed most in the last one.
-        worst: String,
-        /// By how much.
-        change: f64,
+        /// The signals that change most in another one, and by how much.
+        residuals: String,
     },
 }
 
@@ -47,6 +49,8 @@ pub struct SolvedLoop {
     pub signals: String,
     /// Sweeps that it took.
     pub sweeps: u32,
+    /// How many of them Newton's method followed.
+    pub newton: u32,
 }
 
 /// Initializes all instances and leaves them ready to step.
@@ -114,69 +118,27 @@ impl<'a> Solver<'a> {
         for stage in stages(&signals) {
             match stage {
                 Stage::Once(level) => {
-                    self.transport(&level)?;
+                    self.transport(&level, 1.0)?;
                 }
                 Stage::Loop { nodes, levels } => {
                     let names = signals.names(self.system, &nodes);
-                    let sweeps = self.sweep(&names, &levels, settings)?;
-                    solved.push(SolvedLoop { signals: names, sweeps });
+                    let it = Loop::new(names, &signals, &nodes, &levels);
+                    solved.push(self.solve_loop(&it, settings)?);
                 }
             }
         }
         Ok(solved)
     }
 
-    fn sweep(
-        &mut self,
-        names: &str,
-        levels: &[Level],
-        settings: Initialization,
-    ) -> Result<u32, InitializeError> {
-        let mut worst = (String::new(), f64::INFINITY);
-        for sweep in 1..=settings.iterations {
-            // change in units of what is allowed, the signal, and the change itself
-            let mut largest = (0.0, None, 0.0);
-            for level in levels {
-                let change = self.transport_measured(level, settings.tolerance)?;
-                if change.0 > largest.0 {
-                    largest = change;
-                }
-            }
-            if largest.0 <= 1.0 {
-                return Ok(sweep);
-            }
-            if let Some(port) = largest.1 {
-                worst = (self.system.port_name(port), largest.2);
-            }
-        }
-        Err(InitializeError::Loop {
-            signals: names.to_owned(),
-            iterations: settings.iterations,
-            worst: worst.0,
-            change: worst.1,
-        })
-    }
-
-    fn transport(&mut self, level: &Level) -> Result<(), UnitError> {
-        self.transport_measured(level, 1.0).map(|_| ())
-    }
-
-    /// Reads the level's outputs, hands them on, and returns the largest change: relative to what
-    /// the tolerance allows, where, and absolute.
-    fn transport_measured(
-        &mut self,
-        level: &Level,
-        tolerance: f64,
-    ) -> Result<(f64, Option<Port>, f64), UnitError> {
-        let mut largest = (0.0, None, 0.0);
+    /// Reads the level's outputs, hands them on, and returns the largest change relative to what the
+    /// tolerance allows.
+    fn transport(&mut self, level: &Level, tolerance: f64) -> Result<f64, UnitError> {
+        let mut largest = 0.0;
         let mut sets: BTreeMap<usize, Vec<(usize, Transported)>> = BTreeMap::new();
         for (&instance, variables) in &level.reads {
             for (variable, value) in self.read(instance, variables)? {
                 let port = Port { instance, variable };
-                let (relative, absolute) = self.change(port, &value, tolerance);
-                if relative > largest.0 {
-                    largest = (relative, Some(port), absolute);
-                }
+                largest = f64::max(largest, self.change(port, &value, tolerance).0);
                 for link in self.targets.get(&port).into_iter().flatten() {
                     let converted = match &value {
                         Transported::Real(x) => {
@@ -195,6 +157,7 @@ impl<'a> Solver<'a> {
         Ok(largest)
     }
 
+    /// Change of a signal, relative to what the tolerance allows and absolute.
     fn change(&self, port: Port, new: &Transported, tolerance: f64) -> (f64, f64) {
         match (self.values.get(&port), new) {
             (Some(Transported::Real(old)), Transported::Real(new)) => {
