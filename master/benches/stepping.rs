@@ -2,6 +2,7 @@
 //!
 //! `cargo bench -p master --bench stepping` prints µs per communication step and unit: a bare loop
 //! over the C functions, the master without recording, and with four signals recorded as CSV.
+//! `-- --start UNIT.fmu…` prints instead how long the start takes: opening a unit, and each instance.
 //! `-- --units DIR` also leaves the units there, for `others.py`, which measures other masters on
 //! the same systems.
 
@@ -27,6 +28,11 @@ const UNIT_STEPS: u64 = 2_000_000;
 const REPEATS: usize = 5;
 
 fn main() {
+    let units: Vec<PathBuf> =
+        std::env::args().skip_while(|it| it != "--start").skip(1).map(PathBuf::from).collect();
+    if !units.is_empty() {
+        return units.iter().for_each(|unit| started(unit));
+    }
     let kept = std::env::args().skip_while(|it| it != "--units").nth(1).map(PathBuf::from);
     let temporary = tempfile::tempdir().unwrap();
     let folder = kept.unwrap_or_else(|| temporary.path().to_owned());
@@ -41,13 +47,45 @@ fn main() {
     report(&folder, "star of 1 + 64", &star(), bare_star(&folder));
 }
 
+/// Prints what one unit and each instance of it cost before the first step, in ms.
+fn started(unit: &Path) {
+    let measure = |count: usize| {
+        let text = json!({
+            "units": { "unit": unit },
+            "instances": { format!("a_[1..{count}]"): { "unit": "unit" } },
+            "experiment": { "stop": 1.0, "step": 1.0 },
+        });
+        let scenario = Scenario::parse(&text.to_string(), Path::new("bench")).unwrap();
+        let opened = median(|| {
+            let begin = Instant::now();
+            Setup::new(&scenario, &[]).unwrap();
+            begin.elapsed().as_secs_f64() * 1e3
+        });
+        let setup = Setup::new(&scenario, &[]).unwrap();
+        let ready = median(|| {
+            let begin = Instant::now();
+            let simulation = setup.start().unwrap();
+            let seconds = begin.elapsed().as_secs_f64();
+            drop(simulation);
+            seconds * 1e3
+        });
+        (opened, ready)
+    };
+    let ((opened, one), (_, nine)) = (measure(1), measure(9));
+    let each = (nine - one) / 8.0;
+    let name = unit.file_stem().unwrap_or_default().to_string_lossy();
+    println!(
+        "{name:<24} open {opened:.2} ms, first instance {one:.2} ms, each further {each:.2} ms"
+    );
+}
+
 fn report(folder: &Path, name: &str, system: &serde_json::Value, bare: f64) {
     let plain = stepped(folder, system);
     let recorded = recorded(folder, system);
     println!("{name:<20}{bare:>12.3}{plain:>9.3}{recorded:>12.3}");
 }
 
-/// The median of several measurements in µs per step and unit.
+/// The median of several measurements.
 fn median(mut measure: impl FnMut() -> f64) -> f64 {
     let mut values: Vec<f64> = (0..REPEATS).map(|_| measure()).collect();
     values.sort_by(f64::total_cmp);

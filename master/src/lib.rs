@@ -13,6 +13,9 @@
 //! # Ok::<(), master::error::Error>(())
 //! ```
 //!
+//! A program of one's own can step by hand: [`run::Setup`] loads and connects, [`run::Simulation`]
+//! steps, gives values and changes them (`examples/by_hand.rs`).
+//!
 //! From the file to the results: [`scenario`] is read, its units are opened ([`archive`],
 //! [`description`], [`package`]), the [`system`] is checked ([`pattern`], [`graph`]), the
 //! binaries are loaded ([`library`], [`logger`], [`instance`]), [`initialize`]d, stepped by a

@@ -11,6 +11,7 @@ use crate::initialize::{SolvedLoop, initialize};
 use crate::instance::UnitError;
 use crate::participant::{Participant, Slot};
 use crate::run::CheckpointError;
+use crate::scenario::Setting;
 use crate::summary::CouplingSummary;
 
 /// A running co-simulation: [`Setup::start`] makes it, [`step`](Self::step) advances it.
@@ -106,6 +107,23 @@ impl<'a> Simulation<'a> {
     #[inline]
     pub(super) fn values(&self) -> impl Iterator<Item = f64> {
         self.slots.iter().map(|&(participant, slot)| self.participants[participant].value(slot))
+    }
+
+    /// Sets a tunable parameter, or an input that nothing feeds, from the next step on; a name with
+    /// ranges and stars sets several. Not for use in every step of many units: names are looked up.
+    ///
+    /// # Errors
+    /// No such variable, a value that does not fit, a variable that cannot change now, or the
+    /// unit's refusal.
+    pub fn set(&mut self, name: &str, value: &Setting) -> Result<(), Error> {
+        let time = self.time();
+        let system = &self.setup.system;
+        for (port, value) in system.changes(name, value)? {
+            let instance = self.participants[port.instance].instance_mut();
+            let set = instance.set(port.variable, &value);
+            set.map_err(|source| Error::Step { time, source })?;
+        }
+        Ok(())
     }
 
     /// Loops that were solved before the start.

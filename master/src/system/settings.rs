@@ -130,6 +130,26 @@ impl System {
         Ok(())
     }
 
+    /// The variables of that name with the value that each takes while stepping.
+    pub(crate) fn changes(&self, name: &str, setting: &Setting) -> Result<Vec<(Port, Value)>> {
+        let place = format!("set {name}");
+        let ports = self.select(&place, name)?;
+        let change = |port: Port| {
+            let variable = self.variable(port);
+            let free = variable.causality == Causality::Input
+                && !self.links.iter().any(|link| link.to == port);
+            if !free && variable.variability != Variability::Tunable {
+                return Err(SystemError::NotSettable {
+                    place: place.clone(),
+                    port: self.port_name(port),
+                    why: "it is neither tunable nor an input that nothing feeds".to_owned(),
+                });
+            }
+            Ok((port, self.value(&place, port, setting)?))
+        };
+        ports.into_iter().map(change).collect()
+    }
+
     fn value(&self, place: &str, port: Port, setting: &Setting) -> Result<Value> {
         let variable = self.variable(port);
         let value = match (variable.kind, setting) {
