@@ -215,8 +215,8 @@ fn measure_cost_per_unit_and_step() {
         let mut scenario = json!({
             "units": { "unit": "unit.fmu" },
             "instances": {}, "connections": [],
-            "experiment": { "stop": if units < 16 { 100.0 } else { 20.0 }, "step": 0.001 },
-            "record": { "interval": 10.0, "signals": ["u00.y"] }
+            "experiment": { "stop": if units < 16 { 20.0 } else { 2.0 }, "step": 0.001 },
+            "record": { "interval": 1.0, "signals": ["u00.y"] }
         });
         for k in 0..units {
             scenario["instances"][name(k)] = json!({ "unit": "unit", "start": { "u": 0.1 } });
