@@ -23,6 +23,9 @@ pub(super) mod part {
     pub(in super::super) const RECEIVE: u32 = 8;
 }
 
+/// How long a side that waits awake does so without a word to the scheduler.
+const YIELD_AFTER: Duration = Duration::from_micros(5);
+
 /// A number that one side writes and the other waits for.
 #[repr(C, align(64))]
 pub(super) struct Bell {
@@ -57,8 +60,13 @@ impl Bell {
                 }
                 std::hint::spin_loop();
             }
-            if begin.elapsed() > longest {
+            let waited = begin.elapsed();
+            if waited > longest {
                 return false;
+            }
+            // the other side may wait for this very processor
+            if waited > YIELD_AFTER {
+                std::thread::yield_now();
             }
         }
     }
