@@ -18,13 +18,11 @@
 //!
 //! From the file to the results: [`scenario`] is read, its units are opened ([`archive`],
 //! [`description`], [`package`]), the [`system`] is checked ([`pattern`], [`graph`]), the
-//! binaries are loaded ([`library`], [`logger`], [`instance`]), [`initialize`]d, stepped by a
-//! [`coupling`] algorithm ([`participant`]), and written ([`record`], [`plot`], [`summary`]) by
-//! [`run`]. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them. Nothing in here knows what the units model.
 //! binaries are loaded ([`library`], [`logger`], [`instance`]), here or in processes of their own
 //! ([`isolate`]), [`initialize`]d, stepped by a [`coupling`] algorithm ([`participant`]), and written
 //! ([`record`], [`plot`], [`summary`]) by [`run`]. [`witness`] has the last words when a unit crashes
-//! in this process. [`validate`] looks for defects of a unit. Nothing in here knows what the units model.
+//! in this process. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them.
+//! Nothing in here knows what the units model.
 
 #![expect(
     clippy::result_large_err,
