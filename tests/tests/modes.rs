@@ -147,7 +147,7 @@ fn analytic_modes_tell_which_step_is_too_large() {
         start(&all).unwrap().status.code()
     };
     let largest = |step: &str| {
-        let mut all = vec!["--step", step, "--stop", "8", "--record-interval", "0.08"];
+        let mut all = vec!["--step", step, "--stop", "4", "--record-interval", "0.08"];
         all.extend(held);
         let run = system_tests::Run::of(std::path::Path::new(&file), &all);
         // a magnet that touches the rail ends the run
