@@ -90,7 +90,7 @@ fn order_of_iterated_steps_on_one_magnet() {
 #[test]
 fn issue_every_scenario_runs() {
     let mut count = 0;
-    for entry in std::fs::read_dir(scenario("")).unwrap() {
+    for entry in fs::read_dir(scenario("")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if name == "schema.json" || path.extension().is_none_or(|e| e != "json") {

@@ -79,7 +79,11 @@ impl<'a> Loop<'a> {
 enum Method {
     Sweeps,
     Newton(DMatrix<f64>),
-    Anderson(Accelerator),
+    Anderson(Box<Accelerator>),
+}
+
+fn anderson(unknowns: usize) -> Box<Accelerator> {
+    Box::new(Accelerator::new(Acceleration::Anderson, 1.0, unknowns))
 }
 
 impl Solver<'_> {
@@ -109,9 +113,7 @@ impl Solver<'_> {
             method = match method {
                 Method::Sweeps if slow && sweep > 2 => Method::Newton(self.jacobian(it)?),
                 Method::Newton(_) if slow && newton % 3 != 0 => Method::Newton(self.jacobian(it)?),
-                Method::Newton(_) if slow => {
-                    Method::Anderson(Accelerator::new(Acceleration::Anderson, 1.0, x.len()))
-                }
+                Method::Newton(_) if slow => Method::Anderson(anderson(x.len())),
                 other => other,
             };
             let next = match &mut method {
@@ -133,8 +135,7 @@ impl Solver<'_> {
             match next {
                 Some(next) => self.suppose(it, &next)?,
                 None => {
-                    let start = Accelerator::new(Acceleration::Anderson, 1.0, x.len());
-                    method = Method::Anderson(start);
+                    method = Method::Anderson(anderson(x.len()));
                 }
             }
         }
