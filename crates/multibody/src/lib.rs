@@ -36,7 +36,7 @@
 //! constraints in the metric of M, by simplified Newton steps with the factors at hand. Corrections go
 //! on until a violation is a hundredth of [`Tolerances`] (1e-11 m, rad and per second) or at rounding;
 //! one beyond the tolerance is an error, so nothing can add up however long the run. Measured over an
-//! hour of rough running of one bogie in steps of 1 ms: 1.4e-14 m or rad and 1.0e-13 m/s or rad/s
+//! hour of rough running of one bogie in steps of 1 ms: 1.3e-14 m or rad and 1.0e-13 m/s or rad/s
 //! (`invariant_joints_stay_closed_over_an_hour`).
 //!
 //! `README.md` beside this crate's manifest has an example and the conventions.

@@ -266,7 +266,7 @@ fn invariant_damaged_files_end_in_a_vehicle_or_a_message() {
 /// `FUZZ_EXECUTIONS=1000000 FUZZ_START=7 cargo test --release -p multibody --test fuzz -- --ignored
 /// --nocapture`
 #[test]
-#[ignore = "minutes"]
+#[ignore = "takes about a minute"]
 fn invariant_a_million_damaged_files() {
     let setting = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let executions = setting("FUZZ_EXECUTIONS").unwrap_or(1_000_000);
