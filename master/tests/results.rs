@@ -112,6 +112,23 @@ fn issue_discarded_steps_are_counted_and_logged() {
     assert!(of_b[3].contains("made in 4 parts"), "{log}");
 }
 
+/// Steps of variable size that are taken back are logged at the communication point that they led to.
+#[test]
+fn issue_rejected_steps_are_logged() {
+    let bench = Bench::new();
+    bench.unit("unit.fmu", &with_states(), &[]);
+    let mut scenario = ring();
+    scenario["instances"]["a"]["start"] = json!({ "y": 1.0 });
+    scenario["algorithm"] = json!({ "variable": { "tolerance": 1e-9 } });
+    bench.scenario(&scenario);
+    bench.run(&[]).succeeds();
+    let rejected = bench.summary()["algorithm"]["steps"]["rejected"].as_u64().unwrap();
+    let log = bench.result("events.csv");
+    let counts = log.lines().filter(|line| line.contains(",rejected,,"));
+    let counts = counts.map(|line| line.split([',', ' ']).nth(3).unwrap().parse::<u64>().unwrap());
+    assert!(rejected > 0 && counts.sum::<u64>() == rejected, "{rejected} {log}");
+}
+
 /// A run cannot be faster than its clock: 1 s at ten times real time takes 0.1 s or more.
 #[test]
 fn invariant_real_time_is_a_lower_bound() {

@@ -117,6 +117,7 @@ impl<'a> Run<'a> {
         self.observer.begin(simulation.remaining());
         let mut told = begin;
         while simulation.remaining() > 0 {
+            let rejected = simulation.rejected();
             match simulation.step() {
                 Err(Error::Step { time, source }) if source.asks_to_end() => {
                     self.observer.notice(&source.to_string());
@@ -130,6 +131,12 @@ impl<'a> Run<'a> {
             self.output.take(simulation).map_err(|e| self.failed(e))?;
             if self.journal.has_news() {
                 self.listen(simulation).map_err(|e| self.failed(e))?;
+            }
+            let rejected = simulation.rejected() - rejected;
+            if rejected > 0 {
+                let text = format!("{rejected} steps taken back, their error was too large");
+                let noted = self.journal.note(simulation.time(), Kind::Rejected, text);
+                noted.map_err(|e| self.failed(e))?;
             }
             self.hold(simulation.time()).map_err(|e| self.failed(e))?;
             let now = Instant::now();

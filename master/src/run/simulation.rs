@@ -132,6 +132,12 @@ impl<'a> Simulation<'a> {
         &self.loops
     }
 
+    /// Steps of variable size that were taken back so far because their error was too large.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.stepper.rejected()
+    }
+
     /// Which capability of which unit limits the coupling.
     #[must_use]
     pub fn limits(&self) -> &[String] {

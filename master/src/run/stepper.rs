@@ -110,6 +110,11 @@ impl Stepper {
         }
     }
 
+    /// Steps that were taken back because their error was too large.
+    pub(super) fn rejected(&self) -> u64 {
+        self.control.as_ref().map_or(0, |control| control.report().rejected)
+    }
+
     /// Which capability of which unit limits the coupling.
     pub(super) fn limits(&self) -> &[String] {
         &self.limits
