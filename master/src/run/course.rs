@@ -134,7 +134,7 @@ impl<'a> Run<'a> {
             }
             let rejected = simulation.rejected() - rejected;
             if rejected > 0 {
-                let text = format!("{rejected} steps taken back, their error was too large");
+                let text = format!("{rejected} steps taken back: their error was too large");
                 let noted = self.journal.note(simulation.time(), Kind::Rejected, text);
                 noted.map_err(|e| self.failed(e))?;
             }
