@@ -1,13 +1,15 @@
 //! Steps units by hand: loads them, connects them, watches a signal and changes a parameter on the
 //! way. Takes the path of any unit with a Real input `u`, outputs `y` and `z` and a tunable `gain`.
 
+#![allow(clippy::print_stdout, reason = "an example shows what it does")]
+
+use std::error::Error;
 use std::path::Path;
 
-use master::error::Error;
 use master::run::Setup;
 use master::scenario::{Scenario, Setting};
 
-fn main() -> Result<(), Error> {
+fn main() -> Result<(), Box<dyn Error>> {
     let unit = std::env::args().nth(1).unwrap_or_else(|| "unit.fmu".to_owned());
     let text = r#"{
         "units": { "unit": "UNIT" },
@@ -26,5 +28,6 @@ fn main() -> Result<(), Error> {
         simulation.step()?;
         println!("{:.1} {} {:.6}", simulation.time(), simulation.value(0), simulation.value(1));
     }
-    simulation.terminate()
+    simulation.terminate()?;
+    Ok(())
 }

@@ -204,7 +204,6 @@ fn issue_no_worker_is_left_behind() {
 /// `cargo test --release -p master --test isolate -- --ignored --nocapture measure`
 #[test]
 #[ignore = "a measurement, for an idle machine"]
-#[expect(clippy::print_stdout, reason = "it prints a table")]
 fn measure_cost_per_unit_and_step() {
     let bench = Bench::new();
     bench.unit("unit.fmu", &with_states(), &[]);
