@@ -54,7 +54,7 @@ pub(super) fn elsewhere(bench: &Bench, continuation: &Continuation) -> Verdict {
     }
 }
 
-/// Goes on from a file that [`elsewhere`] wrote.
+/// Goes on from a file that `elsewhere` wrote.
 ///
 /// # Errors
 /// What is wrong, in words.
