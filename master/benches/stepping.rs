@@ -28,8 +28,13 @@ const UNIT_STEPS: u64 = 2_000_000;
 const REPEATS: usize = 5;
 
 fn main() {
-    let units: Vec<PathBuf> =
-        std::env::args().skip_while(|it| it != "--start").skip(1).map(PathBuf::from).collect();
+    let units: Vec<PathBuf> = std::env::args()
+        .skip_while(|it| it != "--start")
+        .skip(1)
+        // cargo adds an option of its own
+        .filter(|it| !it.starts_with("--"))
+        .map(PathBuf::from)
+        .collect();
     if !units.is_empty() {
         return units.iter().for_each(|unit| started(unit));
     }

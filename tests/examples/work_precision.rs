@@ -101,8 +101,12 @@ fn run(case: &Case, algorithm: &str, settings: &Value, step: f64) {
     args.extend(["--out".to_owned(), out.display().to_string()]);
     args.extend(options.into_iter().flat_map(|it| ["--set".to_owned(), it]));
     let output = start(&args).unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{algorithm} {step}: {said}");
+    if !output.status.success() {
+        // a coupling that is unstable at this step drives a magnet to the rail
+        let said = String::from_utf8_lossy(&output.stderr);
+        println!("{}, {algorithm}, {step} s: {said}", case.name);
+        fs::remove_dir_all(&out).unwrap();
+    }
 }
 
 /// Gaps at all recorded times, and the wall time of stepping.
