@@ -225,7 +225,8 @@ fn main() {
                 run(case, algorithm, &settings, REFERENCE.1);
                 continue;
             }
-            for step in STEPS {
+            // a Jacobian of 64 magnets costs as much as hundreds of steps: too slow at small ones
+            for step in STEPS.into_iter().filter(|&it| algorithm != "newton" || it >= 1e-3) {
                 run(case, algorithm, &settings, step);
             }
         }
