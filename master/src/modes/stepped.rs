@@ -169,7 +169,7 @@ impl<'a> Machine<'a> {
     fn step_from(&mut self, memory: Memory, all: &[Memory]) -> Vec<f64> {
         self.units.iter_mut().for_each(LinearUnit::clear);
         let nothing: Vec<Vec<Taylor>> =
-            self.units.iter().map(|unit| vec![[0.0; 4]; unit.outputs().len()]).collect();
+            self.determined.iter().map(|outputs| vec![[0.0; 4]; outputs.len()]).collect();
         let mut past = vec![nothing; POINTS];
         match memory {
             Memory::State { unit, state } => {
