@@ -79,3 +79,40 @@ impl Detrend {
         }
     }
 }
+
+/// Passes a signal that is at rest before its first sample through a linear filter, given by its response
+/// at any frequency from 0 to half the rate.
+///
+/// The response is applied to the transform of the signal with zeros behind it, so that it is exact at any
+/// rate. `memory` in s is how long the filter remembers: that many zeros keep its answer to the signal's end
+/// from running into the beginning.
+pub(crate) fn filter(
+    values: &[f64],
+    rate: f64,
+    memory: f64,
+    response: impl Fn(f64) -> Complex64,
+) -> Result<Vec<f64>, Error> {
+    let zeros = (memory * rate).ceil() as usize;
+    // a power of two has the cheapest transform
+    let length = (values.len() + zeros).next_power_of_two();
+    let mut forward = Transform::new(length);
+    forward.input.fill(0.0);
+    forward.input[..values.len()].copy_from_slice(values);
+    forward.run()?;
+    let mut spectrum = forward.output;
+    let last = spectrum.len() - 1;
+    for (k, x) in spectrum.iter_mut().enumerate() {
+        *x *= response(k as f64 * rate / length as f64) / length as f64;
+        // a real signal has real ends of its spectrum
+        if k == 0 || k == last {
+            x.im = 0.0;
+        }
+    }
+    let inverse = PLANNER.with_borrow_mut(|planner| planner.plan_fft_inverse(length));
+    let mut filtered = forward.input;
+    inverse
+        .process(&mut spectrum, &mut filtered)
+        .map_err(|error| Error::Transform { length, reason: error.to_string() })?;
+    filtered.truncate(values.len());
+    Ok(filtered)
+}

@@ -10,6 +10,7 @@
 pub mod error;
 mod fourier;
 pub mod peaks;
+pub mod ride;
 pub mod series;
 pub mod spectrum;
 pub mod window;
