@@ -44,6 +44,7 @@ pub(crate) fn report(
     let displacement = system.outputs(outputs.displacement);
     let rate = system.outputs(outputs.rate);
     let middle = system.outputs(outputs.midspan_displacement);
+    let quarter = system.outputs(outputs.quarter_displacement);
     for (k, surface) in now.iter().enumerate() {
         system.d(displacement + k, position + k, surface.slope());
         system.d(rate + k, position + k, surface.rate_slope(speed));
@@ -63,6 +64,8 @@ pub(crate) fn report(
         for span in 0..guideway.spans().len() {
             let y = guideway.mid_span(work, &alone, &still, span);
             system.c(middle + span, i, y.displacement);
+            let y = guideway.span_motion(work, &alone, &still, span, 0.25);
+            system.c(quarter + span, i, y.displacement);
         }
         alone.q[i] = 0.0;
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use fmi2_export::{
     Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
 };
-use guideway::{Description, Guideway, Load, Surface, Workspace};
+use guideway::{Description, Guideway, Load, SpanMotion, Surface, Workspace};
 use serde::{Deserialize, Serialize};
 
 use crate::linear;
@@ -185,6 +185,11 @@ impl Built {
         seen.positions.clear();
         seen.positions.extend_from_slice(positions);
     }
+
+    /// Motion at a quarter of span `k`.
+    fn quarter(&mut self, girders: &guideway::State, k: usize) -> SpanMotion {
+        self.guideway.span_motion(&mut self.work, girders, &self.accelerations, k, 0.25)
+    }
 }
 
 /// Index of `output` in a row, if it is one of it.
@@ -266,6 +271,8 @@ impl Model for Track {
             values.set_real(outputs.midspan_displacement.get(k), y.displacement);
             values.set_real(outputs.midspan_velocity.get(k), y.velocity);
             values.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
+            let y = built.quarter(&state.girders, k);
+            values.set_real(outputs.quarter_displacement.get(k), y.displacement);
         }
         Ok(())
     }
@@ -327,6 +334,14 @@ impl Model for Track {
             let Built { guideway, work, accelerations, .. } = built;
             let y = guideway.mid_span(work, &state.girders, accelerations, k);
             return Ok(match i as u32 + order {
+                1 => Some(y.velocity),
+                2 => Some(y.acceleration),
+                _ => None,
+            });
+        }
+        if let Some(k) = index_in(outputs.quarter_displacement, output) {
+            let y = built.quarter(&state.girders, k);
+            return Ok(match order {
                 1 => Some(y.velocity),
                 2 => Some(y.acceleration),
                 _ => None,

@@ -66,6 +66,7 @@ pub(crate) struct Outputs {
     pub midspan_displacement: RealVars,
     pub midspan_velocity: RealVars,
     pub midspan_acceleration: RealVars,
+    pub quarter_displacement: RealVars,
 }
 
 impl Outputs {
@@ -129,6 +130,13 @@ impl Outputs {
                 1.0,
                 "Acceleration of the middle of span {k}",
             ),
+            quarter_displacement: row(
+                "quarter_displacement",
+                spans,
+                Unit::METRE,
+                1e-3,
+                "Deflection at a quarter of span {k} from its start, up positive; the second mode shows here",
+            ),
         }
     }
 
@@ -147,6 +155,7 @@ impl Outputs {
         interface.depends(self.rate, &[inputs.speed]);
         interface.independent(self.midspan_displacement);
         interface.independent(self.midspan_velocity);
+        interface.independent(self.quarter_displacement);
         interface.depends(self.midspan_acceleration, &[inputs.force, inputs.position]);
         interface.initially_depends_elementwise(self.irregularity, inputs.position);
         interface.initially_depends(self.irregularity, &parameters.of_irregularity());

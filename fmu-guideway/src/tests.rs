@@ -137,6 +137,11 @@ fn invariant_the_unit_is_the_library() {
     let y = g.mid_span(&mut work, &state, &a, 0);
     assert_eq!(unit.real("midspan_acceleration_01").unwrap(), y.acceleration);
     assert!(y.acceleration != 0.0 && y.displacement < -1e-4);
+    // φ₁ = sin(π/4) and φ₂ = 1 at the quarter, φ₁ = 1 and φ₂ = 0 in the middle
+    let quarter = unit.real("quarter_displacement_01").unwrap();
+    let expected = state.q[0] * std::f64::consts::FRAC_1_SQRT_2 + state.q[1];
+    assert!((quarter - expected).abs() < 1e-12 * quarter.abs(), "{quarter} {expected}");
+    assert!((state.q[1] / state.q[0]).abs() > 1e-3, "the second mode takes part");
 }
 
 /// A held position with `position_from_speed` moves as one with its derivative.
@@ -192,6 +197,7 @@ fn order_output_derivatives_are_the_slopes_of_the_outputs() {
         ("deflection_04", 1e-3),
         ("irregularity_08", 1e-3),
         ("midspan_displacement_01", 1e-3),
+        ("quarter_displacement_01", 1e-3),
         ("rate_05", 0.1),
         ("midspan_velocity_01", 0.1),
     ] {
@@ -203,7 +209,8 @@ fn order_output_derivatives_are_the_slopes_of_the_outputs() {
             "{name}: {difference} {d0} {d1}"
         );
     }
-    for name in ["displacement_01", "deflection_04", "irregularity_08", "midspan_displacement_01"] {
+    let rows = ["displacement_01", "deflection_04", "irregularity_08", "midspan_displacement_01"];
+    for name in rows.into_iter().chain(["quarter_displacement_01"]) {
         let [difference, d0, d1] = sample(2, name);
         assert!((difference - 0.5 * (d0 + d1)).abs() < 1e-4, "{name}: {difference} {d0} {d1}");
     }
@@ -233,6 +240,7 @@ fn invariant_directional_derivatives_agree_with_differences() {
                 "irregularity_02",
                 "midspan_displacement_01",
                 "midspan_acceleration_01",
+                "quarter_displacement_01",
             ] {
                 let Ok(analytic) = unit.derivative(unknown, known) else {
                     // The kit refuses what is declared independent at first.

@@ -37,7 +37,7 @@ pub use error::Error;
 pub use girder::{Girder, MAX_MODES, Mode};
 pub use guideway::{Guideway, Span};
 pub use irregularity::{Profile, RUN_OUT};
-pub use motion::{Load, MidSpan, State, Surface, Workspace};
+pub use motion::{Load, SpanMotion, State, Surface, Workspace};
 pub use pole::{MAX_FORCES, Pole};
 pub use propagator::{NODES, SUBSTEP_PHASE, nodes};
 pub use spline::Spline;

@@ -128,9 +128,9 @@ impl Surface {
     }
 }
 
-/// Middle of a span: y = [u, u̇, ü] of eq. 8.
+/// A point of a span: y = [u, u̇, ü] of eq. 8.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MidSpan {
+pub struct SpanMotion {
     /// Displacement (m), up positive.
     pub displacement: f64,
     /// Velocity (m/s).
@@ -386,11 +386,23 @@ impl Guideway {
         state: &State,
         accelerations: &[f64],
         k: usize,
-    ) -> MidSpan {
+    ) -> SpanMotion {
+        self.span_motion(work, state, accelerations, k, 0.5)
+    }
+
+    /// Displacement, velocity and acceleration of span `k` (from 0) at `part` of its length, 0 … 1.
+    pub fn span_motion(
+        &self,
+        work: &mut Workspace,
+        state: &State,
+        accelerations: &[f64],
+        k: usize,
+        part: f64,
+    ) -> SpanMotion {
         let span = self.spans()[k];
         let girder = &self.girders()[span.girder];
-        girder.shape_at(0.5 * girder.length(), &mut work.row);
-        let mut y = MidSpan::default();
+        girder.shape_at(part * girder.length(), &mut work.row);
+        let mut y = SpanMotion::default();
         for n in 0..girder.modes().len() {
             let (i, phi) = (span.first_mode + n, work.row.value[n]);
             y.displacement += phi * state.q[i];
