@@ -36,6 +36,7 @@ pub fn all(with_python: bool) -> Result<()> {
         ("generated files", || codegen(true)),
     ];
     if with_python {
+        steps.push(("guide", guide));
         steps.push(("Python tests", python_tests));
     }
     let mut report = Vec::new();
@@ -71,6 +72,12 @@ fn python_tests() -> Result<()> {
     workspace::run(python, &["-m", "pytest", "-q", "-rA", "--tb=short", "tests/python"])
 }
 
+/// Builds the guide in `docs/` and checks its links; the book is `target/docs/html`.
+pub fn guide() -> Result<()> {
+    let python = python::environment("docs/python", Path::new(python::GUIDE))?;
+    workspace::run(python, &["docs/build.py", "target/docs"])
+}
+
 /// Writes, or with `check` compares, every generated file that is committed.
 pub fn codegen(check: bool) -> Result<()> {
     bindings(check)?;
@@ -86,6 +93,9 @@ pub fn codegen(check: bool) -> Result<()> {
         .with_context(|| format!("cannot start {}", maglev.display()))?;
     let schema = String::from_utf8(output.stdout)?;
     generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)?;
+    // made of the schema and the descriptions, so after them
+    let pages = ["docs/_guide/reference.py", "--check"];
+    workspace::run(python::SYSTEM, if check { &pages } else { &pages[..1] })?;
     reference::codegen(check)
 }
 

@@ -1,4 +1,4 @@
-//! The project's tasks: `cargo xtask package | run | test | sanitize | codegen | reference | binaries | merge`.
+//! The project's tasks: `cargo xtask package | run | test | docs | sanitize | codegen | reference | binaries | merge`.
 
 // A task runner talks to its user on the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -82,19 +82,22 @@ enum Task {
         #[arg(last = true)]
         options: Vec<String>,
     },
-    /// Everything that must pass: format, lints, generated files, Rust and Python tests, docs
+    /// Everything that must pass: format, lints, generated files, Rust and Python tests, docs, guide
     Test {
         /// Leave out the Python tests (no fmpy at hand)
         #[arg(long)]
         no_python: bool,
     },
+    /// Make a book of the guide, target/docs/html, and check its links
+    Docs,
     /// Random calls on the units, built with the address and leak sanitizers (Linux, x86_64)
     Sanitize {
         /// Calls on each unit
         #[arg(long, default_value_t = 1_000_000)]
         calls: u64,
     },
-    /// Regenerate what is generated and committed: FMI bindings, model descriptions, layouts, schema
+    /// Regenerate what is generated and committed: FMI bindings, model descriptions, layouts, schema,
+    /// reference pages of the guide
     Codegen {
         /// Change nothing, fail on a difference
         #[arg(long)]
@@ -120,6 +123,7 @@ fn main() -> Result<()> {
             workspace::run_maglev(&scenario, &options)
         }
         Task::Test { no_python } => check::all(!no_python),
+        Task::Docs => check::guide(),
         Task::Sanitize { calls } => sanitize::run(calls),
         Task::Codegen { check } => check::codegen(check),
     }

@@ -1,4 +1,4 @@
-//! The project's own Python environments: the foreign tools of the tests, and zig.
+//! The project's own Python environments: the foreign tools of the tests, the guide's, and zig.
 
 use std::{
     fs,
@@ -9,8 +9,12 @@ use anyhow::{Context, Result};
 
 use crate::workspace;
 
+/// The machine's own Python.
+pub const SYSTEM: &str = if cfg!(windows) { "python" } else { "python3" };
 /// Packages of the test environment, one requirement a line.
 pub const TESTS: &str = "tests/python/requirements.txt";
+/// Packages that make a book of the guide.
+pub const GUIDE: &str = "docs/requirements.txt";
 
 /// A Python that has what a file of requirements names; makes the environment where it is missing.
 ///
@@ -27,8 +31,7 @@ pub fn environment(name: &str, requirements: &Path) -> Result<PathBuf> {
         return Ok(python);
     }
     let folder = folder.to_string_lossy().into_owned();
-    let system = if cfg!(windows) { "python" } else { "python3" };
-    workspace::run(system, &["-m", "venv", "--clear", &folder])?;
+    workspace::run(SYSTEM, &["-m", "venv", "--clear", &folder])?;
     let list = requirements.to_string_lossy();
     workspace::run(
         &python,

@@ -1,0 +1,32 @@
+"""Equations as MathML, which browsers draw by themselves: no script, no font, no network.
+
+docutils has the converter; Sphinx alone offers scripts or pictures made by LaTeX.
+"""
+
+from docutils import nodes
+from docutils.utils.math import MathError
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.util import logging
+
+LOG = logging.getLogger(__name__)
+
+
+def convert(self, node, block):
+    try:
+        self.body.append(tex2mathml(node.astext(), as_block=block))
+    except MathError as error:
+        LOG.warning("the equation %s: %s", node.astext(), error, location=node)
+    raise nodes.SkipNode
+
+
+def inline(self, node):
+    convert(self, node, block=False)
+
+
+def displayed(self, node):
+    convert(self, node, block=True)
+
+
+def setup(app):
+    app.add_html_math_renderer("mathml", (inline, None), (displayed, None))
+    return {"parallel_read_safe": True}

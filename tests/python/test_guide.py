@@ -1,0 +1,163 @@
+"""The guide in docs/: its code runs, its scenarios run, its numbers are printed by its commands, and its check finds what
+is broken."""
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from conftest import MAGLEV, ROOT, UNITS, maglev
+
+DOCS = ROOT / "docs"
+SPHINX = ROOT / "target" / "docs" / "python" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def blocks(page, language):
+    """The blocks of code of a page in one language."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def commands(page):
+    """The `maglev` commands of a page, continued lines joined."""
+    lines = "".join(blocks(page, "sh")).replace("\\\n", " ").splitlines()
+    return [shlex.split(line, comments=True) for line in lines if line.startswith("maglev ")]
+
+
+def merged(document, change):
+    """JSON Merge Patch."""
+    if not isinstance(change, dict):
+        return change
+    document = dict(document) if isinstance(document, dict) else {}
+    for key, value in change.items():
+        document[key] = merged(document.get(key), value)
+    return document
+
+
+@pytest.mark.parametrize("text", blocks("scenario-file.md", "json"), ids=lambda text: re.search(r'"(\w+)"', text)[1])
+def test_scenario_pages_examples_run(text, tmp_path):
+    whole = merged(json.loads((ROOT / "scenarios" / "one-bogie.json").read_text()), json.loads(text))
+    whole["units"] = {name: str(UNITS / Path(path).name) for name, path in whole["units"].items()}
+    scenario = tmp_path / "scenario.json"
+    scenario.write_text(json.dumps(whole))
+    maglev("run", scenario, "--stop", "0.2", "--out", tmp_path / "out")
+
+
+def run_python(code, folder):
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, f"{code}\n{done.stderr}"
+    return done.stdout
+
+
+def test_first_runs_python_reads_results(tmp_path):
+    maglev("run", ROOT / "scenarios" / "low-speed.json", "--stop", "0.1", "--out", tmp_path / "results" / "low-speed")
+    (code,) = blocks("first-run.md", "python")
+    assert run_python(code, tmp_path) == "first magnet: 8.00 to 8.00 mm\n"
+
+
+@pytest.mark.parametrize("page", ["first-run.md", "choosing.md", "tutorial.md", "scenario-file.md"])
+def test_commands_of_the_guide_are_accepted(page, tmp_path):
+    """Runs are cut short; modes of the train are compared with what the page shows below."""
+    listed = commands(page)
+    assert listed
+    for _, name, *options in listed:
+        if name == "run":
+            options = [f for f in options]
+            if "--stop" in options:
+                options[options.index("--stop") + 1] = "0.05"
+            else:
+                options += ["--stop", "0.05"]
+            if "--out" in options:
+                options[options.index("--out") + 1] = str(tmp_path / "out")
+            else:
+                options += ["--out", str(tmp_path / "out")]
+        if name in ("run", "inspect") or (name == "modes" and "scenarios/one-magnet.json" in options):
+            done = subprocess.run([MAGLEV, name, *options], cwd=ROOT, capture_output=True, text=True, timeout=300)
+            # modes end with 1 where something grows, which one of the commands is there to show
+            assert done.returncode == 0 or (name == "modes" and done.returncode == 1), f"{name} {options}\n{done.stderr}"
+
+
+def modes(text):
+    """Frequency and damping of each row of a table of modes."""
+    rows = re.findall(r"^ *(\d+\.\d+) +(-?\d+\.\d+) +\d+\.\d+ +-?\d+\.\d+ ", text, re.MULTILINE)
+    return [tuple(map(float, row)) for row in rows]
+
+
+def test_tutorials_modes_are_those_of_its_command():
+    _, name, *options = next(c for c in commands("tutorial.md") if c[1] == "modes")
+    done = subprocess.run([MAGLEV, name, *options], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    (shown,) = [block for block in blocks("tutorial.md", "text") if "states" in block]
+    # four decimals are printed; another machine's last bits may round the other way
+    assert modes(shown) == [pytest.approx(row, abs=2e-4) for row in modes(done.stdout)] != []
+
+
+def test_fmpy_block_runs():
+    code = blocks("units-elsewhere.md", "python")[0]
+    assert "N before" in run_python(code, ROOT)
+
+
+def test_example_in_c_levitates_a_mass(tmp_path):
+    with zipfile.ZipFile(UNITS / "ems.fmu") as archive:
+        archive.extractall(tmp_path / "ems")
+    headers = Path(fmpy.__file__).parent / "c-code"
+    program = tmp_path / "levitate_mass"
+    source = ROOT / "examples" / "levitate_mass.c"
+    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", "-I", headers, source, "-ldl", "-lm", "-o", program], check=True)
+    done = subprocess.run([program, tmp_path / "ems"], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, "settled gap: 8.000 mm\n"), done.stderr
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory):
+    """A copy of what the guide is made of, to break things in."""
+    assert SPHINX.exists(), "the guide's packages are missing: run `cargo xtask docs` first"
+    copy = tmp_path_factory.mktemp("guide") / "project"
+    ignored = shutil.ignore_patterns("target*", ".git", "results", "fuzz", "__pycache__")
+    shutil.copytree(ROOT, copy, ignore=ignored)
+    return copy
+
+
+def build(checkout, out):
+    done = subprocess.run([SPHINX, "docs/build.py", out], cwd=checkout, capture_output=True, text=True, timeout=300)
+    return done.returncode, done.stderr
+
+
+def test_check_finds_what_is_broken(checkout, tmp_path):
+    """All faults at once, so that the book is built once; each has to be named."""
+
+    def add(page, text):
+        path = checkout / page
+        path.write_text(path.read_text(encoding="utf-8") + f"\n{text}\n", encoding="utf-8")
+
+    add("README.md", "[a page that is not there](docs/no-such-page.md)")
+    add("master/README.md", "[a file that is not there](../scenarios/no-such.json)")
+    add("docs/physics.md", "[no anchor elsewhere](coupling.md#no-such-anchor) and [none here](#none-here)")
+    add("docs/results.md", "[docutils' anchor, not GitHub's](physics.md#guideway-eqs-6-8-13-table-3-crates-guideway)")
+    add("docs/coupling.md", "![no picture](no-such.svg) and $\\nosuchcommand$")
+    add("docs/modes.md", "<script src='https://example.org/x.js'></script>")
+    (checkout / "docs" / "forgotten.md").write_text("# In no list\n", encoding="utf-8")
+    add("docs/reference/ems.md", "a hand in the generated")
+    add("examples/levitate_mass.py", "# newer than its copy")
+    status, said = build(checkout, tmp_path)
+    assert status != 0
+    for fault in (
+        "no-such-page.md",
+        "no-such.json",
+        "no-such-anchor",
+        "none-here",
+        "GitHub has no anchor #guideway-eqs-6-8-13-table-3-crates-guideway",
+        "no-such.svg",
+        r"\nosuchcommand",
+        "from the network: docs/modes.html",
+        "forgotten.md",
+        "docs/reference/ems.md is stale",
+        "docs/units-elsewhere.md is stale",
+    ):
+        assert fault in said, f"{fault} was not found in:\n{said}"
