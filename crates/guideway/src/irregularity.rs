@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::description::Irregularity;
+use crate::harmonics::{self, Harmonic, KNOTS_PER_WAVE};
 use crate::{Error, Pole, Spline};
 
 /// Most knots of a tabulated profile (24 bytes each).
@@ -13,10 +14,6 @@ const MAX_KNOTS: f64 = 8e6;
 
 /// How far beyond the last span the profile goes on unless described otherwise (m).
 pub const RUN_OUT: f64 = 100.0;
-
-/// Knots per shortest wave. A quintic through value, slope and curvature at spacing d errs by
-/// (Ωd)⁶/46080 of a wave's amplitude: 1.2e-9 with 32 knots per wave.
-const KNOTS_PER_WAVE: f64 = 32.0;
 
 /// A profile r(x), twice continuously differentiable, zero outside its range.
 ///
@@ -213,14 +210,6 @@ fn check(given: &Irregularity) -> Result<(), Error> {
     Ok(())
 }
 
-/// One harmonic a·cos(Ωx + ϕ).
-#[derive(Debug, Clone, Copy)]
-struct Harmonic {
-    amplitude: f64,
-    wavenumber: f64,
-    phase: f64,
-}
-
 /// Sum of harmonics with S(Ω) = A/Ω² and random phases.
 ///
 /// The band is cut into bands of equal ratio; each gives one harmonic at its geometric mean Ωₖ
@@ -249,40 +238,8 @@ fn harmonics(given: &Irregularity) -> Vec<Harmonic> {
 fn random(given: &Irregularity, window: Window) -> Result<Profile, Error> {
     let cells = window.cells(given.shortest_wave / KNOTS_PER_WAVE)?;
     let spacing = (window.end - window.start) / cells as f64;
-    let mut sums = vec![[0.0; 3]; cells + 1];
-    for group in harmonics(given).chunks(LANES) {
-        add_harmonics(group, window.start, spacing, &mut sums);
-    }
+    let sums = harmonics::tabulate(&harmonics(given), window.start, spacing, cells);
     Profile::tabulate(window, spacing, |i, _| sums[i])
-}
-
-/// Harmonics that are summed side by side, for the processor's vector unit.
-const LANES: usize = 8;
-
-/// Adds up to [`LANES`] harmonics at all knots, by turning unit vectors from knot to knot and
-/// setting them anew every 256 knots (rounding stays below 256·ε).
-fn add_harmonics(group: &[Harmonic], start: f64, spacing: f64, sums: &mut [[f64; 3]]) {
-    let still = Harmonic { amplitude: 0.0, wavenumber: 0.0, phase: 0.0 };
-    let lanes: [Harmonic; LANES] = std::array::from_fn(|l| *group.get(l).unwrap_or(&still));
-    let k = lanes.map(|h| h.wavenumber);
-    let turn = k.map(|k| libm::sincos(k * spacing));
-    for (block, knots) in sums.chunks_mut(256).enumerate() {
-        let x = start + spacing * (256 * block) as f64;
-        let at = lanes.map(|h| libm::sincos(h.wavenumber * x + h.phase));
-        let mut s: [f64; LANES] = std::array::from_fn(|l| lanes[l].amplitude * at[l].0);
-        let mut c: [f64; LANES] = std::array::from_fn(|l| lanes[l].amplitude * at[l].1);
-        for knot in knots {
-            let mut sum = [0.0; 3];
-            for l in 0..LANES {
-                sum[0] += c[l];
-                sum[1] -= k[l] * s[l];
-                sum[2] -= k[l] * k[l] * c[l];
-                let (ts, tc) = turn[l];
-                (s[l], c[l]) = (s[l] * tc + c[l] * ts, c[l] * tc - s[l] * ts);
-            }
-            *knot = std::array::from_fn(|i| knot[i] + sum[i]);
-        }
-    }
 }
 
 /// A file's profile within the window and its own range, whichever is narrower.

@@ -25,6 +25,7 @@ pub mod description;
 mod error;
 mod girder;
 mod guideway;
+mod harmonics;
 mod irregularity;
 mod motion;
 mod pole;
