@@ -44,8 +44,6 @@ pub mod logger;
 pub mod modes;
 pub mod package;
 pub mod participant;
-pub mod pattern;
-pub mod plot;
 pub mod record;
 pub mod reference;
 pub mod run;
@@ -54,3 +52,6 @@ pub mod summary;
 pub mod system;
 pub mod validate;
 pub mod witness;
+
+pub use figure as plot;
+pub use patterns as pattern;

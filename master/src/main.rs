@@ -32,6 +32,9 @@ enum Command {
     /// Go on with a run from its last checkpoint
     #[command(arg_required_else_help = true)]
     Resume(commands::resume::Arguments),
+    /// Make an HTML report of results: plots, spectra, tables
+    #[command(arg_required_else_help = true)]
+    Report(commands::report::Arguments),
     /// Show what a unit offers
     #[command(arg_required_else_help = true)]
     Inspect(commands::inspect::Arguments),
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),
+        Command::Report(arguments) => commands::report::run(&arguments),
         Command::Modes(arguments) => commands::coupled_modes::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
@@ -71,7 +75,7 @@ fn main() -> ExitCode {
         Command::Schema => commands::print(&master::scenario::Scenario::schema()),
     };
     outcome.unwrap_or_else(|error| {
-        commands::report(&error);
+        commands::tell(&error);
         ExitCode::from(error.exit_status())
     })
 }

@@ -6,6 +6,7 @@ pub mod display;
 pub mod inspect;
 pub mod modes;
 pub mod reference;
+pub mod report;
 pub mod resume;
 pub mod run;
 pub mod validate;
@@ -26,15 +27,19 @@ pub fn print(text: &str) -> Result<ExitCode, Error> {
 }
 
 /// Prints an error with its causes and how to mend it.
-pub fn report(error: &Error) {
-    let chain = error.chain();
+pub fn tell(error: &Error) {
+    tell_chain(&error.chain(), error.help());
+}
+
+/// Prints causes, outermost first, and how to mend it.
+pub fn tell_chain(chain: &[String], help: Option<&str>) {
     for (depth, text) in chain.iter().enumerate() {
         match depth {
             0 => eprintln!("error: {text}"),
             _ => eprintln!("{}because: {text}", "  ".repeat(depth)),
         }
     }
-    if let Some(help) = error.help() {
+    if let Some(help) = help {
         eprintln!("help: {help}");
     }
 }

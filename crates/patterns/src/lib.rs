@@ -52,9 +52,9 @@ enum Part<'a> {
 /// All names that the pattern stands for, in order.
 ///
 /// ```
-/// let names = master::pattern::expand("ems_[09..11].gap")?;
+/// let names = patterns::expand("ems_[09..11].gap")?;
 /// assert_eq!(names, ["ems_09.gap", "ems_10.gap", "ems_11.gap"]);
-/// # Ok::<(), master::pattern::PatternError>(())
+/// # Ok::<(), patterns::PatternError>(())
 /// ```
 ///
 /// # Errors

@@ -1,0 +1,356 @@
+// One plot: curves over a common axis, with zoom, pan, keys and a legend that shows values.
+
+const HINT = "drag: zoom · Shift+drag or ← →: pan · wheel after a click, or + −: zoom · double click or 0: all";
+
+/** Plots that share their horizontal axis. */
+class Axis {
+  constructor({ label, log = false, format = number }) {
+    Object.assign(this, { label, log, format, charts: new Set(), key: `axis-${Axis.count++}` });
+    this.limits = null;
+    this.view = null;
+    this.sync = uPlot.sync(this.key);
+  }
+
+  add(chart, low, high) {
+    this.charts.add(chart);
+    const old = this.limits;
+    this.limits = old ? [Math.min(old[0], low), Math.max(old[1], high)] : [low, high];
+  }
+
+  remove(chart) {
+    this.charts.delete(chart);
+    this.sync.unsub(chart.plot);
+  }
+
+  /** What is seen now. */
+  range() {
+    return this.view ?? this.limits;
+  }
+
+  /** Shows a part; null shows all. */
+  show(view) {
+    if (view) {
+      const [least, most] = this.limits;
+      const span = Math.min(view[1] - view[0], most - least);
+      if (!(span > 1e-7 * (most - least))) return;
+      const low = Math.min(Math.max(view[0], least), most - span);
+      view = span >= (most - least) * (1 - 1e-9) ? null : [low, low + span];
+    }
+    this.view = view;
+    for (const chart of this.charts) chart.follow();
+  }
+
+  /** Zooms by a factor about a place. */
+  zoom(factor, about) {
+    const [low, high] = this.range();
+    const middle = about ?? (low + high) / 2;
+    this.show([middle - (middle - low) * factor, middle + (high - middle) * factor]);
+  }
+
+  /** Moves by a part of what is seen. */
+  pan(part) {
+    const [low, high] = this.range();
+    const way = part * (high - low);
+    this.show([low + way, high + way]);
+  }
+}
+Axis.count = 0;
+
+class Chart {
+  /**
+   * curves: [{ label, x, y, colour: number, dash: number }], y already in the shown unit;
+   * marks: [{ at, label, kind }], vertical lines.
+   */
+  constructor(parent, { title, ylabel, axis, curves, marks = [], logY = false, height = 240, lowest = null, timed = false }) {
+    Object.assign(this, { title, ylabel, axis, curves, marks, logY, height, lowest, timed });
+    this.many = curves.length > COLOURS.light.length;
+    this.table = join(curves);
+    this.values = [];
+    this.frame = element("div", { class: "canvas", tabindex: "0", role: "figure", "aria-label": this.spoken(), title: "" });
+    this.box = element("figure", { class: "chart" }, element("figcaption", {}, title), this.legend(), this.frame);
+    parent.append(this.box);
+    const xs = this.table[0];
+    axis.add(this, xs[0] ?? 0, xs[xs.length - 1] ?? 1);
+    this.plot = new uPlot(this.options(), this.table, this.frame);
+    this.listen();
+    this.paint();
+  }
+
+  spoken() {
+    const names = this.curves.slice(0, 8).map((it) => it.label).join(", ");
+    const more = this.curves.length > 8 ? ` and ${this.curves.length - 8} more` : "";
+    return `Plot of ${this.ylabel} over ${this.axis.label}: ${names}${more}. Keys: arrows pan, plus and minus zoom, 0 shows all, Shift with arrows moves the cursor.`;
+  }
+
+  // ---- legend ----
+
+  legend() {
+    const list = element("div", { class: "legend" });
+    this.where = element("output", { class: "where", "aria-live": "off" });
+    if (this.many) {
+      this.values = [element("output", { class: "value" })];
+      list.append(element("span", { class: "entry" }, `${this.curves.length} signals; nearest to the pointer: `, this.values[0]));
+    } else {
+      for (const [k, curve] of this.curves.entries()) {
+        const sample = svgSample(curve.dash);
+        const value = element("output", { class: "value" });
+        const button = element("button", { type: "button", class: "entry", "aria-pressed": "true", title: "show or hide" }, sample, curve.label, value);
+        button.addEventListener("click", () => {
+          const on = button.getAttribute("aria-pressed") !== "true";
+          button.setAttribute("aria-pressed", String(on));
+          this.plot.setSeries(k + 1, { show: on });
+        });
+        this.values.push(value);
+        curve.sample = sample;
+        list.append(button);
+      }
+    }
+    list.append(this.where);
+    return list;
+  }
+
+  showValues() {
+    const at = this.plot.cursor.idx;
+    this.where.textContent = at == null ? "" : `${this.axis.label.replace(/ \(.*/, "")} ${this.axis.format(this.table[0][at])}`;
+    if (this.many) {
+      const k = this.nearest;
+      const known = at != null && k;
+      this.values[0].textContent = known ? `${this.curves[k - 1].label} ${number(this.table[k][at])}` : "–";
+      return;
+    }
+    for (const [k, output] of this.values.entries()) {
+      const index = this.plot.cursor.idxs?.[k + 1] ?? at;
+      output.textContent = at == null ? "" : number(this.table[k + 1][index]);
+    }
+  }
+
+  // ---- drawing ----
+
+  options() {
+    const ink = () => styleColour("--ink-soft");
+    const grid = { stroke: () => styleColour("--grid"), width: 1 };
+    const font = "12px system-ui, sans-serif";
+    const label = { labelFont: "13px system-ui, sans-serif", stroke: ink, grid, ticks: grid, font };
+    const spread = (_, low, high) => {
+      if (low == null || !Number.isFinite(low) || !Number.isFinite(high)) return [0, 1];
+      const margin = high > low ? 0.06 * (high - low) : Math.abs(high) * 0.01 || 1;
+      return [low - margin, high + margin];
+    };
+    const logSpread = (_, low, high) => (high > 0 ? uPlot.rangeLog(Math.max(low, this.lowest ?? high * 1e-12), high, 10, true) : [1e-3, 1]);
+    return {
+      width: 600,
+      height: this.height,
+      legend: { show: false },
+      padding: [10, 14, 0, 0],
+      scales: {
+        x: { time: false, distr: this.axis.log ? 3 : 1, range: () => this.axis.range() },
+        y: this.logY ? { distr: 3, range: logSpread } : { range: spread },
+      },
+      axes: [
+        { ...label, label: this.axis.label, labelSize: 22, size: 34, values: (_, ticks) => labels(ticks, this.axis.log) },
+        { ...label, label: this.ylabel, labelSize: 24, size: 62, values: (_, ticks) => labels(ticks, this.logY) },
+      ],
+      series: [{}, ...this.curves.map((curve, k) => this.series(curve, k))],
+      cursor: {
+        drag: { x: true, y: false, setScale: false },
+        focus: { prox: this.many ? 30 : -1 },
+        points: { size: 7, show: this.many ? undefined : undefined },
+        sync: { key: this.axis.key, setSeries: false, scales: ["x", null], filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } },
+        bind: { dblclick: () => null },
+      },
+      focus: { alpha: this.many ? 0.25 : 1 },
+      hooks: {
+        setCursor: [() => this.showValues()],
+        setSeries: [(_, k) => { this.nearest = k; this.showValues(); }],
+        setSelect: [(plot) => this.select(plot)],
+        draw: [(plot) => this.drawMarks(plot)],
+      },
+    };
+  }
+
+  series(curve, k) {
+    const count = this.curves.length;
+    return {
+      label: curve.label,
+      scale: "y",
+      width: this.many ? 1 : 1.5,
+      dash: DASHES[curve.dash % DASHES.length],
+      spanGaps: true,
+      stroke: () => (this.many ? shade(k / Math.max(count - 1, 1)) : colour(curve.colour)),
+      points: { show: (plot) => curve.x.length < 3 || plot.bbox.width / visible(curve.x, this.axis.range()) > 14 * devicePixelRatio, size: 4 },
+    };
+  }
+
+  /** Vertical lines with their names, and the moment of the timeline. */
+  drawMarks(plot) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    const ratio = devicePixelRatio;
+    ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+    let last = -Infinity;
+    let row = 0;
+    for (const mark of this.marks) {
+      const x = plot.valToPos(mark.at, "x", true);
+      if (x < bbox.left - 1 || x > bbox.left + bbox.width + 1) continue;
+      ctx.strokeStyle = ctx.fillStyle = styleColour(mark.kind === "girder" ? "--mark-girder" : "--mark-coupled");
+      ctx.setLineDash(mark.kind === "girder" ? [6 * ratio, 4 * ratio] : [2 * ratio, 3 * ratio]);
+      ctx.lineWidth = 1.2 * ratio;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      if (!mark.label) continue;
+      const width = ctx.measureText(mark.label).width;
+      row = x - last < width + 12 * ratio ? row + 1 : 0;
+      last = row === 0 ? x : last;
+      const left = Math.min(x + 4 * ratio, bbox.left + bbox.width - width - 2 * ratio);
+      ctx.fillText(mark.label, left, bbox.top + (13 + 13 * row) * ratio);
+    }
+    if (this.timed && timeline.time != null) {
+      const x = plot.valToPos(timeline.time, "x", true);
+      ctx.strokeStyle = styleColour("--accent");
+      ctx.setLineDash([]);
+      ctx.lineWidth = 1.5 * ratio;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+    }
+    ctx.restore();
+  }
+
+  paint() {
+    for (const curve of this.curves) {
+      if (curve.sample) curve.sample.style.color = colour(curve.colour);
+    }
+    this.plot.redraw(false, true);
+  }
+
+  /** Shows what the axis shows. */
+  follow() {
+    const [min, max] = this.axis.range();
+    this.plot.setScale("x", { min, max });
+  }
+
+  // ---- what the reader does ----
+
+  select(plot) {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    const view = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.axis.show(view);
+  }
+
+  listen() {
+    const { frame, plot, axis } = this;
+    const over = plot.over;
+    over.addEventListener("dblclick", () => axis.show(null));
+    over.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== frame) return;
+      event.preventDefault();
+      if (Math.abs(event.deltaX) > Math.abs(event.deltaY) || event.shiftKey) axis.pan(Math.sign(event.deltaX + event.deltaY) * 0.1);
+      else axis.zoom(event.deltaY > 0 ? 1.25 : 0.8, plot.posToVal(event.offsetX, "x"));
+    }, { passive: false });
+    over.addEventListener("mousedown", (event) => this.drag(event), { capture: true });
+    over.addEventListener("click", (event) => {
+      frame.focus({ preventScroll: true });
+      if (this.timed && !event.shiftKey) timeline.set(plot.posToVal(event.offsetX, "x"));
+    });
+    frame.addEventListener("keydown", (event) => this.key(event));
+    this.onTheme = () => this.paint();
+    document.addEventListener("themechange", this.onTheme);
+    if (this.timed) this.leave = timeline.subscribe(() => plot.redraw(false));
+    this.observer = new ResizeObserver(([entry]) => {
+      const width = Math.floor(entry.contentRect.width);
+      if (width > 0 && width !== plot.width) plot.setSize({ width, height: this.height });
+    });
+    this.observer.observe(frame);
+  }
+
+  /** Shift+drag or the middle button pans. */
+  drag(event) {
+    if (!event.shiftKey && event.button !== 1) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    const [low, high] = this.axis.range();
+    const width = this.plot.over.clientWidth;
+    const move = (now) => {
+      const way = ((event.clientX - now.clientX) / width) * (high - low);
+      this.axis.show([low + way, high + way]);
+    };
+    const end = () => removeEventListener("mousemove", move);
+    addEventListener("mousemove", move);
+    addEventListener("mouseup", end, { once: true });
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { axis, plot } = this;
+    const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (way && event.shiftKey) {
+      const width = plot.over.clientWidth;
+      const left = plot.cursor.left >= 0 ? plot.cursor.left + way * width * 0.005 : width / 2;
+      plot.setCursor({ left: Math.min(Math.max(left, 0), width), top: plot.over.clientHeight / 2 });
+      this.where.setAttribute("aria-live", "polite");
+    } else if (way) axis.pan(way * 0.1);
+    else if (event.key === "+" || event.key === "=") axis.zoom(0.8);
+    else if (event.key === "-") axis.zoom(1.25);
+    else if (event.key === "0" || event.key === "Home" || event.key === "Escape") axis.show(null);
+    else return;
+    event.preventDefault();
+  }
+
+  destroy() {
+    this.observer.disconnect();
+    document.removeEventListener("themechange", this.onTheme);
+    this.leave?.();
+    this.axis.remove(this);
+    this.plot.destroy();
+    this.box.remove();
+  }
+}
+
+/** One table of common x and all curves' y: uPlot's form. */
+function join(curves) {
+  if (curves.length === 0) return [[]];
+  if (curves.every((curve) => curve.x === curves[0].x)) return [curves[0].x, ...curves.map((curve) => curve.y)];
+  return uPlot.join(curves.map((curve) => [Array.from(curve.x), Array.from(curve.y)]));
+}
+
+/** Number of points in a range of sorted values. */
+function visible(x, [low, high]) {
+  if (x.length < 2) return 1;
+  const step = (x[x.length - 1] - x[0]) / (x.length - 1);
+  return Math.max(1, (high - low) / step);
+}
+
+/** Labels of an axis; of a logarithmic one only the powers of ten. */
+function labels(ticks, log) {
+  if (log) return ticks.map((tick) => (tick != null && Math.abs(Math.log10(tick) % 1) < 1e-9 ? number(tick) : ""));
+  const step = ticks.length > 1 ? ticks[1] - ticks[0] : 1;
+  const digits = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  const large = largest(ticks) >= 1e6 || step < 1e-6;
+  return ticks.map((tick) => (large ? number(tick) : tick.toFixed(digits).replace("-", "−").replace(/^−(0(\.0*)?)$/, "$1")));
+}
+
+/** Shade for one of many curves: viridis without its ends, which drown. */
+function shade(part) {
+  const [r, g, b] = viridis(theme.name() === "dark" ? 0.25 + 0.75 * part : 0.85 * part);
+  return `rgb(${r} ${g} ${b})`;
+}
+
+/** A short line as in the plot, in the colour of its text. */
+function svgSample(dash) {
+  const ns = "http://www.w3.org/2000/svg";
+  const svg = document.createElementNS(ns, "svg");
+  const line = document.createElementNS(ns, "line");
+  const set = (node, attributes) => Object.entries(attributes).forEach(([name, value]) => node.setAttribute(name, value));
+  set(svg, { width: 26, height: 8, "aria-hidden": "true" });
+  set(line, { x1: 0, x2: 26, y1: 4, y2: 4, stroke: "currentColor", "stroke-width": 2.5, "stroke-dasharray": DASHES[dash % DASHES.length].join(" ") });
+  svg.append(line);
+  return svg;
+}

@@ -1,0 +1,136 @@
+//! Data inside of an HTML page: arrays as compressed binary, all else as JSON.
+
+use std::io::Write as _;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use serde::Serialize;
+
+/// Where an array is among the page's [`Arrays`]; `arrays.get(it)` in the page gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct ArrayRef {
+    /// First byte.
+    at: usize,
+    /// Number of elements.
+    len: usize,
+    /// Their type.
+    kind: Kind,
+}
+
+/// Types of elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    F64,
+    F32,
+    U8,
+}
+
+/// Arrays of numbers that go into the page.
+///
+/// Bytes of equal significance stand together: those of the sign, the exponent and the leading
+/// digits hardly change from one value of a signal to the next and compress well.
+#[derive(Debug, Default)]
+pub struct Arrays {
+    bytes: Vec<u8>,
+}
+
+impl Arrays {
+    /// Adds 64-bit floats, for what must keep its digits, such as times.
+    pub fn f64(&mut self, values: &[f64]) -> ArrayRef {
+        self.add(Kind::F64, values.iter().map(|value| value.to_le_bytes()))
+    }
+
+    /// Adds 32-bit floats: 7 digits, enough for what is drawn or read at a cursor.
+    #[expect(clippy::cast_possible_truncation, reason = "meant")]
+    pub fn f32(&mut self, values: &[f64]) -> ArrayRef {
+        self.add(Kind::F32, values.iter().map(|&value| (value as f32).to_le_bytes()))
+    }
+
+    /// Adds bytes, for shades of a picture.
+    pub fn u8(&mut self, values: &[u8]) -> ArrayRef {
+        self.add(Kind::U8, values.iter().map(|&value| [value]))
+    }
+
+    fn add<const N: usize>(
+        &mut self,
+        kind: Kind,
+        values: impl ExactSizeIterator<Item = [u8; N]> + Clone,
+    ) -> ArrayRef {
+        let it = ArrayRef { at: self.bytes.len(), len: values.len(), kind };
+        for place in 0..N {
+            self.bytes.extend(values.clone().map(|bytes| bytes[place]));
+        }
+        it
+    }
+
+    /// Everything as base64 of a zlib stream.
+    #[must_use]
+    pub fn pack(&self) -> String {
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(6));
+        // writing to memory cannot fail
+        let packed = encoder.write_all(&self.bytes).and_then(|()| encoder.finish());
+        STANDARD.encode(packed.unwrap_or_default())
+    }
+}
+
+/// JSON that may stand in a `<script>` element: whatever texts it holds, none can end the element
+/// or begin a comment in it.
+///
+/// # Errors
+/// The value has no JSON form.
+pub fn script_json(value: &impl Serialize) -> serde_json::Result<String> {
+    let text = serde_json::to_string(value)?;
+    // outside of texts these characters do not occur in JSON, so the escapes are always within one
+    Ok(text
+        .replace('<', "\\u003c")
+        .replace('>', "\\u003e")
+        .replace('&', "\\u0026")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029"))
+}
+
+/// Text that may stand in HTML, also within quotes of an attribute.
+#[must_use]
+pub fn html(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+        .replace('\'', "&#39;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+
+    #[test]
+    fn invariant_arrays_come_back_bit_for_bit() {
+        let mut arrays = Arrays::default();
+        let values = [0.0, -1.5, 1e-300, f64::NAN, f64::INFINITY];
+        let first = arrays.u8(&[7, 8, 9]);
+        let second = arrays.f64(&values);
+        let packed = STANDARD.decode(arrays.pack()).unwrap();
+        let mut bytes = Vec::new();
+        flate2::read::ZlibDecoder::new(packed.as_slice()).read_to_end(&mut bytes).unwrap();
+        assert_eq!(bytes[first.at..first.at + first.len], [7, 8, 9]);
+        for (k, value) in values.iter().enumerate() {
+            let byte = |place: usize| bytes[second.at + place * second.len + k];
+            let read = f64::from_le_bytes(std::array::from_fn(byte));
+            assert_eq!(read.to_bits(), value.to_bits());
+        }
+    }
+
+    #[test]
+    fn issue_hostile_texts_stay_texts() {
+        let hostile = "</script><!--<img src=x onerror='alert(1)'>\u{2028}&amp;\"";
+        let json = script_json(&hostile).unwrap();
+        assert!(!json.contains(['<', '>', '&', '\u{2028}']), "{json}");
+        assert_eq!(serde_json::from_str::<String>(&json).unwrap(), hostile);
+        let text = html(hostile);
+        assert!(!text.contains(['<', '>', '"', '\'']), "{text}");
+    }
+}

@@ -1,0 +1,48 @@
+//! `maglev report`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use master::error::Error;
+use report::{ReportError, Run};
+
+const EXAMPLES: &str = "\
+Examples:
+  maglev report results/low-speed
+  maglev report /tmp/a /tmp/b --out compared.html
+
+Writes one HTML file that needs no network: time histories, tables, what ran. Several folders are
+compared in one report.";
+
+/// Arguments of `maglev report`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Folders with results.
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    /// The report [default: report.html in the first folder].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Makes the report and names it.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    match make(arguments) {
+        Ok(path) => super::print(&format!("{}\n", path.display())),
+        Err(error) => {
+            super::tell_chain(&error.chain(), error.help());
+            Ok(ExitCode::from(if error.is_bad_input() { 2 } else { 1 }))
+        }
+    }
+}
+
+fn make(arguments: &Arguments) -> Result<PathBuf, ReportError> {
+    let folders = &arguments.folders;
+    let runs: Vec<Run> = folders.iter().map(|it| Run::read(it)).collect::<Result<_, _>>()?;
+    let first = folders.first().map_or(Path::new(""), PathBuf::as_path);
+    let path = arguments.out.clone().unwrap_or_else(|| first.join(report::FILE));
+    report::write(&runs, &path)?;
+    Ok(path)
+}
