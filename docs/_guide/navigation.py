@@ -1,4 +1,5 @@
-"""The navigation is index.md's own lists of links: each section becomes a part of it, in the same order.
+"""The navigation is index.md's own lists of links: each section becomes a part of it, with the same words
+and order.
 
 So the first page reads well on GitHub, where a `toctree` is a block of code, and nothing is listed twice.
 A page that index.md does not link is in no toctree, which Sphinx warns of.
@@ -7,14 +8,14 @@ A page that index.md does not link is in no toctree, which Sphinx warns of.
 import re
 
 SECTION = re.compile(r"^## (.+)$", re.MULTILINE)
-PAGE = re.compile(r"^\s*- \[[^\]]+\]\(([^)#]+)\.md\)", re.MULTILINE)
+PAGE = re.compile(r"^\s*- \[([^\]]+)\]\(([^)#]+)\.md\)", re.MULTILINE)
 
 
 def toctrees(text):
     """One hidden toctree for each section of `text` that lists pages."""
     parts = SECTION.split(text)[1:]
     for caption, content in zip(parts[::2], parts[1::2]):
-        pages = PAGE.findall(content)
+        pages = [f"{title.replace('`', '')} <{page}>" for title, page in PAGE.findall(content)]
         if pages:
             yield "\n".join(["```{toctree}", ":hidden:", f":caption: {caption.strip()}", "", *pages, "```"])
 
