@@ -15,17 +15,24 @@ must be there.
 """
 
 
+# For whoever reads the file: in all objects alike, so told once.
+REMARK = "$comment"
+REMARKED = f"Every object may have a `{REMARK}` as well: a remark, which is not used.\n"
+
+
 def page(path):
     schema = json.loads(path.read_text(encoding="utf-8"))
-    parts = [INTRODUCTION, "## The scenario\n", keys(schema)]
-    for name in ordered(schema):
+    whole = schema["$defs"].get("Scenario", schema)
+    parts = [INTRODUCTION, REMARKED if REMARK in whole["properties"] else "", "## The scenario\n", keys(whole)]
+    for name in ordered(whole, schema["$defs"]):
         definition = schema["$defs"][name]
         parts += [f"## {name}\n", text(definition.get("description", "")) + "\n", body(definition)]
-    return "\n".join(parts)
+    return "\n".join(part for part in parts if part)
 
 
-def ordered(schema):
-    """The definitions as the objects first name them, so that the page reads from the whole to its parts."""
+def ordered(whole, definitions):
+    """The definitions as the objects first name them, so that the page reads from the whole to its parts. Those of files
+    that extend others are the same with nothing required, and are left out."""
     seen = []
 
     def visit(value):
@@ -33,7 +40,7 @@ def ordered(schema):
             name = value.get("$ref", "").removeprefix("#/$defs/")
             if name and name not in seen:
                 seen.append(name)
-                visit(schema["$defs"][name])
+                visit(definitions[name])
             for key, inner in value.items():
                 if key not in ("$defs", "default"):
                     visit(inner)
@@ -41,8 +48,8 @@ def ordered(schema):
             for inner in value:
                 visit(inner)
 
-    visit({key: value for key, value in schema.items() if key != "$defs"})
-    return seen + [name for name in schema["$defs"] if name not in seen]
+    visit({key: value for key, value in whole.items() if key != "$defs"})
+    return [name for name in seen if not name.endswith("Patch") and name != "Scenario"]
 
 
 def body(definition):
@@ -59,6 +66,8 @@ def keys(definition):
     required = definition.get("required", [])
     rows = []
     for name, value in definition["properties"].items():
+        if name == REMARK:
+            continue
         key = f"**`{name}`**" if name in required else code(name)
         rows.append((key, kind(value), start(value, name in required), text(value.get("description", ""))))
     return table(["Key", "Type", "If left out", "Meaning"], rows)
