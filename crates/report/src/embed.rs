@@ -66,6 +66,16 @@ impl Arrays {
         it
     }
 
+    /// The values that a reference, as the page gets it, stands for; 32-bit floats only.
+    #[cfg(test)]
+    pub(crate) fn read(&self, reference: &serde_json::Value) -> Vec<f64> {
+        let number = |key: &str| usize::try_from(reference[key].as_u64().unwrap()).unwrap();
+        let (at, len) = (number("at"), number("len"));
+        let byte = |k: usize, place: usize| self.bytes[at + place * len + k];
+        assert_eq!(reference["kind"], "f32");
+        (0..len).map(|k| f32::from_le_bytes(std::array::from_fn(|i| byte(k, i))).into()).collect()
+    }
+
     /// Everything as base64 of a zlib stream.
     #[must_use]
     pub fn pack(&self) -> String {

@@ -17,6 +17,7 @@ mod error;
 pub mod page;
 mod run;
 mod scenario;
+mod scene;
 pub mod series;
 mod table;
 

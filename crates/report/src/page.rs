@@ -7,18 +7,28 @@ use crate::embed::{Arrays, html as escape, script_json};
 use crate::error::ReportError;
 use crate::run::Run;
 use crate::scenario::{Plot, Scenario};
+use crate::scene::{self, Scene};
 use crate::series::{Clock, Clocks, Series};
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
-const STYLES: [&str; 2] =
-    [include_str!("../assets/vendor/uPlot.min.css"), include_str!("../assets/report.css")];
+const STYLES: [&str; 3] = [
+    include_str!("../assets/vendor/uPlot.min.css"),
+    include_str!("../assets/report.css"),
+    include_str!("../assets/scene/scene.css"),
+];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Run in this order, in one scope.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 11] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/history.js"),
     include_str!("../assets/tables.js"),
+    include_str!("../assets/scene/model.js"),
+    include_str!("../assets/scene/track.js"),
+    include_str!("../assets/scene/train.js"),
+    include_str!("../assets/scene/stage.js"),
+    include_str!("../assets/scene/side.js"),
+    include_str!("../assets/scene/view.js"),
     include_str!("../assets/report.js"),
 ];
 
@@ -33,6 +43,7 @@ const LEAST: usize = 2_000;
 #[derive(Serialize)]
 struct Data<'a> {
     version: &'static str,
+    three: Option<scene::Library>,
     runs: Vec<RunData<'a>>,
 }
 
@@ -48,6 +59,9 @@ struct RunData<'a> {
     clocks: Vec<Clock>,
     signals: Vec<SignalData<'a>>,
     plots: Vec<Plot>,
+    scene: Option<Scene>,
+    /// why there is no scene where one was to be expected
+    scene_error: Option<String>,
 }
 
 /// One recorded signal.
@@ -65,9 +79,12 @@ struct SignalData<'a> {
 pub fn html(runs: &[Run]) -> Result<String, ReportError> {
     let mut arrays = Arrays::default();
     let share = ROOM / runs.len().max(1);
+    let runs_data: Vec<_> = runs.iter().map(|run| run_data(run, share, &mut arrays)).collect();
+    let three = runs_data.iter().any(|run| run.scene.is_some());
     let data = Data {
         version: env!("CARGO_PKG_VERSION"),
-        runs: runs.iter().map(|run| run_data(run, share, &mut arrays)).collect(),
+        three: three.then(|| scene::Library::new(&mut arrays)),
+        runs: runs_data,
     };
     // plain data, which always prints
     let data = script_json(&data).unwrap_or_default();
@@ -111,6 +128,11 @@ fn run_data<'a>(run: &'a Run, room: usize, arrays: &mut Arrays) -> RunData<'a> {
         SignalData { name, unit: run.unit_of(name), series }
     });
     let signals = signals.collect();
+    // a unit that has been moved away since the run costs the view, not the report
+    let (scene, scene_error) = match scene::build(run, arrays) {
+        Ok(scene) => (scene, None),
+        Err(error) => (None, Some(error.to_string())),
+    };
     RunData {
         name: run.name(),
         title: run.title(),
@@ -120,6 +142,8 @@ fn run_data<'a>(run: &'a Run, room: usize, arrays: &mut Arrays) -> RunData<'a> {
         clocks: clocks.into_list(),
         signals,
         plots,
+        scene,
+        scene_error,
     }
 }
 

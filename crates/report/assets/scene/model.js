@@ -1,0 +1,204 @@
+// The train and the track at a time: numbers only, nothing is drawn here.
+
+// What the files of the 3D view share; each keeps the rest to itself, in a block.
+const scenes = {};
+
+{
+  // What a view draws: places along x in metres, heights and angles as drawn, that is exaggerated.
+  scenes.Model = class {
+    // `data` is the scene as the report holds it, `get` turns its references into arrays.
+    constructor(data, get) {
+      const channel = (reference) => (reference ? get(reference) : null);
+      this.data = data;
+      this.time = channel(data.time);
+      this.position = channel(data.position);
+      this.gaps = data.gaps.map(channel);
+      this.poses = data.poses.map((pose) =>
+        Object.fromEntries(Object.entries(pose).map(([name, reference]) => [name, channel(reference)])),
+      );
+      this.spans = data.spans.map((span) => ({ ...span, modes: span.modes.map(channel) }));
+      this.profile = data.irregularity && { ...data.irregularity, values: channel(data.irregularity.values) };
+      this.carriers = data.groups.map((group, g) => ({
+        ...group,
+        magnets: data.magnets.flatMap((magnet, k) => (magnet.group === g ? [k] : [])),
+        above: this.below(g),
+      }));
+      const reach = data.boxes.flatMap((box) => [box.center[0] - box.size[0] / 2, box.center[0] + box.size[0] / 2]);
+      this.reach = [Math.min(...reach), Math.max(...reach)];
+      this.frame = { index: 0, part: 0, time: this.time[0] };
+    }
+
+    // The magnets along the length of a group's leading body.
+    below(g) {
+      const { boxes, magnets } = this.data;
+      const lead = boxes.find((box) => box.lead && box.group === g);
+      const near = ({ position }) => Math.abs(position[0] - lead.center[0]) <= lead.size[0] / 2;
+      return magnets.flatMap((magnet, k) => (lead && near(magnet) ? [k] : []));
+    }
+
+    get begin() {
+      return this.time[0];
+    }
+
+    get end() {
+      return this.time[this.time.length - 1];
+    }
+
+    // Goes to a time; all values are then those between the two frames around it.
+    seek(time) {
+      const times = this.time;
+      const t = Math.min(Math.max(time, this.begin), this.end);
+      let low = 0;
+      let high = times.length - 1;
+      while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (times[middle] <= t) low = middle;
+        else high = middle;
+      }
+      const step = times[high] - times[low];
+      this.frame = { index: low, next: high, part: step > 0 ? (t - times[low]) / step : 0, time: t };
+    }
+
+    // Time of the frame `count` frames from here.
+    neighbour(count) {
+      const { index, part } = this.frame;
+      const here = count < 0 && part > 0 ? index + 1 : part > 0.999 ? index + 1 : index;
+      return this.time[Math.min(Math.max(here + count, 0), this.time.length - 1)];
+    }
+
+    // A channel now; `otherwise` where it is not recorded.
+    value(channel, otherwise = 0) {
+      if (!channel) return otherwise;
+      const { index, next, part } = this.frame;
+      return part > 0 ? channel[index] + part * (channel[next] - channel[index]) : channel[index];
+    }
+
+    travelled() {
+      return this.value(this.position);
+    }
+
+    // Deflection (m) of the girders at x.
+    deflection(x) {
+      for (const span of this.spans) {
+        if (x < span.start || x > span.end) continue;
+        const place = (x - span.start) / (span.end - span.start);
+        return span.modes.reduce((sum, mode, n) => sum + this.value(mode) * sample(span.shapes[n], place), 0);
+      }
+      return 0;
+    }
+
+    // Irregularity (m) of the surface at x; smooth where nothing is known.
+    irregularity(x) {
+      if (!this.profile) return 0;
+      const { start, step, values } = this.profile;
+      const place = (x - start) / step / (values.length - 1);
+      return place >= 0 && place <= 1 ? sample(values, place) : 0;
+    }
+
+    // Height (m) at which the surface is drawn: deflection and irregularity, each with its factor.
+    surface(x, scale) {
+      return scale.deflection * this.deflection(x) + scale.gap * this.irregularity(x);
+    }
+
+    gap(k) {
+      return this.value(this.gaps[k], this.data.nominal_gap);
+    }
+
+    // How far magnet k's gap is from the nominal one (m), null where it is not recorded.
+    deviation(k) {
+      return this.gaps[k] ? this.gap(k) - this.data.nominal_gap : null;
+    }
+
+    // A deviation (m) that hardly any gap exceeds over the run, rounded up to 1, 2 or 5 of a decade.
+    usualDeviation() {
+      const all = [];
+      const { nominal_gap: nominal } = this.data;
+      for (const gap of this.gaps) if (gap) for (const value of gap) all.push(Math.abs(value - nominal));
+      const sorted = Float64Array.from(all).sort();
+      const usual = sorted[Math.floor(0.98 * sorted.length)] ?? 0;
+      return scenes.roundUp(Math.min(Math.max(usual, 1e-6), nominal));
+    }
+
+    // Largest deflection over the run (m).
+    largestDeflection() {
+      let largest = 0;
+      for (const span of this.spans) {
+        const peak = (n) => span.shapes[n].reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+        span.modes.forEach((mode, n) => {
+          for (const value of mode) largest = Math.max(largest, Math.abs(value) * peak(n));
+        });
+      }
+      return largest;
+    }
+
+    // What is drawn is the girders' deflection times one factor, and all else, which is measured from
+    // the girders, times another. A magnet: up with the surface, down by its gap's deviation.
+    lift(k, scale) {
+      const x = this.travelled() + this.data.magnets[k].position[0];
+      return this.surface(x, scale) - scale.gap * (this.deviation(k) ?? 0);
+    }
+
+    // The drawn pose of group g about its place in the vehicle file.
+    pose(g, scale) {
+      const recorded = this.poses[g];
+      const turn = (channel) => Math.atan(scale.gap * this.value(channel));
+      const { center, magnets, above } = this.carriers[g];
+      const sideways = { lateral: scale.gap * this.value(recorded.lateral), roll: turn(recorded.roll), yaw: turn(recorded.yaw) };
+      if (magnets.length > 0) {
+        const { height, slope } = this.line(magnets, center[0], (k) => this.lift(k, scale));
+        return { ...sideways, vertical: height, pitch: -Math.atan(slope) };
+      }
+      // the girders below a car carry it along
+      const girders = this.line(above, center[0], (k) => this.deflection(this.travelled() + this.data.magnets[k].position[0]));
+      const part = (channel, under) => {
+        const own = channel ? this.value(channel) - under : 0;
+        return scale.deflection * under + scale.gap * own;
+      };
+      return {
+        ...sideways,
+        vertical: part(recorded.vertical, girders.height),
+        pitch: Math.atan(part(recorded.pitch, -girders.slope)),
+      };
+    }
+
+    // The straight line that fits values at some magnets best, about x.
+    line(magnets, x, value) {
+      if (magnets.length === 0) return { height: 0, slope: 0 };
+      const points = magnets.map((k) => [this.data.magnets[k].position[0] - x, value(k)]);
+      const mean = (i) => points.reduce((sum, point) => sum + point[i], 0) / points.length;
+      const [middle, height] = [mean(0), mean(1)];
+      const spread = points.reduce((sum, [a]) => sum + (a - middle) ** 2, 0);
+      const slope = spread > 0 ? points.reduce((sum, [a, b]) => sum + (a - middle) * (b - height), 0) / spread : 0;
+      return { height: height - slope * middle, slope };
+    }
+  };
+
+  // Value of an evenly spaced table at `place`, 0 … 1.
+  function sample(table, place) {
+    const at = place * (table.length - 1);
+    const index = Math.min(Math.floor(at), table.length - 2);
+    return index < 0 ? table[0] : table[index] + (at - index) * (table[index + 1] - table[index]);
+  }
+
+  // The next of 1, 2, 5, 10 … that is not smaller.
+  scenes.roundUp = (value) => {
+    const decade = 10 ** Math.floor(Math.log10(value));
+    return [1, 2, 5, 10].map((digit) => digit * decade).find((it) => it >= value * (1 - 1e-9));
+  };
+
+  // Diverging colours from small gaps (blue) to large ones (red), told apart by colour-blind readers
+  // (ColorBrewer RdBu).
+  const COLOURS = ["#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b"].map((text) =>
+    [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)),
+  );
+
+  // Colour [r, g, b] (0 … 255) of a deviation over `range`; grey where there is none.
+  scenes.colour = (deviation, range) => {
+    if (deviation === null) return [128, 128, 128];
+    const at = (Math.min(Math.max(deviation / range, -1), 1) + 1) * 0.5 * (COLOURS.length - 1);
+    const index = Math.min(Math.floor(at), COLOURS.length - 2);
+    return COLOURS[index].map((low, i) => Math.round(low + (at - index) * (COLOURS[index + 1][i] - low)));
+  };
+
+  scenes.gradient = () => `linear-gradient(to right, ${COLOURS.map((colour) => `rgb(${colour})`).join(", ")})`;
+}

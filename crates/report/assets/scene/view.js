@@ -1,0 +1,313 @@
+// The view with its controls: a section of the page, played over time.
+{
+  const KEYS = "Space: play or stop · ← →: one frame, with Shift 1 s · Home, End · 1 to 5: cameras · drag: turn · wheel or two fingers: zoom · right button: move";
+  // Sliders of factors are logarithmic: they hold the decimal logarithm.
+  const DEFLECTION = { least: 1, most: 2000 };
+  const GAP = { least: 1, most: 20, start: 10 };
+  const SPEED = { least: 0.001, most: 10 };
+  // The largest deflection of a run is drawn at least so large at first (m).
+  const READABLE = 0.25;
+  // A run plays in about that time (s) at first.
+  const PLEASANT = 20;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+  scenes.View = class {
+    constructor(parent, run) {
+      this.model = new scenes.Model(run.scene, (reference) => arrays.get(reference));
+      this.scale = { deflection: this.readable(), gap: GAP.start };
+      this.range = this.model.usualDeviation();
+      this.playing = false;
+      this.follow = true;
+      this.through = false;
+      this.camera = "quarter";
+      this.model.seek(this.model.begin);
+      this.build(parent);
+      this.ready = this.start();
+    }
+
+    // A factor of 1, 2 or 5 of a decade that makes the deflection readable.
+    readable() {
+      const wanted = scenes.roundUp(READABLE / Math.max(this.model.largestDeflection(), 1e-6));
+      return Math.min(Math.max(wanted, DEFLECTION.least), DEFLECTION.most);
+    }
+
+    // ---- elements ----
+
+    build(parent) {
+      this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-describedby": "view-keys" });
+      this.tip = element("output", { class: "tip", "aria-live": "off" });
+      this.stageBox = element("div", { class: "stage" }, this.canvas, this.legend(), this.tip);
+      this.words = element("p", { class: "words", "aria-live": "polite" });
+      this.note = element("div", { class: "missing" });
+      this.box = element("div", { class: "view" }, this.cameras(), this.stageBox, this.player(), this.sliders(), this.words,
+        element("p", { class: "hint", id: "view-keys" }, KEYS), this.note);
+      parent.append(this.box);
+      this.say();
+      const { missing } = this.model.data;
+      if (missing.length > 0) {
+        this.note.append(element("details", {}, element("summary", {}, "What this view leaves out"),
+          element("ul", {}, missing.map((text) => element("li", {}, text)))));
+      }
+    }
+
+    cameras() {
+      const buttons = Object.entries(scenes.VIEWS).map(([name, { label }]) => {
+        const button = element("button", { type: "button", class: "chip", "data-camera": name, "aria-pressed": "false" }, label);
+        button.addEventListener("click", () => this.look(name));
+        return button;
+      });
+      this.cameraButtons = buttons;
+      const option = (label, on, change) => {
+        const box = element("input", { type: "checkbox" });
+        box.checked = on;
+        box.addEventListener("change", () => { change(box.checked); this.changed(); });
+        return element("label", { class: "option" }, box, label);
+      };
+      return element("div", { class: "row", role: "group", "aria-label": "Camera" }, buttons,
+        option("go with the train", this.follow, (on) => { this.follow = on; }),
+        option("see-through cars", this.through, (on) => { this.through = on; this.stage?.seeThrough?.(on); }));
+    }
+
+    legend() {
+      const size = number(this.range * 1e3, 3);
+      const bar = element("span", { class: "bar" });
+      bar.style.background = scenes.gradient();
+      return element("div", { class: "scale", role: "img", "aria-label": `Colours of the magnets: gap from ${size} mm less to ${size} mm more than the nominal ${number(this.model.data.nominal_gap * 1e3)} mm, blue to red` },
+        element("span", { class: "what" }, `gap − ${number(this.model.data.nominal_gap * 1e3)} mm`), bar,
+        element("span", { class: "ends" }, element("span", {}, `≤ −${size}`), element("span", {}, "0"), element("span", {}, `≥ ${size} mm`)));
+    }
+
+    player() {
+      const { model } = this;
+      this.button = element("button", { type: "button", class: "action play" });
+      this.button.addEventListener("click", () => this.play(!this.playing));
+      this.slider = element("input", { type: "range", class: "time", min: model.begin, max: model.end, step: "any", "aria-label": "Time" });
+      this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+      this.slider.addEventListener("keydown", (event) => this.key(event));
+      this.clock = element("output", { class: "clock" });
+      return element("div", { class: "row" }, this.button, this.slider, this.clock);
+    }
+
+    sliders() {
+      const length = Math.max(this.model.end - this.model.begin, 1e-9);
+      this.speed = Math.min(Math.max(scenes.roundUp(length / PLEASANT), SPEED.least), SPEED.most);
+      const factor = (label, { least, most }, get, set) => {
+        const value = element("output", { class: "value" });
+        const input = element("input", { type: "range", min: Math.log10(least), max: Math.log10(most), step: "0.01", "aria-label": label });
+        const show = () => {
+          value.textContent = `× ${number(get(), 2)}`;
+          input.setAttribute("aria-valuetext", `${number(get(), 2)} times`);
+        };
+        input.value = Math.log10(get());
+        input.addEventListener("input", () => { set(10 ** Number(input.value)); show(); this.say(); this.changed(); });
+        show();
+        return element("label", { class: "factor" }, element("span", {}, label), input, value);
+      };
+      return element("div", { class: "row factors" },
+        factor("Speed of time", SPEED, () => this.speed, (it) => { this.speed = it; }),
+        factor("Exaggeration of deflection", DEFLECTION, () => this.scale.deflection, (it) => { this.scale.deflection = it; }),
+        factor("Exaggeration of gaps", GAP, () => this.scale.gap, (it) => { this.scale.gap = it; }));
+    }
+
+    // What is drawn too large, in words.
+    say() {
+      const { deflection, gap } = this.scale;
+      const times = (factor) => (factor < 1.005 ? "true to scale" : `${number(factor, 2)} times too large`);
+      const rough = this.model.profile ? ", the track's irregularity" : "";
+      this.words.textContent = `The girders' deflection is drawn ${times(deflection)}; air gaps${rough} and the train's motion on the girders ${times(gap)}; all else to scale. Dashed: the rail without deflection and irregularity.`;
+    }
+
+    // ---- drawing ----
+
+    async start() {
+      try {
+        const text = (reference) => new TextDecoder().decode(arrays.get(reference));
+        if (!webGl()) throw new Error("this browser has no WebGL, or it is switched off");
+        const three = await scenes.loadThree({ core: text(data.three.core), module: text(data.three.module), orbit: text(data.three.orbit) });
+        this.stage = new scenes.Stage(three, this.model, this.canvas);
+        this.stage.controls.addEventListener("change", () => this.changed());
+        this.stage.controls.addEventListener("start", () => this.press(null));
+      } catch (error) {
+        this.flat(error);
+      }
+      this.listen();
+      this.repaint();
+      this.resize();
+      this.look(this.camera);
+      this.refresh();
+      this.box.dataset.ready = this.stage instanceof scenes.SideStage ? "flat" : "3d";
+    }
+
+    // Without WebGL: the side view, and a word on why.
+    flat(error) {
+      const canvas = element("canvas", { tabindex: "0", role: "img", "aria-describedby": "view-keys" });
+      this.canvas.replaceWith(canvas);
+      this.canvas = canvas;
+      this.stage = new scenes.SideStage(this.model, canvas);
+      this.box.querySelectorAll("[data-camera]").forEach((button) => { button.hidden = true; });
+      this.note.prepend(element("p", { class: "error", role: "status" }, `The 3D view cannot be drawn: ${error.message}. This is the same from the side.`));
+    }
+
+    listen() {
+      const { canvas } = this;
+      this.observer = new ResizeObserver(() => { this.resize(); this.changed(); });
+      this.observer.observe(this.stageBox);
+      this.onTheme = () => { this.repaint(); this.changed(); };
+      document.addEventListener("themechange", this.onTheme);
+      this.onTime = (time) => this.seek(time, true);
+      this.leave = timeline.subscribe(this.onTime);
+      canvas.addEventListener("keydown", (event) => this.key(event));
+      canvas.addEventListener("pointermove", (event) => this.point(event));
+      canvas.addEventListener("pointerleave", () => { this.pointed = -1; this.tip.textContent = ""; });
+    }
+
+    destroy() {
+      this.play(false);
+      this.observer?.disconnect();
+      this.leave?.();
+      document.removeEventListener("themechange", this.onTheme);
+      this.stage?.renderer?.dispose();
+      this.box.remove();
+    }
+
+    repaint() {
+      this.stage.paint(theme.name() === "dark");
+    }
+
+    resize() {
+      const { clientWidth, clientHeight } = this.stageBox;
+      if (clientWidth > 0) this.stage.resize(clientWidth, clientHeight);
+    }
+
+    // Asks for one drawing, however much has changed.
+    changed() {
+      this.asked ??= requestAnimationFrame((now) => {
+        this.asked = null;
+        this.advance(now);
+        this.refresh();
+        if (this.playing) this.changed();
+      });
+    }
+
+    refresh() {
+      const { stage, model } = this;
+      if (!stage) return;
+      stage.update(this.scale, this.range, this.follow);
+      stage.render();
+      this.slider.value = model.frame.time;
+      this.slider.setAttribute("aria-valuetext", `${number(model.frame.time, 6)} s`);
+      this.clock.textContent = `${model.frame.time.toFixed(2)} s of ${number(model.end, 6)} s`;
+      this.button.textContent = this.playing ? "❚❚ stop" : "▶ play";
+      this.canvas.setAttribute("aria-label", this.spoken());
+      this.showTip();
+    }
+
+    // The state in words.
+    spoken() {
+      const { model } = this;
+      const worst = model.gaps.reduce((best, _, k) => (Math.abs(model.deviation(k) ?? 0) > Math.abs(model.deviation(best) ?? 0) ? k : best), 0);
+      const gap = model.gaps[worst] ? ` Largest deviation of a gap: magnet ${worst + 1}, ${number(model.gap(worst) * 1e3, 4)} mm.` : "";
+      const spans = model.spans.map((span, k) => `span ${k + 1} ${number(model.deflection((span.start + span.end) / 2) * 1e3, 3)} mm`).join(", ");
+      return `The train on its girders at ${number(model.frame.time, 5)} s.${gap}${spans ? ` Mid-span deflection: ${spans}.` : ""}`;
+    }
+
+    // ---- time ----
+
+    seek(time, told = false) {
+      this.model.seek(time);
+      if (!told) timeline.set(this.model.frame.time, this.onTime);
+      this.changed();
+    }
+
+    play(on) {
+      const { model } = this;
+      if (on && model.frame.time >= model.end) this.seek(model.begin);
+      this.playing = on;
+      this.last = null;
+      this.changed();
+    }
+
+    // While playing: goes on by the wall's time since the last drawing.
+    advance(now) {
+      if (!this.playing) return;
+      const { model } = this;
+      const passed = this.last == null ? 0 : Math.min(now - this.last, 250) / 1000;
+      this.last = now;
+      const time = model.frame.time + passed * this.speed;
+      if (time >= model.end) this.playing = false;
+      model.seek(time);
+      timeline.set(model.frame.time, this.onTime);
+    }
+
+    // ---- what the reader does ----
+
+    look(name) {
+      if (!this.stage?.look) return;
+      this.press(name);
+      this.stage.glide(this.stage.look(name, this.scale), calm.matches ? 0 : 450, () => this.changed());
+    }
+
+    // Marks the camera that is on; null for one of the reader's own.
+    press(name) {
+      this.camera = name;
+      for (const button of this.cameraButtons) button.setAttribute("aria-pressed", String(button.dataset.camera === name));
+    }
+
+    key(event) {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const { model } = this;
+      const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      const camera = Object.keys(scenes.VIEWS)[Number(event.key) - 1];
+      if (event.key === " ") this.play(!this.playing);
+      else if (way) this.seek(event.shiftKey ? model.frame.time + way : model.neighbour(way));
+      else if (event.key === "Home") this.seek(model.begin);
+      else if (event.key === "End") this.seek(model.end);
+      else if (camera) this.look(camera);
+      else return;
+      event.preventDefault();
+    }
+
+    // Names the magnet under the pointer.
+    point(event) {
+      const { left, top, width, height } = this.canvas.getBoundingClientRect();
+      const [x, y] = [event.clientX - left, event.clientY - top];
+      this.pointed = event.buttons === 0 && this.stage.pick ? this.stage.pick((2 * x) / width - 1, 1 - (2 * y) / height) : -1;
+      this.tip.style.transform = `translate(${Math.min(x + 14, width - 190)}px, ${Math.max(y - 34, 4)}px)`;
+      this.showTip();
+    }
+
+    showTip() {
+      const k = this.pointed ?? -1;
+      const { model } = this;
+      this.tip.textContent = k < 0 ? "" : model.gaps[k] ? `magnet ${k + 1}: gap ${number(model.gap(k) * 1e3, 4)} mm` : `magnet ${k + 1}: gap not recorded`;
+    }
+  };
+
+  function webGl() {
+    const canvas = document.createElement("canvas");
+    return Boolean(canvas.getContext("webgl2"));
+  }
+}
+
+/** The 3D view, of one run at a time. */
+function sceneSection() {
+  const runs = data.runs.filter((run) => run.scene);
+  const failed = data.runs.filter((run) => run.scene_error);
+  if (runs.length + failed.length === 0) return;
+  const it = section("view", "The train on its girders");
+  for (const run of failed) it.append(element("p", { class: "error", role: "status" }, `${runPrefix(run)}There is no 3D view: ${run.scene_error}.`));
+  if (runs.length === 0) return;
+  let view;
+  const show = (run) => {
+    view?.destroy();
+    view = new scenes.View(it, run);
+    // for whoever looks into the page from outside
+    it.view = view;
+  };
+  if (runs.length > 1) {
+    const select = element("select", { "aria-label": "Run shown" }, runs.map((run, k) => element("option", { value: k }, run.name)));
+    select.addEventListener("change", () => show(runs[Number(select.value)]));
+    it.append(element("p", {}, "Run: ", select));
+  }
+  show(runs[0]);
+}

@@ -1,0 +1,270 @@
+//! What moves over time: the recorded signals at the view's frames.
+
+use multibody::Description;
+use serde::Serialize;
+
+use super::Channel;
+use super::bodies::{Bodies, Kind};
+use super::unit::Unit;
+use crate::embed::{ArrayRef, Arrays};
+use crate::table::Table;
+
+/// Most frames of a view: 50 a second for a minute. 4 bytes a frame for each of about 80 channels.
+const MOST_FRAMES: usize = 3000;
+
+/// Rows of the table that the view shows.
+#[derive(Debug)]
+pub(super) struct Frames(Vec<usize>);
+
+impl Frames {
+    /// Rows at even distances in time, first and last among them.
+    pub(super) fn choose(time: &[f64]) -> Self {
+        let Some(last) = time.len().checked_sub(1) else { return Self(Vec::new()) };
+        if time.len() <= MOST_FRAMES {
+            return Self((0..=last).collect());
+        }
+        let (begin, end) = (time[0], time[last]);
+        let mut rows: Vec<usize> = (0..MOST_FRAMES)
+            .map(|k| begin + (end - begin) * k as f64 / (MOST_FRAMES - 1) as f64)
+            .map(|t| nearest(time, t))
+            .collect();
+        rows.dedup();
+        Self(rows)
+    }
+
+    /// Nothing recorded at all.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn pick<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.0.iter().map(|&row| values[row])
+    }
+}
+
+/// Row whose time is nearest.
+fn nearest(time: &[f64], t: f64) -> usize {
+    let after = time.partition_point(|&it| it < t).min(time.len() - 1);
+    let before = after.saturating_sub(1);
+    if t - time[before] < time[after] - t { before } else { after }
+}
+
+/// Where signals come from and arrays go to.
+pub(super) struct Source<'a> {
+    pub table: &'a Table,
+    pub frames: &'a Frames,
+    pub arrays: &'a mut Arrays,
+    pub missing: &'a mut Vec<String>,
+}
+
+impl Source<'_> {
+    /// A signal at the frames; where it was not due its last value before.
+    pub(super) fn signal(&self, name: &str) -> Option<Vec<f64>> {
+        let values = self.table.column(name)?;
+        let first = values.iter().copied().find(|it| !it.is_nan())?;
+        let mut held = first;
+        let whole: Vec<f64> = values
+            .iter()
+            .map(|&value| {
+                held = if value.is_nan() { held } else { value };
+                held
+            })
+            .collect();
+        Some(self.frames.pick(&whole).collect())
+    }
+
+    /// A signal at the frames, among the arrays.
+    fn channel(&mut self, name: &str) -> Channel {
+        self.signal(name).map(|values| self.arrays.f32(&values))
+    }
+
+    /// Times of the frames.
+    pub(super) fn time(&self) -> Vec<f64> {
+        self.frames.pick(&self.table.time).collect()
+    }
+}
+
+/// All that moves but the girders.
+#[derive(Debug, Serialize)]
+pub(super) struct Motion {
+    /// Times of the frames (s).
+    time: ArrayRef,
+    /// Where x = 0 of the vehicle file is along the track (m).
+    position: ArrayRef,
+    /// Air gap of each magnet (m).
+    gaps: Vec<Channel>,
+    /// Motion of each group about its place in the vehicle file.
+    poses: Vec<Pose>,
+}
+
+/// Motion of a group about its place in the vehicle file, as far as it is recorded. What the page
+/// takes from the gaps is not here.
+#[derive(Debug, Default, Serialize)]
+struct Pose {
+    /// m, left positive
+    lateral: Channel,
+    /// m, up positive
+    vertical: Channel,
+    /// rad, left side up
+    roll: Channel,
+    /// rad, nose down
+    pitch: Channel,
+    /// rad, turning left
+    yaw: Channel,
+}
+
+impl Motion {
+    pub(super) fn new(
+        vehicle: &Unit<'_>,
+        layout: &Description,
+        bodies: &Bodies,
+        source: &mut Source<'_>,
+    ) -> Self {
+        let time = source.time();
+        let position = travelled(vehicle, layout, source, &time);
+        let position = source.arrays.f32(&position);
+        let gaps: Vec<Channel> = (1..=layout.magnets.len())
+            .map(|k| source.channel(&vehicle.variable(&numbered("gap", k, layout))))
+            .collect();
+        let unknown = gaps.iter().filter(|it| it.is_none()).count();
+        if unknown > 0 {
+            source.missing.push(format!(
+                "{unknown} of {} gaps are not recorded: those magnets are grey and keep the nominal gap",
+                gaps.len()
+            ));
+        }
+        let poses = bodies
+            .groups
+            .iter()
+            .enumerate()
+            .map(|(g, group)| match group.kind {
+                Kind::Car => car(vehicle, &group.name, source),
+                Kind::Frame => frame(vehicle, layout, bodies, g, source),
+            })
+            .collect();
+        say_what_stands_still(bodies, &poses, source.missing);
+        Self { time: source.arrays.f64(&time), position, gaps, poses }
+    }
+}
+
+/// Name of a magnet's variable, `gap_01` … `gap_64`: as many digits as the last one has, at least 2.
+pub(super) fn numbered(row: &str, k: usize, layout: &Description) -> String {
+    let digits = layout.magnets.len().to_string().len().max(2);
+    format!("{row}_{k:0digits$}")
+}
+
+/// Where x = 0 of the vehicle file is along the track, from any recorded position of a magnet, or
+/// from where the vehicle starts and how fast it shall go.
+fn travelled(
+    vehicle: &Unit<'_>,
+    layout: &Description,
+    source: &mut Source<'_>,
+    time: &[f64],
+) -> Vec<f64> {
+    for (k, magnet) in layout.magnets.iter().enumerate() {
+        let name = vehicle.variable(&numbered("position", k + 1, layout));
+        if let Some(values) = source.signal(&name) {
+            return values.iter().map(|x| x - magnet.position[0]).collect();
+        }
+    }
+    let start = vehicle.parameter("initial_position").unwrap_or(0.0);
+    let speed = vehicle.parameter("travel_speed").unwrap_or(0.0);
+    if speed != 0.0 {
+        let name = vehicle.variable("position_NN");
+        source.missing.push(format!("no {name} is recorded: the train moves with travel_speed"));
+    }
+    let begin = source.table.time.first().copied().unwrap_or(0.0);
+    time.iter().map(|t| start + speed * (t - begin)).collect()
+}
+
+/// Motion of an observed body.
+fn car(vehicle: &Unit<'_>, name: &str, source: &mut Source<'_>) -> Pose {
+    let mut channel = |what: &str| source.channel(&vehicle.variable(&format!("{name}_{what}")));
+    Pose {
+        lateral: channel("lateral_displacement"),
+        vertical: channel("vertical_displacement"),
+        roll: channel("roll"),
+        pitch: channel("pitch"),
+        yaw: channel("yaw"),
+    }
+}
+
+/// Sideways motion and yaw of a frame, by the line through its magnets' lateral offsets.
+fn frame(
+    vehicle: &Unit<'_>,
+    layout: &Description,
+    bodies: &Bodies,
+    group: usize,
+    source: &mut Source<'_>,
+) -> Pose {
+    let mut offsets = Vec::new();
+    for (k, magnet) in bodies.magnets.iter().enumerate().filter(|(_, it)| it.group == group) {
+        let name = vehicle.variable(&numbered("lateral_offset", k + 1, layout));
+        if let Some(values) = source.signal(&name) {
+            offsets.push((magnet.position[0] - bodies.groups[group].center[0], values));
+        }
+    }
+    let Some((_, first)) = offsets.first() else { return Pose::default() };
+    let n = offsets.len() as f64;
+    let middle = offsets.iter().map(|(x, _)| x).sum::<f64>() / n;
+    let spread = offsets.iter().map(|(x, _)| (x - middle).powi(2)).sum::<f64>();
+    let (mut lateral, mut yaw) = (vec![0.0; first.len()], vec![0.0; first.len()]);
+    for i in 0..first.len() {
+        let mean = offsets.iter().map(|(_, y)| y[i]).sum::<f64>() / n;
+        let moment = offsets.iter().map(|(x, y)| (x - middle) * y[i]).sum::<f64>();
+        yaw[i] = if spread > 0.0 { moment / spread } else { 0.0 };
+        lateral[i] = mean - yaw[i] * middle;
+    }
+    let yaw = (spread > 0.0).then(|| source.arrays.f32(&yaw));
+    Pose { lateral: Some(source.arrays.f32(&lateral)), yaw, ..Pose::default() }
+}
+
+fn say_what_stands_still(bodies: &Bodies, poses: &Vec<Pose>, missing: &mut Vec<String>) {
+    let of = |kind| bodies.groups.iter().zip(poses).filter(move |(it, _)| it.kind == kind);
+    for (group, pose) in of(Kind::Car) {
+        let parts = [
+            ("vertical_displacement", pose.vertical),
+            ("lateral_displacement", pose.lateral),
+            ("roll", pose.roll),
+            ("pitch", pose.pitch),
+            ("yaw", pose.yaw),
+        ];
+        let absent: Vec<String> = parts
+            .iter()
+            .filter(|(_, channel)| channel.is_none())
+            .map(|(what, _)| format!("{}_{what}", group.name))
+            .collect();
+        if !absent.is_empty() {
+            missing.push(format!("not recorded, so drawn at rest: {}", absent.join(", ")));
+        }
+    }
+    if of(Kind::Frame).any(|(_, pose)| pose.lateral.is_none()) {
+        missing.push(
+            "the bogies' sideways motion is drawn only where lateral_offset_NN is recorded"
+                .to_owned(),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn invariant_frames_are_even_in_time_and_hold_both_ends() {
+        // twice as many rows in the first half
+        let time: Vec<f64> = (0..20_000)
+            .map(|k| f64::from(k) * 1e-3)
+            .chain((0..=10_000).map(|k| 20.0 + f64::from(k) * 2e-3))
+            .collect();
+        let frames = Frames::choose(&time);
+        assert_eq!(frames.0.len(), MOST_FRAMES);
+        assert_eq!((frames.0[0], frames.0[MOST_FRAMES - 1]), (0, time.len() - 1));
+        let picked: Vec<f64> = frames.pick(&time).collect();
+        let step = 40.0 / (MOST_FRAMES - 1) as f64;
+        // each within half a row of its place
+        assert!(picked.windows(2).all(|w| (w[1] - w[0] - step).abs() <= 2.001e-3));
+        assert_eq!(Frames::choose(&time[..50]).0, (0..50).collect::<Vec<_>>());
+        assert!(Frames::choose(&[]).is_empty());
+    }
+}

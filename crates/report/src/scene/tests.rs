@@ -1,0 +1,183 @@
+//! The scene of a run whose units are the layout files that ship, in archives of nothing else.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use multibody::train;
+use serde_json::{Value, json};
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
+
+use super::*;
+use crate::scenario::Scenario;
+use crate::table::Table;
+
+/// A unit's archive that holds some files.
+fn archive(path: &Path, files: &[(&str, &str)]) -> PathBuf {
+    let mut archive = ZipWriter::new(File::create(path).unwrap());
+    for (name, text) in files {
+        archive.start_file(*name, SimpleFileOptions::default()).unwrap();
+        archive.write_all(text.as_bytes()).unwrap();
+    }
+    archive.finish().unwrap();
+    path.to_owned()
+}
+
+const DESCRIPTION: &str = r#"<fmiModelDescription><ModelVariables>
+    <ScalarVariable name="initial_position"><Real start="12.5"/></ScalarVariable>
+    </ModelVariables></fmiModelDescription>"#;
+
+/// Times of the runs below (s).
+const TIMES: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// One bogie on one span, with some signals.
+fn run(folder: &Path, signals: &[(&str, [f64; 3])], parameters: &Value) -> Run {
+    let vehicle = train::one_bogie().to_json().unwrap();
+    let guideway = include_str!("../../../../fmu-guideway/resources/one-bogie/guideway.json");
+    let vehicle =
+        [("resources/vehicle.json", vehicle.as_str()), ("modelDescription.xml", DESCRIPTION)];
+    let vehicle = archive(&folder.join("v.fmu"), &vehicle);
+    let guideway = archive(&folder.join("g.fmu"), &[("resources/guideway.json", guideway)]);
+    let scenario = json!({
+        "units": {"a": vehicle, "b": guideway},
+        "instances": {
+            "train": {"unit": "a", "parameters": parameters},
+            "bridge": {"unit": "b"},
+        },
+    });
+    let table = Table {
+        names: signals.iter().map(|it| it.0.to_owned()).collect(),
+        time: TIMES.to_vec(),
+        columns: signals.iter().map(|it| it.1.to_vec()).collect(),
+    };
+    Run {
+        folder: folder.to_owned(),
+        summary: Default::default(),
+        raw_summary: Value::Null,
+        scenario: Some(Scenario::parse(scenario.to_string()).unwrap()),
+        modes: None,
+        table,
+    }
+}
+
+/// The scene as the page gets it, and its arrays.
+fn seen(run: &Run) -> (Value, Arrays) {
+    let mut arrays = Arrays::default();
+    let scene = build(run, &mut arrays).unwrap().unwrap();
+    (serde_json::to_value(scene).unwrap(), arrays)
+}
+
+fn assert_close(values: &[f64], expected: &[f64]) {
+    assert_eq!(values.len(), expected.len());
+    for (value, expected) in values.iter().zip(expected) {
+        // 32-bit floats
+        assert!((value - expected).abs() <= 1e-6 * expected.abs() + 1e-12, "{values:?}");
+    }
+}
+
+/// u(L/2) = q₁ and u(L/4) = q₁/√2 + q₂ for the two sine modes.
+#[test]
+fn analytic_two_recorded_points_tell_two_modes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (q1, q2) = ([-2e-3, -1e-3, 0.0], [1e-4, 0.0, -3e-4]);
+    let quarter: [f64; 3] = std::array::from_fn(|k| q1[k] * 0.5_f64.sqrt() + q2[k]);
+    let signals =
+        [("bridge.midspan_displacement_01", q1), ("bridge.quarter_displacement_01", quarter)];
+    let (scene, arrays) = seen(&run(folder.path(), &signals, &json!({})));
+    let span = &scene["spans"][0];
+    assert_eq!((&span["start"], &span["end"]), (&json!(0.0), &json!(25.0)));
+    for (mode, expected) in [q1, q2].iter().enumerate() {
+        assert_close(&arrays.read(&span["modes"][mode]), expected);
+        let shape = span["shapes"][mode].as_array().unwrap();
+        for (n, value) in shape.iter().enumerate() {
+            let x = n as f64 / (shape.len() - 1) as f64;
+            let phi = ((mode + 1) as f64 * std::f64::consts::PI * x).sin();
+            assert!((value.as_f64().unwrap() - phi).abs() < 1e-12);
+        }
+    }
+}
+
+/// With mid-span alone it is the first mode, and the view says so; with nothing it is straight.
+#[test]
+fn invariant_what_is_not_recorded_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let middle = [("bridge.midspan_displacement_01", [-2e-3; 3])];
+    let (scene, arrays) = seen(&run(folder.path(), &middle, &json!({})));
+    assert_eq!(scene["spans"][0]["modes"].as_array().unwrap().len(), 1);
+    assert_close(&arrays.read(&scene["spans"][0]["modes"][0]), &[-2e-3; 3]);
+    let missing = scene["missing"].to_string();
+    assert!(missing.contains("1 of 2 modes"), "{missing}");
+    assert!(missing.contains("8 of 8 gaps") && missing.contains("car_1_pitch"), "{missing}");
+    let (bare, _) = seen(&run(folder.path(), &[], &json!({})));
+    assert!(bare["missing"].to_string().contains("1 of 1 spans are drawn straight"));
+}
+
+#[test]
+fn invariant_the_train_is_where_it_was_recorded_or_set_out_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let position = |signals: &[(&str, [f64; 3])], parameters: Value| {
+        let (scene, arrays) = seen(&run(folder.path(), signals, &parameters));
+        arrays.read(&scene["position"])
+    };
+    // the unit's start value, the scenario's parameters, and magnet 3, at x = −0.35 m of the vehicle
+    assert_close(&position(&[], json!({})), &[12.5; 3]);
+    let moving = json!({"initial_position": -4.0, "travel_speed": 2.0});
+    assert_close(&position(&[], moving.clone()), &[-4.0, -3.0, -2.0]);
+    let recorded = [("train.position_03", [5.0, 6.0, 7.5])];
+    assert_close(&position(&recorded, moving), &[5.35, 6.35, 7.85]);
+}
+
+/// Offsets y = 1 mm + 0.2 mrad·x along a side frame.
+#[test]
+fn analytic_a_frame_turns_with_its_magnets_offsets() {
+    let folder = tempfile::tempdir().unwrap();
+    let offset = |x: f64| [1e-3 + 2e-4 * x; 3];
+    let signals = [
+        ("train.lateral_offset_01", offset(1.05)),
+        ("train.lateral_offset_02", offset(0.35)),
+        ("train.lateral_offset_04", offset(-1.05)),
+    ];
+    let (scene, arrays) = seen(&run(folder.path(), &signals, &json!({})));
+    assert_eq!(scene["groups"][0]["kind"], "frame");
+    assert_close(&arrays.read(&scene["poses"][0]["lateral"]), &[1e-3; 3]);
+    assert_close(&arrays.read(&scene["poses"][0]["yaw"]), &[2e-4; 3]);
+}
+
+/// The surface lies where the magnets met it: heights over recorded places.
+#[test]
+fn analytic_the_irregularity_is_laid_out_along_the_track() {
+    let folder = tempfile::tempdir().unwrap();
+    let signals =
+        [("train.position_01", [10.0, 10.5, 11.0]), ("bridge.irregularity_01", [0.0, 5e-3, 0.0])];
+    let (scene, arrays) = seen(&run(folder.path(), &signals, &json!({})));
+    let profile = &scene["irregularity"];
+    assert!((profile["start"].as_f64().unwrap() - 10.0).abs() < 1e-12);
+    let up = [0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3];
+    let expected: Vec<f64> = up.into_iter().chain(up.into_iter().rev().skip(1)).collect();
+    assert_close(&arrays.read(&profile["values"]), &expected);
+}
+
+#[test]
+fn invariant_what_is_no_train_has_no_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut other = run(folder.path(), &[], &json!({}));
+    other.scenario = None;
+    assert!(build(&other, &mut Arrays::default()).unwrap().is_none());
+    let unit = archive(&folder.path().join("m.fmu"), &[("modelDescription.xml", "")]);
+    let scenario = json!({"units": {"m": unit}, "instances": {"m": {"unit": "m"}}});
+    other.scenario = Some(Scenario::parse(scenario.to_string()).unwrap());
+    assert!(build(&other, &mut Arrays::default()).unwrap().is_none());
+}
+
+#[test]
+fn issue_a_unit_that_is_gone_or_broken_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let lost = run(folder.path(), &[], &json!({}));
+    archive(&folder.path().join("v.fmu"), &[("resources/vehicle.json", "{\"bodies\": 3}")]);
+    let error = build(&lost, &mut Arrays::default()).unwrap_err().to_string();
+    assert!(error.contains("v.fmu") && error.contains("vehicle.json"), "{error}");
+    std::fs::remove_file(folder.path().join("v.fmu")).unwrap();
+    let error = build(&lost, &mut Arrays::default()).unwrap_err().to_string();
+    assert!(error.contains("v.fmu"), "{error}");
+}
