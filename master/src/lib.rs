@@ -46,6 +46,7 @@ pub mod package;
 pub mod participant;
 pub mod record;
 pub mod reference;
+pub mod ride;
 pub mod run;
 pub mod scenario;
 pub mod summary;

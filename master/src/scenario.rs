@@ -19,6 +19,7 @@ pub use crate::coupling::settings::{
     Acceleration, Algorithm, AlgorithmName, Estimate, Group, IterationSettings, JacobianSource,
     OnDiscard, PowerPair, Variable,
 };
+pub use crate::ride::{RidePoint, VerticalWeighting};
 
 /// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,6 +71,9 @@ pub struct Scenario {
     /// Pictures to draw.
     #[serde(default)]
     pub plots: Vec<Plot>,
+    /// Points at which ride quality is judged after the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ride_quality: Vec<RidePoint>,
     /// Refuse units with any defect of archive or description, which are tolerated with a warning
     /// otherwise.
     #[serde(default)]
@@ -566,6 +570,11 @@ impl Scenario {
                     let value = panel.scale.to_string();
                     return Err(range(&what, value, "finite numbers other than zero"));
                 }
+            }
+        }
+        for (k, point) in self.ride_quality.iter().enumerate() {
+            if let Some((what, value, allowed)) = point.out_of_range() {
+                return Err(range(&format!("ride_quality[{k}].{what}"), value, allowed));
             }
         }
         Ok(())

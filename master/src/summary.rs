@@ -10,7 +10,7 @@ use crate::coupling::{ControlReport, Iteration, PowerReport};
 use crate::error::Error;
 use crate::initialize::SolvedLoop;
 use crate::record::{Kind, Statistics, write_whole};
-use crate::run::RealTime;
+use crate::run::{RealTime, RideQuality};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -202,6 +202,9 @@ pub struct Summary {
     pub events: BTreeMap<Kind, u64>,
     /// Recorded signals.
     pub signals: IndexMap<String, SignalSummary>,
+    /// How the run feels at the points that the scenario names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ride_quality: Option<RideQuality>,
     /// The units' first messages.
     pub messages: Vec<UnitMessage>,
     /// Results in the folder.

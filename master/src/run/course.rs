@@ -8,7 +8,7 @@ use super::journal::Journal;
 use super::output::{Files, Output};
 use super::pace::{Pacer, WallClock};
 use super::totals::{self, Earlier};
-use super::{Job, Observer, Setup, Simulation, SimulationState, remove_checkpoint};
+use super::{Job, Observer, Setup, Simulation, SimulationState, remove_checkpoint, ride};
 use crate::error::Error;
 use crate::graph::SignalGraph;
 use crate::initialize::SolvedLoop;
@@ -237,16 +237,24 @@ impl<'a> Run<'a> {
         participants: &[Participant],
         coupling: CouplingSummary,
     ) -> Result<(Summary, Files), Error> {
-        let Self { job, setup, output, journal, progress, earlier, .. } = self;
+        let Self { job, setup, observer, output, mut journal, progress, earlier, .. } = self;
         let Setup { scenario, system, .. } = setup;
         let failed = |source| Error::Output { path: job.folder.to_owned(), running: true, source };
         let gatherers = output.gatherers.clone();
         let (files, completed) = output.finish(progress.done > 0);
+        let reached = setup.time_after(progress.done);
+        let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, job.folder));
+        let points = ride_quality.iter().flat_map(|quality| &quality.points);
+        let mut noted = Ok(());
+        for warning in points.flat_map(|point| &point.warnings) {
+            let text = format!("ride_quality: {warning}");
+            observer.notice(&text);
+            noted = noted.and(journal.note(reached, Kind::Note, text));
+        }
         let (told, logged) = journal.finish();
         let experiment = scenario.experiment;
         let instances = totals::instances(setup, participants, &earlier, &told.discarded);
         let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();
-        let reached = setup.time_after(progress.done);
         let simulated = reached - experiment.start;
         let summary = Summary {
             scenario: job.name.to_owned(),
@@ -276,12 +284,13 @@ impl<'a> Run<'a> {
             real_time: self.pacer.as_ref().map(Pacer::statistics),
             events: told.events,
             signals: signals(setup, &gatherers),
+            ride_quality,
             messages: told.messages,
             tables: files.tables.clone(),
             pictures: files.pictures.clone(),
         };
         let written = summary.write(job.folder);
-        completed.and(logged.and(written).map_err(failed))?;
+        completed.and(noted.and(logged).and(written).map_err(failed))?;
         Ok((summary, files))
     }
 }
