@@ -10,6 +10,7 @@ use crate::description::{DescriptionError, UnitMismatch};
 use crate::initialize::InitializeError;
 use crate::instance::{UnitError, UnitFault};
 use crate::library::LibraryError;
+#[cfg(feature = "modes")]
 use crate::modes::ModesError;
 use crate::package::PackageError;
 use crate::plot::PlotError;
@@ -52,6 +53,7 @@ pub enum Error {
     #[error("the unit does not answer")]
     Report(#[source] UnitError),
     /// Modes of the coupled system.
+    #[cfg(feature = "modes")]
     #[error("the system's modes cannot be found")]
     Modes(#[from] ModesError),
     /// Initialization.
@@ -157,10 +159,12 @@ impl Error {
             Self::Report(_) => {
                 "what a unit reports is not of the FMI standard: see the documentation of the unit"
             }
+            #[cfg(feature = "modes")]
             Self::Modes(ModesError::Silent { .. } | ModesError::Missing { .. }) => {
                 "modes need units that answer the report \"linear\" (docs/coupled-modes.md); \
                  `maglev run` needs nothing of it"
             }
+            #[cfg(feature = "modes")]
             Self::Modes(_) => return None,
             Self::Initialize(InitializeError::Loop { .. }) => {
                 "give start values nearer to the solution, or raise initialization.iterations or \

@@ -41,6 +41,7 @@ pub mod instance;
 pub mod isolate;
 pub mod library;
 pub mod logger;
+#[cfg(feature = "modes")]
 pub mod modes;
 pub mod package;
 pub mod participant;

@@ -1,6 +1,6 @@
 //! Files that appear complete or not at all, and files that grow record by record.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -78,7 +78,9 @@ pub(super) struct Growing {
 impl Growing {
     /// Begins the file with a header.
     pub(super) fn create(path: PathBuf, header: &[u8]) -> io::Result<Self> {
-        let file = File::create(partial(&path))?;
+        let file = OpenOptions::new().write(true).create(true).truncate(false).open(partial(&path))?;
+        reserve(&file)?;
+        file.set_len(0)?;
         let mut growing = Self {
             file,
             path,
@@ -98,6 +100,7 @@ impl Growing {
         let unfinished = partial(&path);
         let found = if unfinished.exists() { &unfinished } else { &path };
         let mut file = OpenOptions::new().read(true).write(true).open(found)?;
+        reserve(&file)?;
         let refuse = |text: String| Err(io::Error::new(io::ErrorKind::InvalidData, text));
         let length = file.metadata()?.len();
         if length < position.bytes {
@@ -182,6 +185,18 @@ impl Growing {
     }
 }
 
+/// Keeps others from writing the file until it is closed, be it by the end of the process.
+fn reserve(file: &File) -> io::Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(io::Error::new(
+            io::ErrorKind::ResourceBusy,
+            "another run is writing it; wait for its end or choose another folder",
+        )),
+        // a file system without locks
+        Err(TryLockError::Error(_)) | Ok(()) => Ok(()),
+    }
+}
+
 fn lines(bytes: &[u8]) -> u64 {
     bytes.iter().filter(|&&byte| byte == b'\n').count() as u64
 }
@@ -231,6 +246,23 @@ mod tests {
         fs::write(&path, "head\n0\n").unwrap();
         let error = Growing::resume(path, position).err().unwrap().to_string();
         assert!(error.contains("7 bytes"), "{error}");
+    }
+
+    #[test]
+    fn issue_a_file_that_another_run_writes_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let mut first = Growing::create(path.clone(), b"head\n").unwrap();
+        let position = first.position().unwrap();
+        for second in
+            [Growing::create(path.clone(), b"other\n"), Growing::resume(path.clone(), position)]
+        {
+            let error = second.err().unwrap().to_string();
+            assert!(error.contains("another run"), "{error}");
+        }
+        first.finish().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "head\n");
+        Growing::create(path, b"next\n").unwrap();
     }
 
     #[test]

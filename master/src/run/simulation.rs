@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::plan;
 use super::setup::Setup;
 use super::stepper::{Stepper, StepperState};
+#[cfg(feature = "modes")]
 use crate::coupling::{Blueprint, Exchange};
 use crate::error::Error;
 use crate::initialize::{SolvedLoop, initialize};
@@ -57,6 +58,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// The units, the signals between them, and which algorithm steps which.
+    #[cfg(feature = "modes")]
     pub(crate) fn parts(&mut self) -> (&mut [Participant], &Exchange, &Blueprint) {
         (&mut self.participants, self.stepper.exchange(), &self.setup.layout.blueprint)
     }

@@ -85,6 +85,7 @@ impl Stepper {
     }
 
     /// The signals between the units.
+    #[cfg(feature = "modes")]
     pub(super) fn exchange(&self) -> &Exchange {
         &self.exchange
     }
