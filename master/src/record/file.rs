@@ -78,7 +78,8 @@ pub(super) struct Growing {
 impl Growing {
     /// Begins the file with a header.
     pub(super) fn create(path: PathBuf, header: &[u8]) -> io::Result<Self> {
-        let file = OpenOptions::new().write(true).create(true).truncate(false).open(partial(&path))?;
+        let file =
+            OpenOptions::new().write(true).create(true).truncate(false).open(partial(&path))?;
         reserve(&file)?;
         file.set_len(0)?;
         let mut growing = Self {
