@@ -30,7 +30,7 @@
     quarter: { label: "Three-quarter", from: [0.95, -0.9, 0.42], aim: [0.12, 0, -0.02], across: 2.0 },
     under: { label: "Underneath", from: [0.5, -0.75, -0.2], aim: [0.1, 0, 0], across: 1.2 },
     magnet: { label: "At a magnet", near: true, from: [1.1, -2.3, 0.1], aim: [-0.4, 0, 0.05] },
-    ahead: { label: "From the front", from: [1, -0.28, 0.16], aim: [0.45, 0, 0], across: 1.1 },
+    ahead: { label: "From the front", from: [1, -0.28, 0.16], aim: [0.5, 0, 0.02], across: 1.5 },
   };
   scenes.VIEWS = VIEWS;
 
@@ -56,7 +56,8 @@
       this.addLight();
       this.at = model.travelled();
       this.middle = (model.reach[0] + model.reach[1]) / 2;
-      this.half = Math.max((model.reach[1] - model.reach[0]) / 2, 1.5);
+      // short vehicles are as high as they are long
+      this.half = Math.max((model.reach[1] - model.reach[0]) / 2, model.data.boxes.length > 1 ? 6.5 : 2.5);
     }
 
     makeMaterials() {
@@ -78,7 +79,7 @@
       this.air = new THREE.HemisphereLight(0xffffff, 0xb8b2a4);
       this.sun = new THREE.DirectionalLight(0xffffff);
       this.sun.castShadow = true;
-      this.sun.shadow.mapSize.set(2048, 1024);
+      this.sun.shadow.mapSize.set(4096, 1024);
       this.sun.shadow.bias = -0.0008;
       this.sun.shadow.normalBias = 0.03;
       const reach = Math.max((this.model.reach[1] - this.model.reach[0]) * 0.75, 8);
@@ -131,7 +132,7 @@
       // far enough away that the train fits across, however narrow the window
       const wide = Math.tan((camera.fov * Math.PI) / 360) * Math.min(camera.aspect, 2.6);
       const away = (view.across * this.half) / wide / 2;
-      const middle = new THREE.Vector3(travelled + this.middle, 0, under + 0.3);
+      const middle = new THREE.Vector3(travelled + this.middle, 0, under + 0.08 * this.half);
       const aim = middle.clone().addScaledVector(new THREE.Vector3(...view.aim), this.half);
       const direction = new THREE.Vector3(...view.from).normalize();
       return { from: aim.clone().addScaledVector(direction, away * 1.06), aim };

@@ -117,18 +117,19 @@
 
     addRail(y) {
       const w = RAIL.width / 2;
-      const outline = [[-w, 0], [w, 0], [w, RAIL.height], [-w, RAIL.height]].map(([a, z]) => [y + a, z]);
+      const outline = [[-w, RAIL.height], [w, RAIL.height], [w, 0], [-w, 0]].map(([a, z]) => [y + a, z]);
       const [from, to] = this.range;
       return this.extrude(outline, from, to, Math.ceil((to - from) / RAIL.step), this.materials.rail);
     }
 
-    // Sleepers carry the rails on a post in the track's middle.
+    // Sleepers carry the rails on a post in the track's middle, or on two beside a rail that is there.
     addSleepers() {
       const { THREE, root, materials } = this;
       const [from, to] = this.range;
       const count = Math.floor((to - from) / SLEEPER.every);
-      const row = (size, material) => {
-        const mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(...size), material, count);
+      const legs = this.lines.some((y) => Math.abs(y) < 0.3) ? [-this.half * 0.9, this.half * 0.9] : [0];
+      const row = (size, material, many = 1) => {
+        const mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(...size), material, count * many);
         mesh.frustumCulled = false;
         mesh.castShadow = true;
         root.add(mesh);
@@ -137,7 +138,8 @@
       this.sleepers = {
         places: Array.from({ length: count }, (_, i) => from + (i + 0.5) * SLEEPER.every),
         bars: row([SLEEPER.width, this.half * 2 + 0.2, SLEEPER.height], materials.sleeper),
-        posts: row([SLEEPER.width, 0.3, 1], materials.sleeper),
+        legs,
+        posts: row([SLEEPER.width, 0.3 / legs.length, 1], materials.sleeper, legs.length),
       };
     }
 
@@ -176,7 +178,7 @@
       this.girders.forEach((girder) => this.bend(girder, (x) => scale.deflection * model.deflection(x)));
       this.rails.forEach((rail) => this.bend(rail, (x) => under + model.surface(x, scale)));
       this.references.forEach((line) => (line.position.z = under));
-      const { places, bars, posts } = this.sleepers;
+      const { places, bars, legs, posts } = this.sleepers;
       const node = new THREE.Object3D();
       places.forEach((x, i) => {
         const slab = this.top + scale.deflection * model.deflection(x);
@@ -187,9 +189,11 @@
         bars.setMatrixAt(i, node.matrix);
         const height = Math.max(bar - slab, 0.01);
         node.scale.set(1, 1, height);
-        node.position.set(x, 0, slab + height / 2);
-        node.updateMatrix();
-        posts.setMatrixAt(i, node.matrix);
+        legs.forEach((y, leg) => {
+          node.position.set(x, y, slab + height / 2);
+          node.updateMatrix();
+          posts.setMatrixAt(i * legs.length + leg, node.matrix);
+        });
       });
       bars.instanceMatrix.needsUpdate = posts.instanceMatrix.needsUpdate = true;
     }

@@ -2,7 +2,7 @@
 {
   const KEYS = "Space: play or stop · ← →: one frame, with Shift 1 s · Home, End · 1 to 5: cameras · drag: turn · wheel or two fingers: zoom · right button: move";
   // Sliders of factors are logarithmic: they hold the decimal logarithm.
-  const DEFLECTION = { least: 1, most: 2000 };
+  const DEFLECTION = { least: 1, most: 2000, start: 500 };
   const GAP = { least: 1, most: 20, start: 10 };
   const SPEED = { least: 0.001, most: 10 };
   // The largest deflection of a run is drawn at least so large at first (m).
@@ -28,7 +28,7 @@
     // A factor of 1, 2 or 5 of a decade that makes the deflection readable.
     readable() {
       const wanted = scenes.roundUp(READABLE / Math.max(this.model.largestDeflection(), 1e-6));
-      return Math.min(Math.max(wanted, DEFLECTION.least), DEFLECTION.most);
+      return Math.min(Math.max(wanted, DEFLECTION.least), DEFLECTION.start);
     }
 
     // ---- elements ----
@@ -69,12 +69,13 @@
     }
 
     legend() {
-      const size = number(this.range * 1e3, 3);
+      const [unit, factor] = this.range < 5e-5 ? ["µm", 1e6] : ["mm", 1e3];
+      const size = number(this.range * factor, 3);
       const bar = element("span", { class: "bar" });
       bar.style.background = scenes.gradient();
-      return element("div", { class: "scale", role: "img", "aria-label": `Colours of the magnets: gap from ${size} mm less to ${size} mm more than the nominal ${number(this.model.data.nominal_gap * 1e3)} mm, blue to red` },
+      return element("div", { class: "scale", role: "img", "aria-label": `Colours of the magnets: gap from ${size} ${unit} less to ${size} ${unit} more than the nominal ${number(this.model.data.nominal_gap * 1e3)} mm, blue to red` },
         element("span", { class: "what" }, `gap − ${number(this.model.data.nominal_gap * 1e3)} mm`), bar,
-        element("span", { class: "ends" }, element("span", {}, `≤ −${size}`), element("span", {}, "0"), element("span", {}, `≥ ${size} mm`)));
+        element("span", { class: "ends" }, element("span", {}, `≤ −${size}`), element("span", {}, "0"), element("span", {}, `≥ ${size} ${unit}`)));
     }
 
     player() {

@@ -1,0 +1,444 @@
+"""The report in a browser: what a reader does with it, in headless Chromium.
+
+Looked at is what is on the screen: pixels of canvases, texts, what has the focus. The 3D view is
+compared with results.csv, too.
+"""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+
+import browser as chromium
+from browser import Visit
+from conftest import ROOT, maglev, results
+
+STOP = 1.5
+
+
+@pytest.fixture(scope="module")
+def browser():
+    try:
+        with chromium.launched() as it:
+            yield it
+    except chromium.NoBrowser as why:
+        warnings.warn(f"THE REPORT IS NOT TESTED: {why}", stacklevel=1)
+        pytest.skip(f"THE REPORT IS NOT TESTED: {why}")
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Two short runs of one bogie in the middle of its span, the other with a softer gain."""
+    folder = tmp_path_factory.mktemp("report")
+    for name, gain in [("usual", 7), ("soft", 6)]:
+        maglev("run", ROOT / "scenarios" / "one-bogie.json", "--out", folder / name, "--stop", STOP, "--no-report",
+               "--set", "vehicle.initial_position=9", "--set", "guideway.irregularity_on=true",
+               "--set", f"ems_*.gain_gap={gain}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def one(runs):
+    maglev("report", runs / "usual", "--out", runs / "one.html")
+    return runs / "one.html"
+
+
+@pytest.fixture(scope="module")
+def two(runs):
+    maglev("report", runs / "usual", runs / "soft", "--out", runs / "two.html")
+    return runs / "two.html"
+
+
+@pytest.fixture
+def visit(browser):
+    """Opens reports; at the end none may have complained or asked for anything from elsewhere."""
+    visits = []
+
+    def open_report(report, **options):
+        visits.append(Visit(browser, report, **options))
+        return visits[-1]
+
+    yield open_report
+    for it in visits:
+        complaints, foreign = it.complaints, it.foreign()
+        it.close()
+        assert complaints == [] and foreign == []
+
+
+def picture(page, selector, index=0):
+    """Pixels of a canvas as an array of rows × columns × RGBA."""
+    width, height, data = page.locator(selector).nth(index).evaluate("""(canvas) => {
+        const copy = document.createElement("canvas");
+        [copy.width, copy.height] = [canvas.width, canvas.height];
+        const context = copy.getContext("2d");
+        context.drawImage(canvas, 0, 0);
+        const { data } = context.getImageData(0, 0, copy.width, copy.height);
+        let text = "";
+        for (let k = 0; k < data.length; k += 8192) text += String.fromCharCode(...data.subarray(k, k + 8192));
+        return [copy.width, copy.height, btoa(text)];
+    }""")
+    import base64
+    return np.frombuffer(base64.b64decode(data), np.uint8).reshape(height, width, 4).astype(int)
+
+
+def coloured(pixels):
+    """Number of pixels that are neither transparent nor grey: curves, not axes."""
+    spread = pixels[..., :3].max(axis=2) - pixels[..., :3].min(axis=2)
+    return int(((pixels[..., 3] > 100) & (spread > 60)).sum())
+
+
+def differs(a, b):
+    """Part of the pixels that changed."""
+    return float((np.abs(a - b).sum(axis=2) > 24).mean())
+
+
+PLOT = ".chart canvas"
+STAGE = "#view .stage canvas"
+
+
+def test_loads_from_a_file_without_complaints_and_without_network(visit, one):
+    it = visit(one)
+    it.view()
+    assert it.page.locator("h1").inner_text() == "One bogie over one span at 5 km/h"
+    assert it.requests[0] == it.url
+    # three.js and its parts come as blobs from within the page
+    assert sum(url.startswith("blob:") for url in it.requests) >= 2
+    assert it.page.locator("#view .error").count() == 0
+
+
+def test_plots_have_curves(visit, one):
+    page = visit(one).page
+    plots = page.locator(PLOT)
+    assert plots.count() >= 2
+    for k in range(plots.count()):
+        # a curve 1.5 px wide across 500 px at least
+        assert coloured(picture(page, PLOT, k)) > 500, f"plot {k} is empty"
+
+
+def test_zoom_pan_and_reset_with_the_mouse(visit, one):
+    page = visit(one).page
+    whole = picture(page, PLOT)
+    over = page.locator(".chart .u-over").first
+    over.scroll_into_view_if_needed()
+    box = over.bounding_box()
+    y = box["y"] + box["height"] / 2
+
+    def drag(start, end):
+        page.mouse.move(box["x"] + start * box["width"], y)
+        page.mouse.down()
+        page.mouse.move(box["x"] + end * box["width"], y, steps=4)
+        page.mouse.up()
+        page.mouse.move(2, 2)
+        page.wait_for_timeout(60)
+        return picture(page, PLOT)
+
+    part = drag(0.3, 0.6)
+    assert differs(whole, part) > 0.005
+    page.keyboard.down("Shift")
+    panned = drag(0.6, 0.3)
+    page.keyboard.up("Shift")
+    assert differs(part, panned) > 0.005
+    over.dblclick()
+    page.mouse.move(2, 2)
+    page.wait_for_timeout(60)
+    # but for the line at the moment that was clicked on
+    assert differs(whole, picture(page, PLOT)) < 0.01
+
+
+def test_plots_by_keyboard(visit, one):
+    page = visit(one).page
+    frame = page.locator(".chart .canvas").first
+    whole = picture(page, PLOT)
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if frame.evaluate("(it) => it === document.activeElement"):
+            break
+    else:
+        pytest.fail("the Tab key does not reach the first plot")
+    page.keyboard.press("+")
+    zoomed = picture(page, PLOT)
+    assert differs(whole, zoomed) > 0.005
+    page.keyboard.press("ArrowRight")
+    assert differs(zoomed, picture(page, PLOT)) > 0.005
+    page.keyboard.press("0")
+    assert differs(whole, picture(page, PLOT)) == 0
+    page.keyboard.press("Shift+ArrowRight")
+    assert "time" in page.locator(".chart .where").first.inner_text()
+
+
+def test_any_signal_can_be_chosen(visit, one):
+    page = visit(one).page
+    picker = page.locator(".picker")
+    before = page.locator("#chosen .chart").count()
+    picker.locator("input[type=search]").fill("lateral_offset")
+    assert picker.locator("label:visible").count() == 1
+    picker.locator("label:visible input").check()
+    assert page.locator("#chosen .chart").count() == before + 1
+    assert "lateral_offset_01" in page.locator("#chosen .chart .legend").last.inner_text()
+    picker.get_by_role("button", name="vehicle.gap_# (8)").click()
+    assert page.locator("#chosen .chart .legend").first.inner_text() != ""
+    assert coloured(picture(page, "#chosen canvas")) > 500
+
+
+def test_two_runs_are_compared(visit, two):
+    it = visit(two)
+    page = it.page
+    assert page.locator("h1").inner_text() == "2 runs compared"
+    labels = page.locator(".chart .legend").first.inner_text()
+    assert "usual: " in labels and "soft: " in labels
+    entries = page.locator(".chart").first.locator(".legend button")
+    both = coloured(picture(page, PLOT))
+    # hiding a run's curve takes its pixels away
+    entries.nth(1).click()
+    assert coloured(picture(page, PLOT)) < both
+    # the 3D view shows one of them
+    it.ask(f"it.seek({STOP})")
+    first = it.ask("it.model.gap(0)")
+    page.get_by_label("Run shown").select_option("soft")
+    it.view()
+    it.ask(f"it.seek({STOP})")
+    assert it.ask("it.model.gap(0)") != first
+    assert page.locator("#view .view").count() == 1
+
+
+def test_the_view_draws_what_was_recorded(visit, one, runs):
+    """Gaps, the girder's middle and its quarter, at recorded times, against results.csv."""
+    it = visit(one)
+    assert it.view().get_attribute("data-ready") == "3d"
+    signals = results(runs / "usual")
+    for row in (0, 700, -1):
+        it.ask("it.seek(args[0])", signals["time"][row])
+        # 32-bit floats, and positions of 10 m to 1e-6 m
+        for k in (1, 5, 8):
+            gap = it.ask("it.model.gap(args[0] - 1)", k)
+            assert gap == pytest.approx(signals[f"vehicle.gap_{k:02}"][row], abs=1e-9)
+        # 65 points of a sine over 25 m: linear between them errs by (π/64)²/8 at most
+        deflection = it.ask("args.map((x) => it.model.deflection(x))", 12.5, 6.25)
+        expected = [signals[f"guideway.{place}_displacement_01"][row] for place in ("midspan", "quarter")]
+        assert deflection == pytest.approx(expected, rel=3e-4, abs=1e-10)
+    assert expected[0] < -4e-4
+    # what is drawn: the girder's middle, as many times too low as the slider says
+    it.ask("it.refresh()")
+    scale = it.ask("it.scale.deflection")
+    heights = it.ask("""(() => {
+        const { mesh, outline } = it.stage.track.girders[0];
+        const z = mesh.geometry.attributes.position;
+        return [z.getZ(0), z.getZ((z.count / outline.length >> 1) * outline.length)];
+    })()""")
+    # the girder's end is drawn 4 cm inside of its bearing
+    assert heights[1] - heights[0] == pytest.approx(scale * expected[0], rel=0.01)
+
+
+def test_the_view_is_a_picture_of_train_and_girder(visit, one):
+    it = visit(one)
+    it.view()
+    pixels = picture(it.page, STAGE)
+    # sky, ground, concrete, steel, white car, colours of magnets: far from a plain area
+    shades = np.unique(pixels[..., :3].reshape(-1, 3) // 16, axis=0)
+    assert len(shades) > 60
+    seen = it.ask("""(() => {
+        const point = new it.stage.camera.position.constructor();
+        const [x, y, z] = it.model.data.magnets[0].position;
+        point.set(it.model.travelled() + x, y, z).project(it.stage.camera);
+        return [point.x, point.y];
+    })()""")
+    assert max(map(abs, seen)) < 1
+
+
+def test_sliders_change_what_is_drawn(visit, one):
+    it = visit(one)
+    page = it.page
+    it.ask(f"it.seek({STOP})")
+    it.settle()
+    before = picture(page, STAGE)
+    words = page.locator("#view .words").inner_text()
+    slider = page.get_by_label("Exaggeration of deflection")
+    slider.focus()
+    page.keyboard.press("End")
+    it.settle()
+    bent = picture(page, STAGE)
+    assert differs(before, bent) > 0.02
+    assert "2000 times too large" in page.locator("#view .words").inner_text() != words
+    page.get_by_label("Exaggeration of gaps").focus()
+    page.keyboard.press("Home")
+    it.settle()
+    assert differs(bent, picture(page, STAGE)) > 0.002
+    assert "air gaps, the track's irregularity and the train's motion on the girders true to scale" in page.locator("#view .words").inner_text()
+    page.get_by_label("Speed of time").focus()
+    page.keyboard.press("Home")
+    assert it.ask("it.speed") == pytest.approx(0.001)
+
+
+def test_time_is_shared_with_the_plots(visit, one):
+    it = visit(one)
+    page = it.page
+    it.view()
+    before = picture(page, PLOT)
+    slider = page.get_by_label("Time", exact=True)
+    slider.evaluate("(it) => { it.value = 0.9; it.dispatchEvent(new Event('input')); }")
+    it.settle()
+    # a line 1.5 px wide and 150 px high
+    marked = np.abs(picture(page, PLOT) - before).sum(axis=2) > 24
+    assert marked.any(axis=1).sum() > 100 and 0 < marked.any(axis=0).sum() < 12
+    page.locator(".chart .u-over").first.click(position={"x": 100, "y": 60})
+    it.settle()
+    shown = float(page.locator("#view .clock").inner_text().split()[0])
+    assert 0 < shown < 0.5 and it.ask("it.model.frame.time") == pytest.approx(shown, abs=0.006)
+
+
+def test_it_plays_and_stops(visit, one):
+    it = visit(one)
+    page = it.page
+    it.ask("it.speed = 0.2")
+    page.get_by_role("button", name="play").click()
+    page.wait_for_function("document.querySelector('#view').view.model.frame.time > 0.1", timeout=30_000)
+    page.get_by_role("button", name="stop").click()
+    it.settle()
+    halted = it.ask("it.model.frame.time")
+    page.wait_for_timeout(150)
+    assert it.ask("it.model.frame.time") == halted
+    # to the end, where it stops by itself
+    it.ask("it.speed = 10")
+    page.get_by_role("button", name="play").click()
+    page.wait_for_function("!document.querySelector('#view').view.playing", timeout=30_000)
+    assert it.ask("it.model.frame.time") == pytest.approx(STOP)
+
+
+def test_the_view_by_keyboard(visit, one):
+    it = visit(one, reduced_motion="reduce")
+    page = it.page
+    it.view()
+    page.locator(STAGE).focus()
+    page.keyboard.press("ArrowRight")
+    # a frame a millisecond, as recorded
+    assert it.ask("it.model.frame.time") == pytest.approx(1e-3)
+    page.keyboard.press("Shift+ArrowRight")
+    assert it.ask("it.model.frame.time") == pytest.approx(1.001)
+    page.keyboard.press("ArrowLeft")
+    assert it.ask("it.model.frame.time") == pytest.approx(1.0)
+    page.keyboard.press("End")
+    assert it.ask("it.model.frame.time") == pytest.approx(STOP)
+    page.keyboard.press("Home")
+    page.keyboard.press(" ")
+    page.wait_for_function("document.querySelector('#view').view.model.frame.time > 0", timeout=30_000)
+    page.keyboard.press(" ")
+    assert not it.ask("it.playing")
+    assert "mm" in page.locator(STAGE).get_attribute("aria-label")
+
+
+def test_cameras(visit, one):
+    it = visit(one, reduced_motion="reduce")
+    page = it.page
+    it.view()
+    seen = []
+    for key, name in [("1", "side"), ("3", "under"), ("4", "magnet"), ("5", "ahead"), ("2", "quarter")]:
+        page.locator(STAGE).focus()
+        page.keyboard.press(key)
+        it.settle()
+        seen.append(picture(page, STAGE))
+        assert page.locator(f"[data-camera={name}]").get_attribute("aria-pressed") == "true"
+    for k, picture_of in enumerate(seen[1:]):
+        assert differs(seen[k], picture_of) > 0.05
+    # going with the train keeps the camera beside it
+    away = "(it.stage.camera.position.x - it.model.travelled())"
+    beside = it.ask(away)
+    it.ask(f"(it.seek({STOP}), it.refresh())")
+    assert it.ask(away) == pytest.approx(beside, abs=1e-6)
+    page.get_by_label("go with the train").uncheck()
+    it.ask("(it.seek(0), it.refresh())")
+    assert it.ask(away) > beside + 1
+
+
+def test_dark_mode_and_print(visit, one):
+    it = visit(one, color_scheme="dark")
+    page = it.page
+    it.view()
+
+    def ground():
+        colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        return sum(int(part) for part in colour[4:-1].split(",")[:3]) / 3
+
+    dark = picture(page, STAGE)
+    assert ground() < 60 and dark[:20, :20, :3].mean() < 60
+    page.emulate_media(color_scheme="light")
+    it.settle()
+    assert ground() > 200 and picture(page, STAGE)[:20, :20, :3].mean() > 200
+    # the button overrules the system
+    page.locator("#theme").click()
+    page.locator("#theme").click()
+    it.settle()
+    assert ground() < 60
+    page.emulate_media(media="print")
+    assert not page.locator(".picker").first.is_visible()
+    assert not page.get_by_role("button", name="play").is_visible()
+    assert page.locator(STAGE).is_visible() and page.locator(PLOT).first.is_visible()
+    assert len(page.pdf()) > 50_000
+
+
+def test_a_narrow_window_shows_everything(visit, one):
+    it = visit(one, width=380, height=800)
+    it.view()
+    wide = it.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
+    assert wide[0] <= wide[1]
+    assert coloured(picture(it.page, PLOT)) > 200
+    reach = it.page.locator(STAGE).bounding_box()
+    assert reach["width"] > 300 and reach["x"] >= 0
+    # and grows with the window
+    it.page.set_viewport_size({"width": 1000, "height": 800})
+    it.page.wait_for_timeout(200)
+    assert it.page.locator(STAGE).bounding_box()["width"] > 800
+
+
+def test_without_webgl_there_is_the_side_view(visit, one):
+    it = visit(one, script="""
+        const real = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+          return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
+        };""")
+    page = it.page
+    assert it.view().get_attribute("data-ready") == "flat"
+    assert "no WebGL" in page.locator("#view .error").inner_text()
+    start = picture(page, STAGE)
+    assert len(np.unique(start[..., :3].reshape(-1, 3) // 16, axis=0)) > 8
+    page.locator(STAGE).focus()
+    page.keyboard.press("End")
+    page.get_by_label("go with the train").uncheck()
+    page.keyboard.press("Home")
+    it.settle()
+    page.get_by_label("Exaggeration of deflection").focus()
+    page.keyboard.press("End")
+    it.settle()
+    assert differs(start, picture(page, STAGE)) > 0.01
+
+
+def test_what_is_hostile_in_a_scenario_stays_text(visit, tmp_path):
+    evil = "</script><img src=x onerror='window.pwned = 1'><b>&amp;\u2028${window.pwned = 2}"
+    scenario = json.loads((ROOT / "scenarios" / "one-bogie.json").read_text())
+    folder = ROOT / "scenarios"
+    scenario["units"] = {name: str((folder / path).resolve()) for name, path in scenario["units"].items()}
+    scenario.pop("$schema", None)
+    scenario["title"] = scenario["description"] = evil
+    scenario["plots"] = [{"file": "x.svg", "title": evil,
+                          "panels": [{"ylabel": evil, "signals": ["vehicle.gap_01"], "labels": [evil]}]}]
+    (tmp_path / "s.json").write_text(json.dumps(scenario))
+    maglev("run", tmp_path / "s.json", "--out", tmp_path / "out", "--stop", 0.02, "--no-report")
+    maglev("report", tmp_path / "out", "--out", tmp_path / "r.html")
+    it = visit(tmp_path / "r.html")
+    it.view()
+    assert it.page.locator("h1").inner_text().startswith("</script><img")
+    assert it.page.evaluate("window.pwned === undefined && document.querySelector('img') === null")
+
+
+def test_a_failed_run_shows_its_error(visit, tmp_path):
+    done = maglev("run", ROOT / "scenarios" / "one-bogie.json", "--out", tmp_path / "out", "--stop", 2, "--no-report",
+                  "--set", "ems_*.gain_gap=-7", "--set", "ems_*.gain_gap_velocity=-40", status=1)
+    maglev("report", tmp_path / "out", "--out", tmp_path / "r.html")
+    it = visit(tmp_path / "r.html")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["status"] == "failed" and done.stderr
+    shown = it.page.locator("main .error[role=alert]").inner_text()
+    for cause in summary["error"]["causes"]:
+        assert cause in shown
+    assert "failed" in it.page.locator(".badge").inner_text()
+    assert coloured(picture(it.page, PLOT)) > 100
