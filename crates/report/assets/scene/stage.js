@@ -202,6 +202,13 @@
       return hit ? hit.instanceId : -1;
     }
 
+    destroy() {
+      this.gliding = null;
+      this.controls.dispose();
+      this.scene.traverse((node) => node.geometry?.dispose());
+      this.renderer.dispose();
+    }
+
     render() {
       this.renderer.render(this.scene, this.camera);
     }

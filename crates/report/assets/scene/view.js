@@ -124,7 +124,10 @@
       try {
         const text = (reference) => new TextDecoder().decode(arrays.get(reference));
         if (!webGl()) throw new Error("this browser has no WebGL, or it is switched off");
-        const three = await scenes.loadThree({ core: text(data.three.core), module: text(data.three.module), orbit: text(data.three.orbit) });
+        // once for all runs
+        scenes.three ??= scenes.loadThree({ core: text(data.three.core), module: text(data.three.module), orbit: text(data.three.orbit) });
+        const three = await scenes.three;
+        if (this.gone) return;
         this.stage = new scenes.Stage(three, this.model, this.canvas);
         this.stage.controls.addEventListener("change", () => this.changed());
         this.stage.controls.addEventListener("start", () => this.press(null));
@@ -151,7 +154,7 @@
 
     listen() {
       const { canvas } = this;
-      this.observer = new ResizeObserver(() => { this.resize(); this.changed(); });
+      this.observer = new ResizeObserver(() => { this.resize(); this.refresh(); });
       this.observer.observe(this.stageBox);
       this.onTheme = () => { this.repaint(); this.changed(); };
       document.addEventListener("themechange", this.onTheme);
@@ -163,11 +166,13 @@
     }
 
     destroy() {
-      this.play(false);
+      this.gone = true;
+      this.playing = false;
+      cancelAnimationFrame(this.asked);
       this.observer?.disconnect();
       this.leave?.();
       document.removeEventListener("themechange", this.onTheme);
-      this.stage?.renderer?.dispose();
+      this.stage?.destroy?.();
       this.box.remove();
     }
 
@@ -182,6 +187,7 @@
 
     // Asks for one drawing, however much has changed.
     changed() {
+      if (this.gone) return;
       this.asked ??= requestAnimationFrame((now) => {
         this.asked = null;
         this.advance(now);
