@@ -201,6 +201,15 @@ fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
             "mend it where it says, or give the path of a scenario's .json file"
         }
         ScenarioError::Json { .. } => "`maglev schema` prints what a scenario may contain",
+        ScenarioError::Base { .. } => {
+            "\"extends\" is the path of a scenario's .json file, relative to the file that it is in"
+        }
+        ScenarioError::Circle { .. } => {
+            "a file cannot extend itself, not by way of others either: take out one \"extends\""
+        }
+        ScenarioError::ExtendsInText { .. } => {
+            "load it from a file, or write the two as one scenario"
+        }
         ScenarioError::StepDoesNotDivide { .. } => {
             "choose stop and step such that stop - start is a whole number of steps"
         }

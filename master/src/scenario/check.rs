@@ -1,0 +1,121 @@
+//! What the types of a scenario cannot say: ranges and multiples.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::{Recorded, Scenario, ScenarioError};
+
+impl Scenario {
+    /// Checks what the types cannot: ranges and multiples.
+    ///
+    /// # Errors
+    /// A value is out of its range.
+    pub fn check(&self) -> Result<(), ScenarioError> {
+        let range = |what: &str, value: String, range| ScenarioError::Range {
+            what: what.to_owned(),
+            value,
+            range,
+        };
+        self.experiment.steps()?;
+        for entry in 0..self.record.signals.len().max(1) {
+            self.stride(entry)?;
+        }
+        for (name, instance) in &self.instances {
+            if instance.steps == 0 {
+                let what = format!("instances.{name}.steps");
+                return Err(range(&what, "0".to_owned(), "whole numbers from 1"));
+            }
+        }
+        if self.record.format.is_empty() {
+            return Err(range("record.format", "empty".to_owned(), "csv, parquet, or both"));
+        }
+        let positive = "finite numbers above zero";
+        for (what, value) in [
+            ("checkpoint.every", self.checkpoint.map(|it| it.every)),
+            ("real_time", self.real_time),
+        ] {
+            if let Some(value) = value.filter(|&value| !(value > 0.0 && value.is_finite())) {
+                return Err(range(what, value.to_string(), positive));
+            }
+        }
+        if let Some((what, value, allowed)) = self.algorithm.out_of_range() {
+            return Err(range(what, value, allowed));
+        }
+        for (k, connection) in self.connections.iter().enumerate() {
+            if let Some(degree) = connection.extrapolation.filter(|degree| *degree > 3) {
+                let what = format!("connections[{k}].extrapolation");
+                return Err(range(&what, degree.to_string(), "0 to 3"));
+            }
+        }
+        let tolerance = self.initialization.tolerance;
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            let value = tolerance.to_string();
+            return Err(range("initialization.tolerance", value, "0 to 1, both exclusive"));
+        }
+        let limits = [
+            ("isolation.step_timeout", self.isolation.step_timeout),
+            ("isolation.call_timeout", self.isolation.call_timeout),
+        ];
+        for (what, limit) in limits {
+            if let Some(limit) = limit
+                && !Duration::try_from_secs_f64(limit).is_ok_and(|it| !it.is_zero())
+            {
+                return Err(range(what, limit.to_string(), "positive numbers of seconds"));
+            }
+        }
+        for (k, plot) in self.plots.iter().enumerate() {
+            let name = Path::new(&plot.file);
+            let plain = name.file_name().is_some_and(|only| only == name.as_os_str());
+            if !plain || name.extension().is_none_or(|end| end != "svg") {
+                let what = format!("plots[{k}].file");
+                return Err(range(&what, plot.file.clone(), "plain file names ending in .svg"));
+            }
+            for (j, panel) in plot.panels.iter().enumerate() {
+                if !panel.scale.is_finite() || panel.scale == 0.0 {
+                    let what = format!("plots[{k}].panels[{j}].scale");
+                    let value = panel.scale.to_string();
+                    return Err(range(&what, value, "finite numbers other than zero"));
+                }
+            }
+        }
+        for (k, point) in self.ride_quality.iter().enumerate() {
+            if let Some((what, value, allowed)) = point.out_of_range() {
+                return Err(range(&format!("ride_quality[{k}].{what}"), value, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of steps between two values of what an entry of `record.signals` names.
+    ///
+    /// # Errors
+    /// The interval is no multiple of the step.
+    pub fn stride(&self, entry: usize) -> Result<u64, ScenarioError> {
+        let step = self.experiment.step;
+        let (place, interval) = match self.record.signals.get(entry) {
+            Some(Recorded::Group(group)) => {
+                (format!("record.signals[{entry}].interval"), group.interval)
+            }
+            _ => match self.record.interval {
+                Some(interval) => ("record.interval".to_owned(), interval),
+                None => return Ok(1),
+            },
+        };
+        let count = (interval / step).round();
+        let fits =
+            (1.0..9e15).contains(&count) && (count * step - interval).abs() <= 1e-9 * interval;
+        if !fits {
+            return Err(ScenarioError::Interval { place, interval, step });
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 9e15")]
+        Ok(count as u64)
+    }
+
+    /// Number of steps between two checkpoints, if there are any.
+    #[must_use]
+    pub fn checkpoint_stride(&self) -> Option<u64> {
+        let count = (self.checkpoint?.every / self.experiment.step).round().clamp(1.0, 9e15);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 9e15")]
+        Some(count as u64)
+    }
+}

@@ -1,0 +1,111 @@
+//! Why a scenario cannot be used.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why a scenario cannot be used.
+#[derive(Debug, Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("the scenario {path} cannot be read")]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The text is no JSON.
+    #[error("{path} is not JSON: {message}")]
+    NotJson {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        message: String,
+    },
+    /// The JSON is not what a scenario should be.
+    #[error("{path}: at {at}: {message}")]
+    Json {
+        /// Which file.
+        path: PathBuf,
+        /// JSON path.
+        at: String,
+        /// What is wrong, with line and column.
+        message: String,
+    },
+    /// The file that a scenario extends cannot be read.
+    #[error("{path}: at extends: {base} cannot be read")]
+    Base {
+        /// The file that extends the other.
+        path: PathBuf,
+        /// The other.
+        base: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// Files extend each other in a circle.
+    #[error("at extends: {}", chain(files))]
+    Circle {
+        /// From the first file on, until one comes again.
+        files: Vec<PathBuf>,
+    },
+    /// A scenario that is no file extends one.
+    #[error("{path}: at extends: a scenario given as text cannot extend a file")]
+    ExtendsInText {
+        /// What the text is called.
+        path: PathBuf,
+    },
+    /// Start, stop or step make no sense.
+    #[error("experiment: start {start} s, stop {stop} s, step {step} s do not make a run")]
+    Experiment {
+        /// Start time (s).
+        start: f64,
+        /// Stop time (s).
+        stop: f64,
+        /// Step (s).
+        step: f64,
+    },
+    /// The span is no multiple of the step.
+    #[error(
+        "experiment: the step {step} s does not divide the span from {start} s to {stop} s: \
+         {} steps", (stop - start) / step
+    )]
+    StepDoesNotDivide {
+        /// Start time (s).
+        start: f64,
+        /// Stop time (s).
+        stop: f64,
+        /// Step (s).
+        step: f64,
+    },
+    /// A recording interval is no multiple of the step.
+    #[error("{place} {interval} s is not a multiple of the step {step} s")]
+    Interval {
+        /// JSON path.
+        place: String,
+        /// Interval (s).
+        interval: f64,
+        /// Step (s).
+        step: f64,
+    },
+    /// Limits for isolated instances, and no such instance.
+    #[error("isolation: there are limits for isolated instances, but no instance is isolated")]
+    NothingIsolated,
+    /// A setting is outside of its range.
+    #[error("{what} is {value}, which is outside of {range}")]
+    Range {
+        /// JSON path of the setting.
+        what: String,
+        /// Its value.
+        value: String,
+        /// What is allowed.
+        range: &'static str,
+    },
+}
+
+fn chain(files: &[PathBuf]) -> String {
+    let names: Vec<_> = files.iter().map(|file| file.display().to_string()).collect();
+    names.join(" extends ")
+}

@@ -1,0 +1,103 @@
+"""The shipped scenarios and the schema that editors use: what `maglev` takes is valid, what it refuses is not."""
+
+import copy
+import json
+
+import jsonschema
+import pytest
+from conftest import ROOT, maglev
+
+FOLDER = ROOT / "scenarios"
+SCHEMA = json.loads((FOLDER / "schema.json").read_text())
+SCENARIOS = sorted(path.name for path in FOLDER.glob("*.json") if path.name != "schema.json")
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
+
+WHOLE = json.loads((FOLDER / "one-magnet.json").read_text())
+PATCH = {"extends": "one-magnet.json", "experiment": {"stop": 1.0}}
+
+
+def test_the_schema_is_one():
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_issue_every_scenario_is_valid(name):
+    VALIDATOR.validate(json.loads((FOLDER / name).read_text()))
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_issue_every_scenario_says_what_it_is(name):
+    """By itself, not by what it extends."""
+    scenario = json.loads((FOLDER / name).read_text())
+    assert scenario["$schema"] == "schema.json"
+    assert len(scenario["title"]) > 10 and len(scenario["description"]) > 50
+
+
+def changed(scenario, path, value):
+    """A copy with one member set; `...` removes it."""
+    scenario = copy.deepcopy(scenario)
+    *way, last = path
+    at = scenario
+    for key in way:
+        at = at[key]
+    if value is ...:
+        del at[last]
+    else:
+        at[last] = value
+    return scenario
+
+
+VEHICLE = ["instances", "vehicle"]
+GOOD = [
+    changed(WHOLE, ["$comment"], ["two", "lines"]),
+    changed(WHOLE, ["units", "$comment"], "the files"),
+    changed(WHOLE, [*VEHICLE, "parameters", "$comment"], "where it stands"),
+    changed(WHOLE, ["connections", 0, "$comment"], "the gap"),
+    PATCH,
+    changed(PATCH, ["instances"], {"vehicle": {"parameters": {"initial_position": 10.0}}}),
+    changed(PATCH, ["instances"], {"vehicle": {"parameters": {"initial_position": None}}}),
+    changed(PATCH, ["plots"], None),
+    changed(PATCH, ["algorithm"], {"iteration": {"sweeps": 3}, "order": None}),
+    changed(PATCH, ["units"], {"$comment": "another vehicle", "vehicle": "../target/fmu/vehicle-one-magnet.fmu"}),
+]
+BAD = [
+    changed(WHOLE, ["experiment"], ...),
+    changed(WHOLE, ["experiment", "step"], ...),
+    changed(WHOLE, [*VEHICLE, "unit"], ...),
+    changed(WHOLE, [*VEHICLE, "unti"], "vehicle"),
+    changed(WHOLE, [*VEHICLE, "unit"], None),
+    changed(WHOLE, ["experiment", "step"], "fast"),
+    changed(WHOLE, ["$comment"], {"hidden": "object"}),
+    changed(WHOLE, ["connections", 0, "to"], 3),
+    changed(PATCH, ["extends"], 7),
+    changed(PATCH, ["experiment", "stopp"], 2.0),
+    changed(PATCH, ["instances"], {"vehicle": {"parameters": {"initial_position": [1.0]}}}),
+    changed(PATCH, ["plots"], [{"file": "a.svg"}]),
+    changed(PATCH, ["algorithm"], {"name": "magic"}),
+]
+
+
+def written(scenario, folder):
+    """The scenario as a file beside a copy of the one that it extends."""
+    def with_units(one):
+        units = one.get("units", {})
+        units = {k: str((FOLDER / v).resolve()) if k != "$comment" else v for k, v in units.items()}
+        return one | ({"units": units} if units else {})
+
+    (folder / "one-magnet.json").write_text(json.dumps(with_units(WHOLE)))
+    path = folder / "scenario.json"
+    path.write_text(json.dumps(with_units(scenario)))
+    return path
+
+
+@pytest.mark.parametrize("scenario", GOOD)
+def test_issue_what_the_schema_takes_runs(scenario, tmp_path):
+    VALIDATOR.validate(scenario)
+    maglev("run", written(scenario, tmp_path), "--stop", "0.01", "--out", tmp_path / "out")
+
+
+@pytest.mark.parametrize("scenario", BAD)
+def test_issue_what_the_schema_refuses_does_not_run(scenario, tmp_path):
+    assert not VALIDATOR.is_valid(scenario)
+    said = maglev("run", written(scenario, tmp_path), "--stop", "0.01", "--out", tmp_path / "out", status=2).stderr
+    assert "scenario.json: at " in said, said
