@@ -5,19 +5,25 @@
 //! frequency is then within 0.02 bins and the height within 4 % (rectangular: 0.17 bins and 28 %, flat top:
 //! 0.14 bins and 0.12 %); of a resonance over many bins both are as good as the spectrum.
 //!
-//! **Damping** is the half-power bandwidth's, ζ = (f₂ - f₁) / (f₂ + f₁), where f₁ and f₂ are the frequencies
-//! on both sides at which the power is half the peak's. Between bins they are interpolated as 1/power over
-//! (f - f₀)², which is exact for the line 1 / ((f - f₀)² + (ζ f₀)²) of a lightly damped resonance. The
-//! method errs by about ζ² relative; neighbouring resonances must be further away than the width.
+//! **Damping** is the half-power bandwidth's, ζ = Δ / 2f₀. The line's half-power points are those of the
+//! curve 1/P = a + b f + c f², which is that of a lightly damped resonance, P ~ 1 / ((f - f₀)² + (Δ/2)²): fitted to
+//! the bins from f₀ - m to f₀ + m, with m the half-power width that it shows itself, weighted by P, so that all bins
+//! count alike that are uncertain by the same share. In a spectrum without noise that is the classical
+//! bandwidth; with noise, taking the first bins below half power instead would make the damping too small. It errs by
+//! about ζ² relative; neighbouring resonances must be further away than m.
 //!
-//! Every window widens a line. A stationary random response seen through a window of half-power width w
-//! shows the width m of the resonance's width Δ, which obeys m = αΔ + √((1-α)²Δ² + w²) (the form of
-//! Olivero and Longbothum for the Voigt profile, J. Quant. Spectrosc. Radiat. Transfer 17 (1977) 233-236,
-//! with α fitted to each window's own autocorrelation; within 1 % of Δ, rectangular 4 %). Densities are
-//! corrected by it, and the damping is `None` where m is less than twice w, because the difference would be
-//! mostly error: then take longer pieces. Amplitude spectra give a damping only through the rectangular
-//! window, where they are those of a decay that begins and ends within the record, if the line is two bins
-//! wide or more; a decay that was weighted by another window has lost its width.
+//! Every window widens a line. A stationary random response seen through a window of half-power width w shows
+//! the width m of a resonance of width Δ as m² = Δ² + β w², with β = 1.12 (Hann) and 0.8 (flat top), and m = Δ +
+//! 0.39 w (rectangular), fitted to each window's own autocorrelation times e^(-πΔτ); within 1 % of Δ. Densities
+//! are corrected by it, and the damping is `None` where m is less than twice w, because the difference would
+//! be mostly error: then take longer pieces. Amplitude spectra give a damping only through the rectangular window,
+//! where they are those of a decay that begins and ends within the record, if the line is two bins wide or more;
+//! a decay that was weighted by another window has lost its width.
+//!
+//! Noise: of n pieces that overlap by half, a bin is uncertain by about 1/√n of itself. With seven pieces, two of
+//! three dampings of a random response are within 0.63 to 1.26 of what they are (median 0.95); with 180, within 3 %.
+
+use std::ops::RangeInclusive;
 
 use crate::spectrum::{Scale, Spectrum};
 use crate::window::Window;
@@ -27,6 +33,8 @@ const RESOLVED: f64 = 2.0;
 /// The least half-power width that is believed, in bins (amplitudes). A decay with this width ends at
 /// e^(-2π), 0.2 %, of where it began.
 const RESOLVED_BINS: f64 = 2.0;
+/// How often a line is fitted to the bins that its last fit shows to be its.
+const FITS: usize = 3;
 
 /// Which peaks are wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,41 +141,84 @@ fn vertex(before: f64, top: f64, after: f64) -> (f64, f64) {
     (offset, top - 0.25 * (before - after) * offset)
 }
 
+/// Power of a bin.
+fn power(spectrum: &Spectrum, k: usize) -> f64 {
+    match spectrum.scale {
+        Scale::Density => spectrum.values[k],
+        Scale::Amplitude => spectrum.values[k].powi(2),
+    }
+}
+
 /// Damping ratio of the peak at bin `k`, where its half-power points are found and resolved.
 fn damping(spectrum: &Spectrum, k: usize) -> Option<f64> {
-    let inverse = |i: usize| match spectrum.scale {
-        Scale::Density => 1.0 / spectrum.values[i],
-        Scale::Amplitude => spectrum.values[i].powi(-2),
-    };
-    let (offset, least) = vertex(inverse(k - 1), inverse(k), inverse(k + 1));
-    let (centre, half) = (k as f64 + offset, 2.0 * least);
-    let reaches = |i: &usize| inverse(*i) >= half;
+    let below_half = |i: &usize| power(spectrum, *i) <= 0.5 * power(spectrum, k);
+    let last = spectrum.values.len() - 1;
     // DC is no part of a resonance
-    let below = (1..k).rev().find(reaches)?;
-    let above = (k + 1..spectrum.values.len()).find(reaches)?;
-    let crossing = |inside: usize, outside: usize| {
-        let square = |i: usize| (i as f64 - centre).powi(2);
-        let share = (half - inverse(inside)) / (inverse(outside) - inverse(inside));
-        (square(inside) + share * (square(outside) - square(inside))).max(0.0).sqrt()
+    let mut bins = (1..k).rev().find(below_half)?..=(k + 1..=last).find(below_half)?;
+    let mut fitted = line(spectrum, k, bins)?;
+    for _ in 0..FITS {
+        let Line { centre, width } = fitted;
+        let first = (centre - width).ceil().clamp(1.0, (k - 1).max(1) as f64);
+        let end = (centre + width).floor().clamp((k + 1) as f64, last as f64);
+        bins = first as usize..=end as usize;
+        fitted = line(spectrum, k, bins)?;
+    }
+    let width = resonance_width(spectrum, fitted.width)?;
+    Some(0.5 * width / fitted.centre).filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+}
+
+/// A resonance's line: both in bins.
+struct Line {
+    centre: f64,
+    /// half-power width
+    width: f64,
+}
+
+/// The line whose 1/P = a + b x + c x², x in bins from `k`, fits best: Σ (P (a + b x + c x²) - 1)² is least.
+fn line(spectrum: &Spectrum, k: usize, bins: RangeInclusive<usize>) -> Option<Line> {
+    let top = power(spectrum, k);
+    // half the range as the unit of x, which keeps the equations well conditioned
+    let unit = bins.end().abs_diff(*bins.start()).max(1) as f64 / 2.0;
+    // moments Σ P² x^n and Σ P x^n
+    let (mut squares, mut sums) = ([0.0; 5], [0.0; 3]);
+    for i in bins {
+        let x = (i as f64 - k as f64) / unit;
+        let p = power(spectrum, i) / top;
+        let powers = [1.0, x, x * x, x.powi(3), x.powi(4)];
+        squares.iter_mut().zip(powers).for_each(|(sum, x)| *sum += p * p * x);
+        sums.iter_mut().zip(powers).for_each(|(sum, x)| *sum += p * x);
+    }
+    let column = |n: usize| [squares[n], squares[n + 1], squares[n + 2]];
+    let columns = [column(0), column(1), column(2)];
+    // Cramer's rule; the common denominator falls out of the ratios below
+    let solved = |n: usize| {
+        let mut replaced = columns;
+        replaced[n] = sums;
+        determinant(replaced)
     };
-    let (low, high) = (centre - crossing(below + 1, below), centre + crossing(above - 1, above));
-    let width = resonance_width(spectrum, high - low)?;
-    Some(width / (high + low)).filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+    let (a, b, c) = (solved(0), solved(1), solved(2));
+    let centre = -0.5 * b / c;
+    let quarter = a / c - centre * centre;
+    let found = quarter > 0.0 && quarter.is_finite();
+    found.then(|| Line { centre: k as f64 + unit * centre, width: 2.0 * unit * quarter.sqrt() })
+}
+
+/// Determinant of a matrix of three columns.
+fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
 /// The width in bins of the resonance that shows `measured` bins of width.
 fn resonance_width(spectrum: &Spectrum, measured: f64) -> Option<f64> {
-    match (spectrum.scale, spectrum.window) {
-        (Scale::Amplitude, Window::Rectangular) => Some(measured).filter(|m| *m >= RESOLVED_BINS),
-        (Scale::Amplitude, _) => None,
-        (Scale::Density, window) => {
-            let own = window.half_power_width();
-            let share = window.linear_share();
-            // the positive root of (m - αΔ)² = (1-α)²Δ² + w²; of two, the smaller
-            let (a, b) = (1.0 - 2.0 * share, measured * share);
-            let c = measured * measured - own * own;
-            let root = (b * b + a * c).sqrt();
-            Some(c / (b + root)).filter(|_| measured >= RESOLVED * own)
-        }
-    }
+    let own = spectrum.window.half_power_width();
+    let square = |share: f64| (measured * measured - share * own * own).sqrt();
+    let (least, width) = match (spectrum.scale, spectrum.window) {
+        (Scale::Amplitude, Window::Rectangular) => (RESOLVED_BINS, measured),
+        (Scale::Amplitude, _) => return None,
+        (Scale::Density, Window::Rectangular) => (RESOLVED * own, measured - 0.39 * own),
+        (Scale::Density, Window::Hann) => (RESOLVED * own, square(1.12)),
+        (Scale::Density, Window::FlatTop) => (RESOLVED * own, square(0.8)),
+    };
+    (measured >= least).then_some(width)
 }

@@ -52,14 +52,4 @@ impl Window {
             Self::FlatTop => 3.724_727,
         }
     }
-
-    /// The share α by which widths add linearly when a resonance is seen through this window; see
-    /// [`crate::peaks`].
-    pub(crate) fn linear_share(self) -> f64 {
-        match self {
-            Self::Rectangular => 0.68,
-            Self::Hann => 0.475,
-            Self::FlatTop => 0.25,
-        }
-    }
 }

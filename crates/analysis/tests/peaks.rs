@@ -70,12 +70,10 @@ fn analytic_damping_from_the_random_response() {
     let response = oscillator(&noise(360_000, 3), 100.0, FREQUENCY, DAMPING);
     let spectrum = welch(&response, 100.0, &Welch::of_segment(4000)).unwrap();
     let peak = peaks(&spectrum, &PeakSearch { count: 1, ..PeakSearch::default() })[0];
-    // 180 half overlapping pieces make each bin uncertain by 1/√(180 · 0.95) = 8 %. At half power the line
-    // falls by dP/P = 2 df/Δ·…, so that each flank is uncertain by 0.08 Δ/2 and the peak's height by 8 %: ζ by
-    // √(2 · 0.04² + 0.08²)= 10 %. Twice that.
+    // 180 half overlapping pieces: of 40 such hours, two of three dampings were within 3 %; three times that
     let damping = peak.damping.unwrap();
     println!("{:.4} Hz, damping {damping:.5}", peak.frequency);
-    assert!((damping / DAMPING - 1.0).abs() < 0.2, "{damping}");
+    assert!((damping / DAMPING - 1.0).abs() < 0.09, "{damping}");
     // a quarter of the width
     assert!((peak.frequency - FREQUENCY).abs() < 0.04, "{}", peak.frequency);
 }
@@ -86,7 +84,7 @@ fn analytic_damping_through_each_window_without_noise() {
     // e^(-πΔ|τ|) times the window's own. Here by means of many random phases it would take hours, so it is
     // made directly, and only its peak is tried.
     for (window, claim) in
-        [(Window::Rectangular, 0.05), (Window::Hann, 0.02), (Window::FlatTop, 0.02)]
+        [(Window::Rectangular, 0.02), (Window::Hann, 0.02), (Window::FlatTop, 0.02)]
     {
         for width in [2.5, 4.0, 8.0] {
             // in half-power widths of the window, hence so many bins
@@ -131,4 +129,22 @@ fn analytic_no_damping_where_a_flank_has_no_half_power_point() {
             .iter()
             .all(|peak| peak.damping.is_none())
     );
+}
+
+/// Seven pieces are few: many runs show what their dampings are worth. Taking the first bins below half power
+/// instead of fitting the line had the median at 0.71.
+#[test]
+fn analytic_damping_from_few_pieces_is_not_far_off() {
+    let mut found = Vec::new();
+    for seed in 0..300 {
+        let response = oscillator(&noise(4600, 1000 + seed), 100.0, FREQUENCY, 0.05);
+        let spectrum = welch(&response[1000..], 100.0, &Welch::of_segment(900)).unwrap();
+        let search = PeakSearch { from: 0.3, count: 1, ..PeakSearch::default() };
+        found.extend(peaks(&spectrum, &search).first().and_then(|peak| peak.damping));
+    }
+    found.sort_by(f64::total_cmp);
+    let part = |share: f64| found[(share * found.len() as f64) as usize] / 0.05;
+    println!("{} of 300: {:.3} ({:.3} to {:.3})", found.len(), part(0.5), part(0.16), part(0.84));
+    assert!(found.len() > 200);
+    assert!((part(0.5) - 1.0).abs() < 0.2 && part(0.16) > 0.5 && part(0.84) < 1.4);
 }
