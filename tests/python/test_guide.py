@@ -25,10 +25,15 @@ def blocks(page, language):
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
-def commands(page):
-    """The `maglev` commands of a page, continued lines joined."""
+def shell(page):
+    """The commands of a page, continued lines joined."""
     lines = "".join(blocks(page, "sh")).replace("\\\n", " ").splitlines()
-    return [shlex.split(line, comments=True) for line in lines if line.startswith("maglev ")]
+    return [shlex.split(line, comments=True) for line in lines if line]
+
+
+def commands(page):
+    """Those of `maglev`."""
+    return [command for command in shell(page) if command[0] == "maglev"]
 
 
 def with_our_units(scenario):
@@ -96,6 +101,30 @@ def test_commands_of_the_guide_are_accepted(page, tmp_path):
         assert re.sub(r"[\d.-]+", "N", said) == re.sub(r"[\d.-]+", "N", shown)
 
 
+# what troubleshooting.md quotes, and a command that says it
+SAYINGS = [
+    ("there is no instance \"ems_99\"; did you mean \"ems_01\"?", ["--set", "ems_99.gain_gap=6"]),
+    ("\"ems_*.gain_gaps\" matches nothing", ["--set", "ems_*.gain_gaps=6"]),
+    ("-6 is outside of the range of ems_01.turns: 0 to inf", ["--set", "ems_*.turns=-6"]),
+    ("\"many\" is no value for ems_01.turns, which is of type Real", ["--set", "ems_*.turns=many"]),
+    ("1 is no value for guideway.chirp_on, which is of type Boolean", ["--set", "guideway.chirp_on=1"]),
+    ("the step 0.0007 s does not divide the span from 0 s to 22 s", ["--step", "0.0007"]),
+    ("record.interval 0.005 s is not a multiple of the step 0.002 s", ["--step", "0.002", "--record-interval", "0.005"]),
+    ("there are limits for isolated instances, but no instance is isolated", ["--step-timeout", "5"]),
+    ("m: the magnet has reached the rail", [f"--set=ems_*.{gain}=0" for gain in ("gain_gap_velocity", "gain_velocity")]),
+    ("No such file or directory", ["--set", "guideway.irregularity_on=true", "--set", "guideway.irregularity_file=profile.csv"]),
+]
+
+
+@pytest.mark.parametrize("saying, options", SAYINGS, ids=lambda value: value[:40] if isinstance(value, str) else "")
+def test_errors_are_as_troubleshooting_quotes_them(saying, options, tmp_path):
+    page = " ".join((DOCS / "troubleshooting.md").read_text(encoding="utf-8").split())
+    assert saying in page
+    scenario = ROOT / "scenarios" / "one-bogie.json"
+    done = subprocess.run([MAGLEV, "run", scenario, "--out", tmp_path, *options], capture_output=True, text=True, timeout=300)
+    assert done.returncode in (1, 2) and saying in done.stderr, done.stderr
+
+
 def modes(text):
     """Frequency and damping of each row of a table of modes."""
     rows = re.findall(r"^ *(\d+\.\d+) +(-?\d+\.\d+) +\d+\.\d+ +-?\d+\.\d+ ", text, re.MULTILINE)
@@ -124,6 +153,25 @@ def test_example_in_c_levitates_a_mass(tmp_path):
     subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", "-I", headers, source, "-ldl", "-lm", "-o", program], check=True)
     done = subprocess.run([program, tmp_path / "ems"], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (0, "settled gap: 8.000 mm\n"), done.stderr
+
+
+def test_example_in_rust_changes_a_gain(tmp_path):
+    """With the gain that it has already nothing changes: the run is that of the command. With half of it, another."""
+    line = next(line for line in shell("units-elsewhere.md") if line[0] == "cargo")
+    scenario, *rest, gain = line[line.index("--") + 1 :]
+    tune = MAGLEV.parent / "examples" / f"tune{MAGLEV.suffix}"
+    assert tune.exists(), "not built: run `cargo xtask test`, or `cargo build --release -p master --example tune`"
+
+    def extremes(gain):
+        command = [tune, ROOT / scenario, *rest, gain]
+        run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+        return [float(number) for number in re.findall(r"0\.\d{6}", run.stdout)]
+
+    maglev("run", ROOT / scenario, "--out", tmp_path)
+    whole = json.loads((tmp_path / "summary.json").read_text())["signals"]["vehicle.gap_01"]
+    same, other = extremes("40"), extremes(gain)
+    assert (min(same), max(same)) == (round(whole["min"], 6), round(whole["max"], 6))
+    assert other[:2] == same[:2] and other[2:] != same[2:]
 
 
 @pytest.fixture(scope="module")
