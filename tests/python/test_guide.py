@@ -139,9 +139,16 @@ def test_tutorials_modes_are_those_of_its_command():
     assert modes(shown) == [pytest.approx(row, abs=2e-4) for row in modes(done.stdout)] != []
 
 
-def test_fmpy_block_runs():
+def test_fmpy_block_and_commands_run(tmp_path):
     code = blocks("units-elsewhere.md", "python")[0]
     assert "N before" in run_python(code, ROOT)
+    for line in shell("units-elsewhere.md"):
+        if line[0] == "fmpy":
+            # from the folder of this environment, which need not be in the path; files go to a place of the test's
+            line = [Path(sys.executable).parent / "fmpy", *(str(ROOT / a) if a.startswith("target/") else a for a in line[1:])]
+            done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+            assert done.returncode == 0, done.stderr
+    assert (tmp_path / "gap.csv").read_text().startswith('"time","force","current"')
 
 
 def test_example_in_c_levitates_a_mass(tmp_path):
