@@ -42,12 +42,15 @@ function element(tag, attributes = {}, ...children) {
 
 const main = document.getElementById("main");
 
+/** What the list of sections calls those with long titles. */
+const SHORT = { view: "3D", modes: "Modes", irregularity: "Irregularity", statistics: "Statistics" };
+
 /** Adds a section with its heading to the page and to the list of sections. */
 function section(id, title, ...children) {
   const heading = element("h2", { id: `${id}-title` }, title);
   const it = element("section", { id, "aria-labelledby": `${id}-title` }, heading, ...children);
   main.append(it);
-  document.getElementById("sections").append(element("a", { href: `#${id}` }, title));
+  document.getElementById("sections").append(element("a", { href: `#${id}` }, SHORT[id] ?? title));
   return it;
 }
 
@@ -61,7 +64,8 @@ function number(value, digits = 5) {
   let text;
   if (size !== 0 && (size >= 1e6 || size < 1e-4)) {
     const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
-    text = `${Number(mantissa)}·10${superscript(Number(exponent))}`;
+    const power = `10${superscript(Number(exponent))}`;
+    text = Number(mantissa) === 1 ? power : `${Number(mantissa)}·${power}`;
   } else {
     text = String(Number(value.toPrecision(digits)));
   }

@@ -33,25 +33,35 @@ class Axis {
       const [least, most] = this.limits;
       const span = Math.min(view[1] - view[0], most - least);
       if (!(span > 1e-7 * (most - least))) return;
-      const low = Math.min(Math.max(view[0], least), most - span);
-      view = span >= (most - least) * (1 - 1e-9) ? null : [low, low + span];
+      const low = this.log ? Math.max(view[0], least) : Math.min(Math.max(view[0], least), most - span);
+      view = span >= (most - least) * (1 - 1e-9) ? null : [low, this.log ? Math.min(view[1], most) : low + span];
     }
     this.view = view;
     for (const chart of this.charts) chart.follow();
   }
 
-  /** Zooms by a factor about a place. */
+  /** Where a value is along the axis, and back. */
+  to(value) {
+    return this.log ? Math.log(value) : value;
+  }
+
+  from(place) {
+    return this.log ? Math.exp(place) : place;
+  }
+
+  /** Zooms by a factor about a value. */
   zoom(factor, about) {
-    const [low, high] = this.range();
-    const middle = about ?? (low + high) / 2;
-    this.show([middle - (middle - low) * factor, middle + (high - middle) * factor]);
+    const [low, high] = this.range().map((value) => this.to(value));
+    const middle = about == null ? (low + high) / 2 : this.to(about);
+    this.show([this.from(middle - (middle - low) * factor), this.from(middle + (high - middle) * factor)]);
   }
 
   /** Moves by a part of what is seen. */
   pan(part) {
-    const [low, high] = this.range();
-    const way = part * (high - low);
-    this.show([low + way, high + way]);
+    const [low, high] = this.range().map((value) => this.to(value));
+    const [least, most] = this.limits.map((value) => this.to(value));
+    const way = Math.min(Math.max(part * (high - low), least - low), most - high);
+    this.show([this.from(low + way), this.from(high + way)]);
   }
 }
 Axis.count = 0;
@@ -59,10 +69,13 @@ Axis.count = 0;
 class Chart {
   /**
    * curves: [{ label, x, y, colour: number, dash: number }], y already in the shown unit;
-   * marks: [{ at, label, kind }], vertical lines.
+   * marks: [{ at, label, kind }], vertical lines; levels: the same across; yRange: fixed limits;
+   * under(plot) draws below the curves; read(x, y) tells what is at a place; plain: no legend.
    */
-  constructor(parent, { title, ylabel, axis, curves, marks = [], logY = false, height = 240, lowest = null, timed = false }) {
-    Object.assign(this, { title, ylabel, axis, curves, marks, logY, height, lowest, timed });
+  constructor(parent, settings) {
+    const usual = { title: "", marks: [], levels: [], logY: false, height: 240, lowest: null, timed: false, yRange: null, under: null, read: null, plain: false };
+    Object.assign(this, usual, settings);
+    const { title, axis, curves } = this;
     this.many = curves.length > COLOURS.light.length;
     this.table = join(curves);
     this.values = [];
@@ -87,7 +100,9 @@ class Chart {
   legend() {
     const list = element("div", { class: "legend" });
     this.where = element("output", { class: "where", "aria-live": "off" });
-    if (this.many) {
+    if (this.plain) {
+      this.values = [];
+    } else if (this.many) {
       this.values = [element("output", { class: "value" })];
       list.append(element("span", { class: "entry" }, `${this.curves.length} signals; nearest to the pointer: `, this.values[0]));
     } else {
@@ -112,6 +127,11 @@ class Chart {
   showValues() {
     const at = this.plot.cursor.idx;
     this.where.textContent = at == null ? "" : `${this.axis.label.replace(/ \(.*/, "")} ${this.axis.format(this.table[0][at])}`;
+    if (this.read) {
+      const { left, top } = this.plot.cursor;
+      if (left >= 0) this.where.textContent = `${this.axis.format(this.plot.posToVal(left, "x"))}, ${this.read(this.plot.posToVal(left, "x"), this.plot.posToVal(top, "y"))}`;
+      return;
+    }
     if (this.many) {
       const k = this.nearest;
       const known = at != null && k;
@@ -130,7 +150,7 @@ class Chart {
     const ink = () => styleColour("--ink-soft");
     const grid = { stroke: () => styleColour("--grid"), width: 1 };
     const font = "12px system-ui, sans-serif";
-    const label = { labelFont: "13px system-ui, sans-serif", stroke: ink, grid, ticks: grid, font };
+    const label = { labelFont: "13px system-ui, sans-serif", stroke: ink, grid: { ...grid, show: !this.under }, ticks: grid, font };
     const spread = (_, low, high) => {
       if (low == null || !Number.isFinite(low) || !Number.isFinite(high)) return [0, 1];
       const margin = high > low ? 0.06 * (high - low) : Math.abs(high) * 0.01 || 1;
@@ -144,17 +164,17 @@ class Chart {
       padding: [10, 14, 0, 0],
       scales: {
         x: { time: false, distr: this.axis.log ? 3 : 1, range: () => this.axis.range() },
-        y: this.logY ? { distr: 3, range: logSpread } : { range: spread },
+        y: this.logY ? { distr: 3, range: logSpread } : { range: this.yRange ? () => this.yRange : spread },
       },
       axes: [
-        { ...label, label: this.axis.label, labelSize: 22, size: 34, values: (_, ticks) => labels(ticks, this.axis.log) },
-        { ...label, label: this.ylabel, labelSize: 24, size: 62, values: (_, ticks) => labels(ticks, this.logY) },
+        { ...label, ...ticksOf(this.axis.log), label: this.axis.label, labelSize: 22, size: 34, values: (_, ticks) => labels(ticks, this.axis.log) },
+        { ...label, ...ticksOf(this.logY), label: this.ylabel, labelSize: 24, size: (_, texts) => Math.max(62, 20 + 7 * Math.max(0, ...(texts ?? []).map((text) => text.length))), values: (_, ticks) => labels(ticks, this.logY) },
       ],
       series: [{}, ...this.curves.map((curve, k) => this.series(curve, k))],
       cursor: {
         drag: { x: true, y: false, setScale: false },
         focus: { prox: this.many ? 30 : -1 },
-        points: { size: 7, show: this.many ? undefined : undefined },
+        points: { size: 7 },
         sync: { key: this.axis.key, setSeries: false, scales: ["x", null], filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } },
         bind: { dblclick: () => null },
       },
@@ -163,6 +183,7 @@ class Chart {
         setCursor: [() => this.showValues()],
         setSeries: [(_, k) => { this.nearest = k; this.showValues(); }],
         setSelect: [(plot) => this.select(plot)],
+        drawAxes: this.under ? [(plot) => this.under(plot)] : [],
         draw: [(plot) => this.drawMarks(plot)],
       },
     };
@@ -181,6 +202,38 @@ class Chart {
     };
   }
 
+  /** Lines across with their names, on a picture: bright with a dark edge. */
+  drawLevels(plot) {
+    const { ctx, bbox } = plot;
+    const ratio = devicePixelRatio;
+    let last = Infinity;
+    let right = 0;
+    for (const level of this.levels) {
+      const y = plot.valToPos(level.at, "y", true);
+      if (y < bbox.top) continue;
+      for (const [width, tint] of [[3, "rgb(0 0 0 / 45%)"], [1.2, "#ffffff"]]) {
+        ctx.strokeStyle = tint;
+        ctx.lineWidth = width * ratio;
+        ctx.setLineDash(level.kind === "girder" ? [6 * ratio, 4 * ratio] : [2 * ratio, 3 * ratio]);
+        ctx.beginPath();
+        ctx.moveTo(bbox.left, y);
+        ctx.lineTo(bbox.left + bbox.width, y);
+        ctx.stroke();
+      }
+      // beside the label below where there is no room above it
+      const width = ctx.measureText(level.label).width + 14 * ratio;
+      right = last - y < 14 * ratio ? right + width : width;
+      if (right === width) last = y;
+      ctx.setLineDash([]);
+      ctx.lineWidth = 3 * ratio;
+      ctx.strokeStyle = "rgb(0 0 0 / 60%)";
+      ctx.fillStyle = "#ffffff";
+      const left = bbox.left + bbox.width - right + 6 * ratio;
+      ctx.strokeText(level.label, left, y - 4 * ratio);
+      ctx.fillText(level.label, left, y - 4 * ratio);
+    }
+  }
+
   /** Vertical lines with their names, and the moment of the timeline. */
   drawMarks(plot) {
     const { ctx, bbox } = plot;
@@ -190,8 +243,10 @@ class Chart {
     ctx.clip();
     const ratio = devicePixelRatio;
     ctx.font = `${11 * ratio}px system-ui, sans-serif`;
-    let last = -Infinity;
-    let row = 0;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
+    this.drawLevels(plot);
+    const ends = [];
     for (const mark of this.marks) {
       const x = plot.valToPos(mark.at, "x", true);
       if (x < bbox.left - 1 || x > bbox.left + bbox.width + 1) continue;
@@ -203,11 +258,13 @@ class Chart {
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
       if (!mark.label) continue;
+      // the first row of labels that has room here
       const width = ctx.measureText(mark.label).width;
-      row = x - last < width + 12 * ratio ? row + 1 : 0;
-      last = row === 0 ? x : last;
       const left = Math.min(x + 4 * ratio, bbox.left + bbox.width - width - 2 * ratio);
-      ctx.fillText(mark.label, left, bbox.top + (13 + 13 * row) * ratio);
+      let row = ends.findIndex((end) => end < left - 8 * ratio);
+      if (row < 0) row = ends.length;
+      ends[row] = left + width;
+      ctx.fillText(mark.label, left, bbox.top + (13 + 14 * row) * ratio);
     }
     if (this.timed && timeline.time != null) {
       const x = plot.valToPos(timeline.time, "x", true);
@@ -328,11 +385,27 @@ function visible(x, [low, high]) {
   return Math.max(1, (high - low) / step);
 }
 
+/** Ticks of a logarithmic axis at 1, 2 and 5 of each power of ten, of many only at the powers. */
+function ticksOf(log) {
+  if (!log) return {};
+  const splits = (_, __, low, high) => {
+    const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+    const steps = last - first > 3 ? [1] : [1, 2, 5];
+    const ticks = [];
+    for (let power = first; power <= last; power++) ticks.push(...steps.map((step) => step * 10 ** power));
+    const inside = ticks.filter((tick) => tick >= low * (1 - 1e-9) && tick <= high * (1 + 1e-9));
+    const every = Math.ceil(inside.length / 10);
+    return inside.filter((_, k) => k % every === 0);
+  };
+  return { splits, filter: (_, ticks) => ticks };
+}
+
 /** Labels of an axis; of a logarithmic one only the powers of ten. */
 function labels(ticks, log) {
-  if (log) return ticks.map((tick) => (tick != null && Math.abs(Math.log10(tick) % 1) < 1e-9 ? number(tick) : ""));
+  if (log) return ticks.map((tick) => (tick == null ? "" : number(tick)));
   const step = ticks.length > 1 ? ticks[1] - ticks[0] : 1;
-  const digits = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  let digits = 0;
+  while (digits < 9 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits++;
   const large = largest(ticks) >= 1e6 || step < 1e-6;
   return ticks.map((tick) => (large ? number(tick) : tick.toFixed(digits).replace("-", "−").replace(/^−(0(\.0*)?)$/, "$1")));
 }

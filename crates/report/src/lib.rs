@@ -12,14 +12,21 @@
 //! the program that wrote them.
 
 mod columns;
+mod data;
 pub mod embed;
 mod error;
+mod irregularity;
+pub mod knowledge;
+pub mod modes;
 pub mod page;
 mod run;
 mod scenario;
 mod scene;
 pub mod series;
+mod spectra;
+mod spectrogram;
 mod table;
+mod unit;
 
 use std::fs;
 use std::path::Path;
@@ -31,6 +38,13 @@ pub use table::Table;
 
 /// Name of the report in a folder of results.
 pub const FILE: &str = "report.html";
+
+/// Whether something of a run is in the folder.
+#[must_use]
+pub fn is_results(folder: &Path) -> bool {
+    let files = ["summary.json", "results.csv", "results.parquet", "results.csv.partial"];
+    files.iter().any(|name| folder.join(name).exists())
+}
 
 /// Makes the report of some runs and writes it, as a whole or not at all.
 ///

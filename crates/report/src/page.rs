@@ -1,14 +1,12 @@
 //! The page: its data, put into the template with styles and scripts.
 
 use serde::Serialize;
-use serde_json::Value;
 
+use crate::data::RunData;
 use crate::embed::{Arrays, html as escape, script_json};
 use crate::error::ReportError;
 use crate::run::Run;
-use crate::scenario::{Plot, Scenario};
-use crate::scene::{self, Scene};
-use crate::series::{Clock, Clocks, Series};
+use crate::scene;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
 const STYLES: [&str; 3] = [
@@ -18,11 +16,15 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Run in this order, in one scope.
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 15] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/history.js"),
     include_str!("../assets/tables.js"),
+    include_str!("../assets/summary.js"),
+    include_str!("../assets/spectra.js"),
+    include_str!("../assets/spectrogram.js"),
+    include_str!("../assets/track.js"),
     include_str!("../assets/scene/model.js"),
     include_str!("../assets/scene/track.js"),
     include_str!("../assets/scene/train.js"),
@@ -32,13 +34,6 @@ const SCRIPTS: [&str; 11] = [
     include_str!("../assets/report.js"),
 ];
 
-/// Values of all signals over time that a page has room for, at 4 bytes each.
-const ROOM: usize = 900_000;
-/// Values of one signal in the scenario's pictures.
-const ROOM_DRAWN: usize = 80_000;
-/// No signal gets fewer values than that: two per pixel of a wide screen.
-const LEAST: usize = 2_000;
-
 /// Data of the page.
 #[derive(Serialize)]
 struct Data<'a> {
@@ -47,40 +42,15 @@ struct Data<'a> {
     runs: Vec<RunData<'a>>,
 }
 
-/// Data of one run.
-#[derive(Serialize)]
-struct RunData<'a> {
-    name: String,
-    title: String,
-    summary: &'a Value,
-    /// its text
-    scenario: Option<&'a str>,
-    modes: Option<&'a Value>,
-    clocks: Vec<Clock>,
-    signals: Vec<SignalData<'a>>,
-    plots: Vec<Plot>,
-    scene: Option<Scene>,
-    /// why there is no scene where one was to be expected
-    scene_error: Option<String>,
-}
-
-/// One recorded signal.
-#[derive(Serialize)]
-struct SignalData<'a> {
-    name: &'a str,
-    unit: Option<&'a str>,
-    series: Series,
-}
-
 /// Makes the page.
 ///
 /// # Errors
 /// A unit's file is not as it should be.
 pub fn html(runs: &[Run]) -> Result<String, ReportError> {
     let mut arrays = Arrays::default();
-    let share = ROOM / runs.len().max(1);
-    let runs_data: Vec<_> = runs.iter().map(|run| run_data(run, share, &mut arrays)).collect();
-    let three = runs_data.iter().any(|run| run.scene.is_some());
+    let runs_data: Vec<_> =
+        runs.iter().map(|run| RunData::new(run, runs.len(), &mut arrays)).collect();
+    let three = runs_data.iter().any(RunData::has_scene);
     let data = Data {
         version: env!("CARGO_PKG_VERSION"),
         three: three.then(|| scene::Library::new(&mut arrays)),
@@ -116,38 +86,75 @@ fn fill(places: &[(&str, &str)]) -> String {
     page
 }
 
-fn run_data<'a>(run: &'a Run, room: usize, arrays: &mut Arrays) -> RunData<'a> {
-    let table = &run.table;
-    let plots = run.scenario.as_ref().map(|it| it.plots(&table.names)).unwrap_or_default();
-    let most = (room / table.names.len().max(1)).max(LEAST);
-    let mut clocks = Clocks::default();
-    let signals = table.names.iter().enumerate().map(|(k, name)| {
-        let (times, values) = table.points(k);
-        let most = if is_drawn(&plots, name) { ROOM_DRAWN.max(most) } else { most };
-        let series = clocks.embed(&times, &values, most, arrays);
-        SignalData { name, unit: run.unit_of(name), series }
-    });
-    let signals = signals.collect();
-    // a unit that has been moved away since the run costs the view, not the report
-    let (scene, scene_error) = match scene::build(run, arrays) {
-        Ok(scene) => (scene, None),
-        Err(error) => (None, Some(error.to_string())),
-    };
-    RunData {
-        name: run.name(),
-        title: run.title(),
-        summary: &run.raw_summary,
-        scenario: run.scenario.as_ref().map(Scenario::text),
-        modes: run.modes.as_ref(),
-        clocks: clocks.into_list(),
-        signals,
-        plots,
-        scene,
-        scene_error,
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn is_drawn(plots: &[Plot], signal: &str) -> bool {
-    let mut panels = plots.iter().flat_map(|plot| &plot.panels);
-    panels.any(|panel| panel.signals.iter().any(|name| name == signal))
+    fn page(files: &[(&str, &str)]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        html(&[Run::read(folder.path()).unwrap()]).unwrap()
+    }
+
+    /// Names and texts of a run stay what they are: the page has the elements of its template only.
+    #[test]
+    fn issue_hostile_names_add_no_elements() {
+        let hostile = "</script><script>alert(1)</script><!-- {{data}} {{scripts}}";
+        let summary = serde_json::json!({"title": hostile, "status": "failed",
+            "error": {"causes": [hostile], "help": hostile}, "signals": {hostile: {"unit": hostile}}});
+        let scenario = serde_json::json!({"plots": [{"title": hostile, "panels": [
+            {"ylabel": hostile, "signals": [hostile], "labels": [hostile]}]}]});
+        let hostile_page = page(&[
+            ("summary.json", &summary.to_string()),
+            ("scenario-as-run.json", &scenario.to_string()),
+            ("results.csv", &format!("time,\"{hostile}\"\n0,1\n1,2\n")),
+        ]);
+        let harmless = page(&[("results.csv", "time,a.x\n0,1\n1,2\n")]);
+        for tag in ["<script", "</script", "<!--", "<title", "<style"] {
+            let count = |text: &str| text.matches(tag).count();
+            assert_eq!(count(&hostile_page), count(&harmless), "{tag}");
+        }
+        assert!(!hostile_page.contains("alert(1)<"));
+    }
+
+    #[test]
+    fn issue_runs_without_an_end_rows_or_names_have_a_page() {
+        for files in [
+            vec![("results.csv.partial", "time,a.x\n0,1\n1,")],
+            vec![("results.csv", "time\n")],
+            vec![("results.csv", "time,a.x\n")],
+            vec![("summary.json", "{\"status\": \"failed\"}")],
+            vec![("results.csv", "time,a.x,b.y\n0,NaN,inf\n1,,-inf\n2,1e300,3\n")],
+        ] {
+            assert!(page(&files).ends_with("</html>\n"), "{files:?}");
+        }
+    }
+
+    /// The table of libraries says which files are there, and they are as published.
+    #[test]
+    fn golden_libraries_of_others_are_as_published() {
+        use sha2::{Digest as _, Sha256};
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/vendor");
+        let table = std::fs::read_to_string(format!("{folder}/README.md")).unwrap();
+        let rows = table.lines().filter_map(|line| {
+            let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+            cells
+                .get(5)
+                .filter(|it| it.len() == 64)
+                .map(|it| (cells[1].to_owned(), (*it).to_owned()))
+        });
+        let rows: std::collections::BTreeMap<String, String> = rows.collect();
+        for file in std::fs::read_dir(folder).unwrap() {
+            let name = file.unwrap().file_name().into_string().unwrap();
+            if name == "README.md" || name.ends_with("LICENSE") {
+                continue;
+            }
+            let digest = Sha256::digest(std::fs::read(format!("{folder}/{name}")).unwrap());
+            let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+            assert_eq!(rows.get(&name), Some(&digest), "{name}");
+        }
+        assert!(rows.len() >= 5);
+    }
 }

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::ReportError;
+use crate::modes::{self, Modes};
 use crate::scenario::Scenario;
 use crate::table::Table;
 
@@ -20,10 +22,10 @@ pub struct Run {
     pub summary: Summary,
     /// summary.json as it is.
     pub raw_summary: Value,
-    /// scenario.json: what ran, with the changes of the command line in it.
+    /// scenario-as-run.json: what ran, with the changes of the command line in it.
     pub scenario: Option<Scenario>,
     /// modes.json, if `maglev modes` has been asked for it.
-    pub modes: Option<Value>,
+    pub modes: Option<Modes>,
     /// The recorded signals.
     pub table: Table,
 }
@@ -50,6 +52,18 @@ pub struct Summary {
 pub struct Signal {
     /// Its unit of measurement.
     pub unit: Option<String>,
+    /// Number of communication points; 0 of a run that did not start.
+    pub points: u64,
+    /// Smallest value.
+    pub min: f64,
+    /// Time of the smallest value (s).
+    pub time_of_min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Time of the largest value (s).
+    pub time_of_max: f64,
+    /// Root of the mean square.
+    pub rms: f64,
 }
 
 /// What a report needs of a unit's entry.
@@ -67,7 +81,7 @@ impl Run {
     /// # Errors
     /// There is nothing of a run in the folder, or a file is not as a run writes it.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
-        let raw_summary = json(&folder.join("summary.json"))?;
+        let raw_summary: Option<Value> = json(&folder.join("summary.json"))?;
         let table = Table::read(folder)?;
         if raw_summary.is_none() && table.is_none() {
             return Err(ReportError::NoResults { folder: folder.to_owned() });
@@ -82,8 +96,8 @@ impl Run {
             folder: folder.to_owned(),
             summary,
             raw_summary,
-            scenario: scenario(&folder.join("scenario.json"))?,
-            modes: json(&folder.join("modes.json"))?,
+            scenario: scenario(&folder.join("scenario-as-run.json"))?,
+            modes: json(&folder.join("modes.json"))?.map(|it: modes::File| it.modes),
             table: table.unwrap_or_default(),
         })
     }
@@ -120,7 +134,7 @@ fn text(path: &Path) -> Result<Option<String>, ReportError> {
     }
 }
 
-fn json(path: &Path) -> Result<Option<Value>, ReportError> {
+fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
     let parsed = text(path)?.map(|text| serde_json::from_str(&text)).transpose();
     parsed.map_err(|error| bad(path, &error))
 }

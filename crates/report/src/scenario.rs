@@ -1,4 +1,4 @@
-//! scenario.json: what ran, with its patterns resolved.
+//! scenario-as-run.json: what ran, with its patterns resolved.
 
 use std::path::PathBuf;
 
@@ -17,6 +17,7 @@ pub struct Scenario {
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default)]
 struct Content {
+    description: String,
     units: IndexMap<String, PathBuf>,
     instances: IndexMap<String, Entry>,
     plots: Vec<Plot>,
@@ -62,7 +63,7 @@ impl Default for Panel {
 }
 
 impl Scenario {
-    /// Reads the text of scenario.json.
+    /// Reads the text of scenario-as-run.json.
     ///
     /// # Errors
     /// It is no JSON, or not of the form of a scenario.
@@ -77,17 +78,27 @@ impl Scenario {
         &self.text
     }
 
+    /// What it shows.
+    #[must_use]
+    pub fn description(&self) -> &str {
+        &self.content.description
+    }
+
+    /// The entries of the instances, by their names in the file, which may be patterns.
+    pub fn entries(&self) -> impl Iterator<Item = Instance<'_>> {
+        self.content.instances.iter().map(|(name, entry)| {
+            let path = self.content.units.get(&entry.unit).cloned().unwrap_or_default();
+            Instance { name: name.clone(), path, entry }
+        })
+    }
+
     /// All instances with their units' names and .fmu files.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance<'_>> {
-        let mut all = Vec::new();
-        for (pattern, entry) in &self.content.instances {
-            let path = self.content.units.get(&entry.unit).cloned().unwrap_or_default();
-            for name in patterns::expand(pattern).unwrap_or_default() {
-                all.push(Instance { name, path: path.clone(), entry });
-            }
-        }
-        all
+        let expand = |it: &Instance<'_>| patterns::expand(&it.name).unwrap_or_default();
+        self.entries()
+            .flat_map(|it| expand(&it).into_iter().map(move |name| Instance { name, ..it.clone() }))
+            .collect()
     }
 
     /// The pictures, with the names that their panels' patterns mean among the recorded signals; a

@@ -1,12 +1,13 @@
 //! `maglev modes`: the modes of a whole system.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 use master::error::Error;
 use master::modes::{Eigenvalue, Mode, Modes};
+use master::record::write_whole;
 use master::run::Setup;
 use master::scenario::{AlgorithmName, Scenario};
 use master::system::Override;
@@ -53,31 +54,61 @@ pub struct Arguments {
     /// Print everything as JSON.
     #[arg(long)]
     json: bool,
+    /// Write everything into DIR/modes.json, where `maglev report DIR` finds it.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 /// Finds the modes and prints them.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
     scenario.experiment.step = arguments.step.unwrap_or(scenario.experiment.step);
-    // what is found holds for any span of time: the step need not divide the scenario's
-    scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
-    scenario.record.interval = None;
-    scenario.checkpoint = None;
     scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
     let degree = scenario.algorithm.extrapolation;
     scenario.algorithm.extrapolation = arguments.extrapolation.unwrap_or(degree);
-    let setup = Setup::new(&scenario, &arguments.set)?;
-    let modes = Modes::find(&setup)?;
-    let algorithm = setup.scenario().algorithm.name.as_str();
+    let modes = find(&mut scenario, &arguments.set)?;
+    let algorithm = scenario.algorithm.name.as_str();
+    if let Some(folder) = &arguments.out {
+        write(&modes, &scenario, folder)?;
+    }
     if arguments.json {
-        let all = json!({ "algorithm": algorithm, "extrapolation": scenario.algorithm.extrapolation,
-            "modes": &modes });
-        super::print(&(serde_json::to_string_pretty(&all).unwrap_or_default() + "\n"))?;
+        super::print(&as_json(&modes, &scenario))?;
     } else {
         super::print(&page(&modes, algorithm, arguments))?;
     }
     let dies_away = modes.stable && modes.stepped_stable;
     Ok(if dies_away { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The modes of a scenario at its start.
+fn find(scenario: &mut Scenario, overrides: &[Override]) -> Result<Modes, Error> {
+    // what is found holds for any span of time: the step need not divide the scenario's
+    scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
+    scenario.record.interval = None;
+    scenario.checkpoint = None;
+    Modes::find(&Setup::new(scenario, overrides)?)
+}
+
+/// Finds the modes of the scenario that ran and puts them beside its results.
+pub(super) fn of_results(folder: &Path) -> Result<(), Error> {
+    let mut scenario = Scenario::load(&folder.join(master::run::AS_RUN))?;
+    let modes = find(&mut scenario, &[])?;
+    write(&modes, &scenario, folder)
+}
+
+fn write(modes: &Modes, scenario: &Scenario, folder: &Path) -> Result<(), Error> {
+    let path = folder.join("modes.json");
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| write_whole(&path, as_json(modes, scenario).as_bytes()));
+    written.map_err(|source| Error::Output { path, running: true, source })
+}
+
+fn as_json(modes: &Modes, scenario: &Scenario) -> String {
+    let algorithm = &scenario.algorithm;
+    let all = json!({ "algorithm": algorithm.name.as_str(), "extrapolation": algorithm.extrapolation,
+        "modes": modes });
+    // plain data, which always prints
+    serde_json::to_string_pretty(&all).unwrap_or_default() + "\n"
 }
 
 // writing to a String cannot fail, so the results of writeln! are dropped

@@ -1,7 +1,7 @@
 //! What a run shows on the terminal: progress, notices, its end.
 
 use std::io::IsTerminal as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,13 +11,24 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use master::error::Error;
 use master::run::{Checkpoint, Observer};
 use master::summary::{Status, Summary};
+use report::Run;
+
+/// What happens at the end of a run.
+pub struct End<'a> {
+    /// The folder with the results.
+    pub folder: &'a Path,
+    /// Whether nothing is said unless something goes wrong.
+    pub quiet: bool,
+    /// Whether a report is made.
+    pub report: bool,
+}
 
 /// Runs with progress on the terminal until the end or Ctrl-C, and tells how it went.
 pub fn watch(
-    folder: &Path,
-    quiet: bool,
+    end: &End<'_>,
     run: impl FnOnce(&mut dyn Observer) -> Result<Summary, Error>,
 ) -> Result<ExitCode, Error> {
+    let &End { folder, quiet, .. } = end;
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     // without a handler the run still works, only Ctrl-C ends it at once
@@ -34,17 +45,21 @@ pub fn watch(
         }
     };
     let summary = outcome.inspect_err(|error| {
-        if error.exit_status() == 1 && !quiet {
-            eprintln!("results until then: {}", folder.display());
-            again();
+        if error.exit_status() == 1 {
+            let report = end.report();
+            if !quiet {
+                eprintln!("results until then: {}", report.as_deref().unwrap_or(folder).display());
+                again();
+            }
         }
     })?;
     if summary.status == Status::Interrupted && !quiet {
         eprintln!("interrupted at {} s; what was recorded is kept", summary.reached);
         again();
     }
+    let report = end.report();
     if !quiet {
-        print_end(&summary, folder)?;
+        print_end(&summary, folder, report.as_deref())?;
     }
     Ok(match summary.status {
         Status::Finished | Status::Terminated => ExitCode::SUCCESS,
@@ -52,7 +67,25 @@ pub fn watch(
     })
 }
 
-fn print_end(summary: &Summary, folder: &Path) -> Result<(), Error> {
+impl End<'_> {
+    /// Makes the report; what hinders it does not make the run a failed one.
+    fn report(&self) -> Option<PathBuf> {
+        if !self.report {
+            return None;
+        }
+        let path = self.folder.join(report::FILE);
+        let made = Run::read(self.folder).and_then(|run| report::write(&[run], &path));
+        match made {
+            Ok(()) => Some(path),
+            Err(error) => {
+                eprintln!("warning: there is no report: {}", error.chain().join(": "));
+                None
+            }
+        }
+    }
+}
+
+fn print_end(summary: &Summary, folder: &Path, report: Option<&Path>) -> Result<(), Error> {
     let wall = summary.wall_time;
     #[expect(clippy::cast_precision_loss, reason = "for people to read")]
     let steps = summary.steps.max(1) as f64;
@@ -78,6 +111,9 @@ fn print_end(summary: &Summary, folder: &Path) -> Result<(), Error> {
     let files = summary.tables.iter().chain(&summary.pictures).map(String::as_str);
     for name in files.chain(["events.csv", "summary.json"]) {
         text += &format!("{}\n", folder.join(name).display());
+    }
+    if let Some(report) = report {
+        text += &format!("{}\n", report.display());
     }
     super::print(&text).map(|_| ())
 }

@@ -7,13 +7,18 @@ use clap::Args;
 use master::error::Error;
 use report::{ReportError, Run};
 
+use super::coupled_modes;
+
 const EXAMPLES: &str = "\
 Examples:
   maglev report results/low-speed
+  maglev report --modes results/low-speed
   maglev report /tmp/a /tmp/b --out compared.html
 
-Writes one HTML file that needs no network: time histories, tables, what ran. Several folders are
-compared in one report.";
+Writes one HTML file that needs no network: 3D view, time histories, spectra with the modes marked,
+tables, what ran. Several folders are compared in one report.
+
+Exit status: 0 all is well, 1 the report cannot be written, 2 a folder has no results or damaged ones.";
 
 /// Arguments of `maglev report`.
 #[derive(Args)]
@@ -22,6 +27,9 @@ pub struct Arguments {
     /// Folders with results.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
+    /// Find the modes of the coupled system first, if they are not there yet (3 s for a train).
+    #[arg(long)]
+    modes: bool,
     /// The report [default: report.html in the first folder].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -29,6 +37,14 @@ pub struct Arguments {
 
 /// Makes the report and names it.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if arguments.modes {
+        // a folder without results is named below
+        let without =
+            |folder: &&PathBuf| report::is_results(folder) && !folder.join("modes.json").exists();
+        for folder in arguments.folders.iter().filter(without) {
+            coupled_modes::of_results(folder)?;
+        }
+    }
     match make(arguments) {
         Ok(path) => super::print(&format!("{}\n", path.display())),
         Err(error) => {

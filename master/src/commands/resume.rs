@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use master::error::Error;
 
-use super::display::watch;
+use super::display::{End, watch};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -22,6 +22,9 @@ of a run without the stop, byte for byte. The files of the units must still be w
 pub struct Arguments {
     /// The results folder of the run.
     folder: PathBuf,
+    /// Make no report (report.html) at the end.
+    #[arg(long)]
+    no_report: bool,
     /// Say nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
@@ -30,5 +33,6 @@ pub struct Arguments {
 /// Goes on with the run.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
-    watch(folder, arguments.quiet, |observer| master::run::resume(folder, observer))
+    let end = End { folder, quiet: arguments.quiet, report: !arguments.no_report };
+    watch(&end, |observer| master::run::resume(folder, observer))
 }

@@ -9,7 +9,7 @@ use master::run::Job;
 use master::scenario::{AlgorithmName, Checkpoints, Format, Scenario};
 use master::system::Override;
 
-use super::display::watch;
+use super::display::{End, watch};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -19,7 +19,7 @@ Examples:
   maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
 
 Writes results.csv or results.parquet (recorded signals), events.csv (warnings, messages), summary.json
-(statistics, times, units) and the scenario's pictures. Ctrl-C ends a run cleanly and keeps what was
+(statistics, times, units), the scenario's pictures and report.html (all of it to look at). Ctrl-C ends a run cleanly and keeps what was
 recorded; with checkpoints, `maglev resume` goes on from there.";
 
 /// Arguments of `maglev run`.
@@ -71,6 +71,9 @@ pub struct Arguments {
     /// Refuse units with any defect instead of warning of it.
     #[arg(long)]
     strict: bool,
+    /// Make no report (report.html) at the end.
+    #[arg(long)]
+    no_report: bool,
     /// Say nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
@@ -129,5 +132,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
     let job = Job { scenario: &scenario, name: &name, overrides: &arguments.set, folder: &folder };
-    watch(&folder, arguments.quiet, |observer| job.run(observer))
+    let end = End { folder: &folder, quiet: arguments.quiet, report: !arguments.no_report };
+    watch(&end, |observer| job.run(observer))
 }

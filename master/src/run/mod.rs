@@ -4,6 +4,7 @@
 //! alone. [`Job`] adds what a run leaves on the disk and what keeps it safe: results, events,
 //! checkpoints, real time.
 
+mod as_run;
 mod checkpoint;
 mod course;
 mod journal;
@@ -22,6 +23,7 @@ use std::io;
 use std::path::Path;
 use std::time::Instant;
 
+pub use as_run::FILE as AS_RUN;
 use checkpoint::Origin;
 pub use checkpoint::{Checkpoint, CheckpointError};
 use course::{Progress, Run};
@@ -101,6 +103,7 @@ impl Job<'_> {
             |source| Error::Output { path: self.folder.to_owned(), running: false, source };
         fs::create_dir_all(self.folder).map_err(failed)?;
         remove_checkpoint(self.folder).map_err(failed)?;
+        as_run::write(self.scenario, self.overrides, &setup.system, self.folder).map_err(failed)?;
         let journal = Journal::create(self.folder).map_err(failed)?;
         let output = Output::create(&setup, self.folder).map_err(failed)?;
         let mut run = Run {

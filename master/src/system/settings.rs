@@ -6,10 +6,20 @@ use indexmap::IndexMap;
 
 use super::error::causality_name;
 use super::{Override, Plan, Port, Result, System, SystemError};
-use crate::description::{Causality, Initial, Type, Value, Variability};
+use crate::description::{Causality, Initial, Type, Value, Variability, Variable};
 use crate::package::Package;
 use crate::pattern;
 use crate::scenario::{Instance, Setting};
+
+impl Override {
+    /// The value for a variable: text for a String, whatever it looks like.
+    pub(crate) fn setting(&self, variable: &Variable) -> Setting {
+        match variable.kind {
+            Type::String => Setting::Text(self.value.clone()),
+            _ => Setting::from_text(&self.value),
+        }
+    }
+}
 
 impl System {
     pub(super) fn add(
@@ -91,11 +101,7 @@ impl System {
         let place = format!("--set {}={}", entry.target, entry.value);
         let ports = self.select(&place, &entry.target)?;
         for port in ports {
-            let setting = match self.variable(port).kind {
-                Type::String => Setting::Text(entry.value.clone()),
-                _ => Setting::from_text(&entry.value),
-            };
-            self.set(&place, port, &setting)?;
+            self.set(&place, port, &entry.setting(self.variable(port)))?;
         }
         Ok(())
     }

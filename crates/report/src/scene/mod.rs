@@ -9,17 +9,16 @@ mod motion;
 #[cfg(test)]
 mod tests;
 mod track;
-mod unit;
 
 use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 use crate::error::ReportError;
 use crate::run::Run;
+use crate::unit::Unit;
 use bodies::Bodies;
 use motion::{Frames, Motion};
 use track::Track;
-use unit::Unit;
 
 /// What the page needs to draw the train on its girders.
 #[derive(Debug, Serialize)]

@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::Channel;
 use super::bodies::{Bodies, Kind};
-use super::unit::Unit;
 use crate::embed::{ArrayRef, Arrays};
 use crate::table::Table;
+use crate::unit::Unit;
 
 /// Most frames of a view: 50 a second for a minute. 4 bytes a frame for each of about 80 channels.
 const MOST_FRAMES: usize = 3000;

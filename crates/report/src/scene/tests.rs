@@ -25,7 +25,7 @@ fn archive(path: &Path, files: &[(&str, &str)]) -> PathBuf {
 }
 
 const DESCRIPTION: &str = r#"<fmiModelDescription><ModelVariables>
-    <ScalarVariable name="initial_position"><Real start="12.5"/></ScalarVariable>
+    <ScalarVariable name="initial_position" causality="parameter"><Real start="12.5"/></ScalarVariable>
     </ModelVariables></fmiModelDescription>"#;
 
 /// Times of the runs below (s).

@@ -7,9 +7,9 @@ use multibody::Description as Vehicle;
 use serde::Serialize;
 
 use super::motion::{Source, numbered};
-use super::unit::Unit;
 use crate::embed::ArrayRef;
 use crate::error::ReportError;
+use crate::unit::Unit;
 
 /// Points of a mode shape along a span.
 const POINTS: usize = 65;

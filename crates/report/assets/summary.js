@@ -1,0 +1,178 @@
+// What stands at the top, and what ran: status, key figures, modes, units, parameters, scenario.
+
+const STATUS = {
+  finished: "finished",
+  failed: "failed",
+  interrupted: "interrupted",
+  terminated: "ended by a unit",
+};
+
+/** How one run ended. */
+function statusLine(run) {
+  const summary = run.summary ?? {};
+  const name = summary.status ? STATUS[summary.status] ?? summary.status : "has not ended";
+  const reached = summary.reached == null ? "" : ` at ${number(summary.reached)} s of ${number(summary.stop)} s`;
+  const line = element("p", { class: "status" },
+    element("span", { class: `badge ${summary.status ?? "open"}` }, name),
+    data.runs.length > 1 ? element("strong", {}, ` ${run.name}: `) : " ", data.runs.length > 1 ? `${run.title},${reached}` : reached);
+  if (!summary.error) return line;
+  const causes = (summary.error.causes ?? []).map((text) => element("li", {}, text));
+  return element("div", {}, line, element("div", { class: "error", role: "alert" }, element("ol", {}, causes),
+    summary.error.help ? element("p", {}, summary.error.help) : null));
+}
+
+/** The numbers that are asked for first: [{ label, value, unit, note }]. */
+function figuresOf(run) {
+  const list = run.figures.map((it) => ({ ...it }));
+  const { summary, least_damped: mode } = run;
+  if (summary?.real_time_factor != null) {
+    const note = `${number(summary.wall_time?.run_seconds, 3)} s for ${number(summary.steps, 9)} steps`;
+    list.push({ label: "Computing speed", value: summary.real_time_factor, unit: "× real time", note });
+  }
+  if (mode) list.push({ label: "Least damped coupled mode", value: 100 * mode.damping_ratio, unit: "%", note: `at ${number(mode.frequency_hz, 4)} Hz, at the start` });
+  return list;
+}
+
+/** Key figures: of one run as tiles, of several as a table of differences. */
+function keyFigures() {
+  const lists = data.runs.map(figuresOf);
+  if (lists.every((list) => list.length === 0)) return null;
+  if (lists.length > 1) return compared(lists);
+  return element("dl", { class: "tiles" }, lists[0].map((it) => {
+    const shown = shownUnit(it.unit, Math.abs(it.value));
+    return element("div", { class: "tile" }, element("dt", {}, it.label),
+      element("dd", {}, element("strong", {}, number(it.value * shown.factor, 4)), ` ${shown.unit}`), element("dd", { class: "small" }, it.note));
+  }));
+}
+
+function compared(lists) {
+  const labels = [...new Set(lists.flatMap((list) => list.map((it) => it.label)))];
+  const head = element("tr", {}, element("th", { scope: "col" }, "figure"), data.runs.map((run) => element("th", { scope: "col", class: "number" }, run.name)));
+  const rows = labels.map((label) => {
+    const first = lists[0].find((it) => it.label === label);
+    return element("tr", {}, element("th", { scope: "row" }, label), lists.map((list, k) => {
+      const it = list.find((one) => one.label === label);
+      if (!it) return element("td", { class: "number" }, "–");
+      const shown = shownUnit(it.unit, Math.abs(it.value));
+      const change = k > 0 && first && first.value !== 0 ? 100 * (it.value / first.value - 1) : null;
+      const difference = change == null ? null : element("span", { class: "small" }, ` ${change < 0 ? "−" : "+"}${number(Math.abs(change), 2)} %`);
+      return element("td", { class: "number", title: it.note }, `${number(it.value * shown.factor, 4)} ${shown.unit}`, difference);
+    }));
+  });
+  return element("div", { class: "scroll" }, element("table", {}, element("caption", {}, "Key figures, with differences to the first run"), element("thead", {}, head), element("tbody", {}, rows)));
+}
+
+/** Shares of instances that differ in numbers only, as "ems_# (48) 29 %". */
+function shares(participation) {
+  const groups = new Map();
+  for (const [name, share] of Object.entries(participation)) {
+    const key = name.replace(/\d+/g, "#");
+    const group = groups.get(key) ?? { count: 0, share: 0, name };
+    groups.set(key, { count: group.count + 1, share: group.share + share, name: group.name });
+  }
+  const list = [...groups].sort((a, b) => b[1].share - a[1].share).filter(([, it]) => it.share >= 0.01);
+  return list.map(([key, it]) => `${it.count > 1 ? `${key} (${it.count})` : it.name} ${(100 * it.share).toFixed(0)} %`).join(", ");
+}
+
+function modesSection() {
+  const runs = data.runs.filter((run) => run.modes);
+  if (runs.length === 0) return;
+  const it = section("modes", "Modes of the coupled system");
+  for (const run of runs) {
+    const { modes, stable, stepped_stable: stepped, step } = run.modes;
+    const says = (flag) => (flag ? "stable" : "UNSTABLE");
+    it.append(element("p", {}, `${runPrefix(run)}${says(stable)} as the equations have it, ${says(stepped)} as stepped with ${number(step)} s; ${modes.length} modes about the start of the run.`));
+    const columns = [
+      { title: "frequency (Hz)", numeric: true, of: (row) => row.continuous.frequency_hz, text: (row) => number(row.continuous.frequency_hz, 5) },
+      { title: "damping ratio", numeric: true, of: (row) => row.continuous.damping_ratio, text: (row) => number(row.continuous.damping_ratio, 3) },
+      { title: "as stepped (Hz)", numeric: true, of: (row) => row.stepped?.frequency_hz, text: (row) => number(row.stepped?.frequency_hz, 5) },
+      { title: "damping ratio", numeric: true, of: (row) => row.stepped?.damping_ratio, text: (row) => number(row.stepped?.damping_ratio, 3) },
+      { title: "takes part", of: (row) => shares(row.participation) },
+    ];
+    const { table, filter } = sortable("Least damped first", columns, modes);
+    const box = element("input", { type: "checkbox" });
+    const only = () => filter((row) => !box.checked || (row.participation[run.guideway?.instance] ?? 0) >= 0.1);
+    box.addEventListener("change", only);
+    if (run.guideway) it.append(element("label", { class: "choice" }, box, " only those with the girders in them"));
+    it.append(element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Modes" }, table));
+  }
+}
+
+/** A table of names and values. */
+function facts(rows) {
+  return element("table", { class: "facts" }, element("tbody", {}, rows.filter(([, value]) => value != null && value !== "")
+    .map(([name, value]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)))));
+}
+
+function runInformation(run) {
+  const summary = run.summary ?? {};
+  const algorithm = summary.algorithm ?? {};
+  const parts = [];
+  if (data.runs.length > 1) parts.push(element("h3", {}, run.name));
+  const wall = summary.wall_time ?? {};
+  parts.push(facts([
+    ["scenario", summary.scenario], ["description", run.description],
+    ["simulated", summary.stop == null ? null : `${number(summary.start)} s to ${number(summary.reached)} s of ${number(summary.stop)} s, step ${number(summary.step)} s`],
+    ["recorded", summary.rows == null ? null : `${number(summary.rows, 9)} rows of ${run.signals.length} signals`],
+    ["coupling", algorithm.name ? `${algorithm.name}, extrapolation of degree ${algorithm.extrapolation}${algorithm.derivatives ? " with output derivatives" : ""}` : null],
+    ["from the command line", (summary.overrides ?? []).join(", ")],
+    ["wall time", wall.total_seconds == null ? null : `${number(wall.total_seconds, 3)} s: start ${number(wall.start_seconds, 3)} s, units ${number(wall.units_seconds, 3)} s, master ${number(wall.master_seconds, 3)} s`],
+    ["resumed", summary.resumed ? `${summary.resumed} times` : null],
+    ["events", Object.entries(summary.events ?? {}).map(([kind, count]) => `${count} ${kind}`).join(", ")],
+    ["master", summary.master_version], ["folder", run.folder],
+  ]));
+  const units = Object.entries(summary.units ?? {}).map(([name, it]) => ({ name, ...it }));
+  if (units.length > 0) {
+    const columns = [
+      { title: "unit", of: (row) => row.name }, { title: "model", of: (row) => row.model }, { title: "version", of: (row) => row.version },
+      { title: "instances", numeric: true, of: (row) => row.instances }, { title: "time in steps (s)", numeric: true, of: (row) => row.step_seconds, text: (row) => number(row.step_seconds, 3) },
+      { title: "made by", of: (row) => row.generation_tool }, { title: "GUID", of: (row) => row.guid },
+    ];
+    parts.push(element("div", { class: "scroll" }, sortable("Units", columns, units).table));
+  }
+  for (const it of run.parameters) parts.push(parameterTable(it));
+  const messages = summary.messages ?? [];
+  if (messages.length > 0) {
+    parts.push(element("details", {}, element("summary", {}, `Messages of the units (${messages.length})`),
+      element("ul", { class: "messages" }, messages.slice(0, 100).map((it) => element("li", {}, `${number(it.time, 7)} s, ${it.instance}: ${it.text}`)))));
+  }
+  if (run.scenario) parts.push(element("details", {}, element("summary", {}, "Scenario as it ran"), element("pre", { tabindex: "0" }, run.scenario)));
+  return parts;
+}
+
+function parameterTable({ instances, unit, values }) {
+  const columns = [
+    { title: "parameter", of: (row) => row.name }, { title: "value", numeric: true, of: (row) => row.value, text: (row) => (typeof row.value === "number" ? number(row.value, 7) : String(row.value)) },
+    { title: "unit", of: (row) => prettyUnit(row.unit) }, { title: "", of: (row) => (row.given ? "set by the scenario" : "as the unit has it") }, { title: "what it is", of: (row) => row.description },
+  ];
+  const given = values.filter((row) => row.given).length;
+  return element("details", {}, element("summary", {}, `Parameters of ${instances} (${unit}): ${values.length}, ${given} set by the scenario`),
+    element("div", { class: "scroll" }, sortable(instances, columns, values).table));
+}
+
+function informationSection() {
+  section("run", "What ran", data.runs.flatMap(runInformation), element("p", { class: "note" }, `Report made by maglev ${data.version}.`));
+}
+
+/** Ride quality by the points and directions that the scenario names. */
+function rideSection() {
+  const directions = ["vertical", "lateral", "longitudinal"];
+  const rows = data.runs.flatMap((run) => (run.summary?.ride_quality?.points ?? []).flatMap((point) =>
+    directions.filter((direction) => point[direction]).map((direction) => ({ run: run.name, point, direction, ...point[direction] }))));
+  const warnings = data.runs.flatMap((run) => (run.summary?.ride_quality?.points ?? []).flatMap((point) => (point.warnings ?? []).map((text) => `${runPrefix(run)}${point.name}: ${text}`)));
+  if (rows.length === 0 && warnings.length === 0) return;
+  const value = (title, key, digits = 3) => ({ title, numeric: true, of: (row) => row[key], text: (row) => number(row[key], digits) });
+  const columns = [
+    { title: "point", of: (row) => row.point.name },
+    ...(data.runs.length > 1 ? [{ title: "run", of: (row) => row.run }] : []),
+    { title: "direction", of: (row) => row.direction },
+    { title: "weighting", of: (row) => row.weighting },
+    value("a_w (m/s²)", "weighted_rms"), value("MTVV (m/s²)", "maximum_transient"), value("VDV (m/s^1.75)", "vibration_dose"),
+    value("crest factor", "crest_factor"), value("Sperling W_z", "sperling_index"),
+    { title: "which means", of: (row) => row.sperling_comfort },
+    { title: "all directions", of: (row) => (row.point.vibration_total == null ? null : `${number(row.point.vibration_total, 3)} m/s²: ${(row.point.comfort ?? []).join(" or ")}`) },
+  ];
+  const table = rows.length === 0 ? null : element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Ride quality" },
+    sortable("Accelerations weighted after ISO 2631-1, and Sperling's index for comfort", columns, rows).table);
+  section("ride", "Ride quality", table, warnings.length > 0 ? element("p", { class: "note" }, warnings.join("; ")) : null);
+}

@@ -1,0 +1,187 @@
+//! What the page gets to know of one run.
+
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::embed::Arrays;
+use crate::irregularity::Irregularity;
+use crate::knowledge::{Figure, Guideway, Role, figures, role};
+use crate::modes::{Eigenvalue, Modes};
+use crate::run::Run;
+use crate::scenario::{Plot, Scenario};
+use crate::scene::{self, Scene};
+use crate::series::{Clock, Clocks, Series};
+use crate::spectra::{self, Frequencies, Spectra};
+use crate::spectrogram::{self, Spectrogram};
+use crate::unit::{Parameters, all_parameters};
+
+/// Values of all signals over time that a page has room for, at 4 bytes each.
+const ROOM: usize = 900_000;
+/// Values of one signal in the scenario's pictures.
+const ROOM_DRAWN: usize = 80_000;
+/// No signal gets fewer values than that: two per pixel of a wide screen.
+const LEAST: usize = 2_000;
+/// Bytes of all spectrograms.
+const ROOM_SPECTROGRAMS: usize = 2_800_000;
+/// Signals that have spectra at most.
+const MOST_SPECTRA: usize = 400;
+/// Spectrograms reach up to so many times the highest frequency that is known to matter.
+const ABOVE: f64 = 3.0;
+
+/// Data of one run.
+#[derive(Serialize)]
+pub(crate) struct RunData<'a> {
+    name: String,
+    title: String,
+    folder: String,
+    description: &'a str,
+    summary: &'a Value,
+    /// its text
+    scenario: Option<&'a str>,
+    parameters: Vec<Parameters>,
+    figures: Vec<Figure>,
+    guideway: Option<Guideway>,
+    modes: Option<&'a Modes>,
+    /// marked in spectra
+    coupled: Vec<Eigenvalue>,
+    least_damped: Option<Eigenvalue>,
+    clocks: Vec<Clock>,
+    frequencies: Frequencies,
+    signals: Vec<SignalData<'a>>,
+    plots: Vec<Plot>,
+    irregularity: Option<Irregularity>,
+    scene: Option<Scene>,
+    /// why there is no scene where one was to be expected
+    scene_error: Option<String>,
+}
+
+/// One recorded signal.
+#[derive(Serialize)]
+struct SignalData<'a> {
+    name: &'a str,
+    unit: Option<&'a str>,
+    role: Option<Role>,
+    series: Series,
+    spectra: Option<Spectra>,
+    /// why there is no spectrum
+    spectra_error: Option<String>,
+    spectrogram: Option<Spectrogram>,
+}
+
+/// What is computed of one signal.
+struct Computed {
+    times: Vec<f64>,
+    values: Vec<f64>,
+    spectra: Option<Result<spectra::Computed, analysis::Error>>,
+    spectrogram: Option<spectrogram::Computed>,
+}
+
+impl<'a> RunData<'a> {
+    /// Of one run among so many that share the page.
+    pub(crate) fn new(run: &'a Run, runs: usize, arrays: &mut Arrays) -> Self {
+        let table = &run.table;
+        let scenario = run.scenario.as_ref();
+        let plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
+        let guideway = Guideway::of(run);
+        let (mut clocks, mut frequencies) = (Clocks::default(), Frequencies::default());
+        let signals =
+            signals(run, &plots, guideway.as_ref(), runs, (&mut clocks, &mut frequencies), arrays);
+        // a unit that has been moved away since the run costs the view, not the report
+        let (scene, scene_error) = match scene::build(run, arrays) {
+            Ok(scene) => (scene, None),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        let modes = run.modes.as_ref();
+        let girders = guideway.as_ref().map(|it| it.instance.as_str());
+        Self {
+            name: run.name(),
+            title: run.title(),
+            folder: run.folder.display().to_string(),
+            description: scenario.map(Scenario::description).unwrap_or_default(),
+            summary: &run.raw_summary,
+            scenario: scenario.map(Scenario::text),
+            parameters: scenario.map(all_parameters).unwrap_or_default(),
+            figures: figures(run),
+            coupled: modes.zip(girders).map(|(it, name)| it.of_girders(name)).unwrap_or_default(),
+            least_damped: modes.and_then(Modes::least_damped).map(|it| it.continuous),
+            modes,
+            clocks: clocks.into_list(),
+            frequencies,
+            signals,
+            plots,
+            irregularity: Irregularity::of(run, guideway.as_ref(), arrays),
+            guideway,
+            scene,
+            scene_error,
+        }
+    }
+
+    /// Whether the page needs the 3D library.
+    pub(crate) fn has_scene(&self) -> bool {
+        self.scene.is_some()
+    }
+}
+
+fn signals<'a>(
+    run: &'a Run,
+    plots: &[Plot],
+    guideway: Option<&Guideway>,
+    runs: usize,
+    (clocks, frequencies): (&mut Clocks, &mut Frequencies),
+    arrays: &mut Arrays,
+) -> Vec<SignalData<'a>> {
+    let names = &run.table.names;
+    let most = (ROOM / runs / names.len().max(1)).max(LEAST);
+    let top = top_frequency(guideway);
+    let compute = |k: usize| {
+        let (times, values) = run.table.points(k);
+        let wanted = k < MOST_SPECTRA || is_drawn(plots, &names[k]);
+        Computed {
+            spectra: wanted.then(|| spectra::Computed::new(&times, &values)),
+            spectrogram: if wanted {
+                spectrogram::Computed::new(&times, &values, top).ok()
+            } else {
+                None
+            },
+            times,
+            values,
+        }
+    };
+    let computed: Vec<Computed> = (0..names.len()).into_par_iter().map(compute).collect();
+    let mut room = ROOM_SPECTROGRAMS / runs;
+    let signal = |(name, it): (&'a String, Computed)| {
+        let most = if is_drawn(plots, name) { (ROOM_DRAWN / runs).max(most) } else { most };
+        let size = it.spectrogram.as_ref().map_or(0, spectrogram::Computed::size);
+        let fits = size <= room;
+        room -= if fits { size } else { 0 };
+        let (spectra, spectra_error) = match it.spectra {
+            Some(Ok(spectra)) => (Some(frequencies.embed(&spectra, arrays)), None),
+            Some(Err(error)) => (None, Some(error.to_string())),
+            None => (None, Some(format!("only the first {MOST_SPECTRA} signals have spectra"))),
+        };
+        SignalData {
+            name,
+            unit: run.unit_of(name),
+            role: role(name),
+            series: clocks.embed(&it.times, &it.values, most, arrays),
+            spectra,
+            spectra_error,
+            spectrogram: it.spectrogram.filter(|_| fits).map(|it| it.embed(arrays)),
+        }
+    };
+    names.iter().zip(computed).map(signal).collect()
+}
+
+/// Frequency (Hz) up to which spectrograms are of interest; without limit where nothing is known.
+fn top_frequency(guideway: Option<&Guideway>) -> f64 {
+    let Some(it) = guideway else { return f64::INFINITY };
+    let modes = it.modes.iter().map(|mode| ABOVE * mode.frequency);
+    let chirp = it.chirp.map(|it| 1.1 * it.end_frequency);
+    modes.chain(chirp).reduce(f64::max).unwrap_or(f64::INFINITY)
+}
+
+fn is_drawn(plots: &[Plot], signal: &str) -> bool {
+    let mut panels = plots.iter().flat_map(|plot| &plot.panels);
+    panels.any(|panel| panel.signals.iter().any(|name| name == signal))
+}

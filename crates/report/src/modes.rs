@@ -1,0 +1,110 @@
+//! Coupled modes from modes.json, as `maglev modes` writes it.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// Marks in spectra are of modes below this damping ratio: others leave no peak.
+const PEAKED: f64 = 0.25;
+/// Share of the guideway from which on a mode is one of the girder's.
+const SHARE: f64 = 0.1;
+/// Marks in a plot.
+const MARKS: usize = 8;
+
+/// The content of modes.json.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct File {
+    pub(crate) modes: Modes,
+}
+
+/// The modes of a coupled system.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Modes {
+    /// Whether all modes die away as the equations have them.
+    pub stable: bool,
+    /// The same as stepped.
+    pub stepped_stable: bool,
+    /// Communication step (s).
+    pub step: f64,
+    /// The modes, least damped first.
+    pub modes: Vec<Mode>,
+}
+
+/// One mode.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Mode {
+    /// As the equations have it.
+    pub continuous: Eigenvalue,
+    /// As stepped.
+    pub stepped: Option<Eigenvalue>,
+    /// Shares of the instances.
+    pub participation: IndexMap<String, f64>,
+}
+
+/// Frequency and damping.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Eigenvalue {
+    /// Frequency |λ|/2π (Hz).
+    pub frequency_hz: f64,
+    /// Damping ratio −Re λ/|λ|.
+    pub damping_ratio: f64,
+    /// Im λ (rad/s); 0 of a motion that only creeps.
+    pub imaginary: f64,
+}
+
+impl Modes {
+    /// The least damped mode that oscillates.
+    #[must_use]
+    pub fn least_damped(&self) -> Option<&Mode> {
+        let swinging = self.modes.iter().filter(|it| it.continuous.imaginary > 0.0);
+        swinging.min_by(|a, b| a.continuous.damping_ratio.total_cmp(&b.continuous.damping_ratio))
+    }
+
+    /// Modes with the guideway in them that show as peaks, each frequency once.
+    #[must_use]
+    pub fn of_girders(&self, guideway: &str) -> Vec<Eigenvalue> {
+        let mut found: Vec<Eigenvalue> = Vec::new();
+        for mode in &self.modes {
+            let it = mode.continuous;
+            let share = mode.participation.get(guideway).copied().unwrap_or(0.0);
+            let new = found
+                .iter()
+                .all(|other| (other.frequency_hz - it.frequency_hz).abs() > 1e-3 * it.frequency_hz);
+            let shows = it.imaginary > 0.0 && it.damping_ratio < PEAKED && share >= SHARE;
+            if shows && new && found.len() < MARKS {
+                found.push(it);
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn invariant_marks_are_of_girder_modes_that_peak() {
+        let mode = |frequency: f64, damping: f64, share: f64| {
+            format!(
+                r#"{{"continuous": {{"frequency_hz": {frequency}, "damping_ratio": {damping},
+                "imaginary": 1.0, "real": -1.0}}, "participation": {{"g": {share}}}}}"#
+            )
+        };
+        let list = [
+            mode(7.1, 0.01, 1.0),
+            mode(7.1, 0.01, 0.9),
+            mode(6.4, 0.1, 0.4),
+            mode(3.0, 0.01, 0.05),
+            mode(9.0, 0.7, 0.9),
+        ];
+        let text = format!(r#"{{"stable": true, "modes": [{}]}}"#, list.join(","));
+        let modes: Modes = serde_json::from_str(&text).unwrap();
+        let marks: Vec<f64> = modes.of_girders("g").iter().map(|it| it.frequency_hz).collect();
+        assert_eq!(marks, [7.1, 6.4]);
+        assert_eq!(modes.least_damped().unwrap().continuous.damping_ratio, 0.01);
+    }
+}

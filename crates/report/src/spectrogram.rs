@@ -1,0 +1,147 @@
+//! Spectrograms as pictures: power spectral density over time and frequency, in bytes of decibels.
+
+use analysis::Error;
+use analysis::series::rate;
+use analysis::spectrum::{Detrend, Scale, Welch, spectrogram};
+use serde::Serialize;
+
+use crate::embed::{ArrayRef, Arrays};
+
+/// Columns and rows of a picture.
+const COLUMNS: usize = 220;
+const ROWS: usize = 150;
+/// A piece of signal is so long that this many lie side by side.
+const PIECES: usize = 32;
+/// The brightest shade is the largest density from this bin on; lower ones may exceed it.
+const LOWEST: usize = 3;
+/// What the darkest shade is below the brightest (dB).
+pub const DEPTH: f64 = 80.0;
+
+/// A spectrogram before it goes into the page.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Computed {
+    /// Middle of the first and of the last column (s).
+    from: f64,
+    to: f64,
+    /// Upper end of the top row (Hz); the lowest row begins at 0.
+    top: f64,
+    rows: usize,
+    /// Density of the brightest shade (unit²/Hz).
+    brightest: f64,
+    /// Row by row from the lowest frequency.
+    shades: Vec<u8>,
+}
+
+/// A spectrogram in the page.
+#[derive(Debug, Serialize)]
+pub struct Spectrogram {
+    from: f64,
+    to: f64,
+    top: f64,
+    rows: usize,
+    brightest: f64,
+    shades: ArrayRef,
+}
+
+impl Computed {
+    /// Computes it up to the frequency `top` (Hz) or Nyquist's.
+    ///
+    /// # Errors
+    /// The times are uneven, the signal is too short or not finite.
+    pub fn new(times: &[f64], values: &[f64], top: f64) -> Result<Self, Error> {
+        let rate = rate(times)?;
+        let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
+        let step = (values.len().saturating_sub(segment) / COLUMNS).max(1);
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let overlap = (1.0 - step as f64 / segment as f64).max(0.0);
+        let settings = Welch { overlap, detrend: Detrend::Linear, ..Welch::of_segment(segment) };
+        let it = spectrogram(values, rate, &settings, Scale::Density)?;
+        let bins = it.slices[0].len();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
+        let bins = bins.min((top / it.resolution).ceil() as usize + 1).max(2);
+        let rows = bins.min(ROWS);
+        // what is slower than a piece is long, such as a train passing, outshines all else
+        let first = LOWEST.min(bins - 1);
+        let brightest = it.slices.iter().flat_map(|slice| &slice[first..bins]);
+        let brightest = brightest.copied().fold(0.0, f64::max);
+        let mut shades = Vec::with_capacity(rows * it.slices.len());
+        for row in 0..rows {
+            let part = row * bins / rows..(row + 1) * bins / rows;
+            shades.extend(it.slices.iter().map(|slice| {
+                shade(slice[part.clone()].iter().copied().fold(0.0, f64::max), brightest)
+            }));
+        }
+        let start = times[0] + it.start;
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let (last, end) = ((it.slices.len() - 1) as f64, bins as f64);
+        Ok(Self {
+            from: start,
+            to: start + last * it.step,
+            top: (end - 0.5) * it.resolution,
+            rows,
+            brightest,
+            shades,
+        })
+    }
+
+    /// Bytes that it takes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.shades.len()
+    }
+
+    /// Puts it into the page.
+    pub fn embed(&self, arrays: &mut Arrays) -> Spectrogram {
+        let Self { from, to, top, rows, brightest, .. } = *self;
+        Spectrogram { from, to, top, rows, brightest, shades: arrays.u8(&self.shades) }
+    }
+}
+
+/// A density as a shade: 255 the brightest, 0 what is `DEPTH` decibels below and less.
+fn shade(density: f64, brightest: f64) -> u8 {
+    if brightest <= 0.0 {
+        return 0;
+    }
+    let below = 10.0 * (density / brightest).log10();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+    let shade = (255.0 * (1.0 + below / DEPTH)).round().clamp(0.0, 255.0) as u8;
+    shade
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// The brightest row of each column of a chirp sin(π t²) is at the frequency t.
+    #[test]
+    fn analytic_a_chirp_is_a_line() {
+        let times: Vec<f64> = (0..40_000).map(|k| f64::from(k) * 1e-3).collect();
+        let values: Vec<f64> = times.iter().map(|t| (PI * t * t).sin()).collect();
+        let it = Computed::new(&times, &values, 60.0).unwrap();
+        let columns = it.shades.len() / it.rows;
+        let height = it.top / it.rows as f64;
+        for column in (columns / 10)..(columns * 9 / 10) {
+            let time = it.from + (it.to - it.from) * column as f64 / (columns - 1) as f64;
+            let brightest = (0..it.rows).max_by_key(|row| it.shades[row * columns + column]);
+            let frequency = (brightest.unwrap() as f64 + 0.5) * height;
+            // within a row and the resolution of a piece of 1.25 s
+            assert!((frequency - time).abs() < height + 0.8, "{time}: {frequency}");
+        }
+    }
+
+    #[test]
+    fn analytic_shades_are_decibels() {
+        assert_eq!((shade(1.0, 1.0), shade(1e-8, 1.0), shade(0.0, 1.0)), (255, 0, 0));
+        // 40 dB below: half of the depth
+        assert_eq!(shade(1e-4, 1.0), 128);
+        assert_eq!(shade(0.0, 0.0), 0);
+    }
+
+    #[test]
+    fn issue_short_and_constant_signals_have_a_picture() {
+        let times: Vec<f64> = (0..10).map(f64::from).collect();
+        let it = Computed::new(&times, &[1.0; 10], 1e9).unwrap();
+        assert!(it.shades.iter().all(|&shade| shade == 0) && it.size() > 0);
+    }
+}

@@ -1,0 +1,98 @@
+//! scenario-as-run.json in the folder of results. It is not called scenario.json because that may be the
+//! file that is run.
+
+use std::fs;
+use std::io;
+use std::path::{Path, absolute};
+
+use indexmap::IndexMap;
+
+use crate::description::Causality;
+use crate::pattern;
+use crate::record::write_whole;
+use crate::scenario::{Instance, Scenario};
+use crate::system::{Override, System};
+
+/// Name of the file in the folder of results.
+pub const FILE: &str = "scenario-as-run.json";
+
+/// Files that `maglev` makes of results; those of an earlier run do not belong to this one.
+const MADE_OF_RESULTS: [&str; 2] = ["modes.json", "report.html"];
+
+/// Writes the scenario with everything in it that came from outside: values given on the command
+/// line stand with the instances, paths of units are absolute. To run it again gives the same
+/// results. What was made of an earlier run's results is removed.
+///
+/// # Errors
+/// A file cannot be written or removed.
+pub(super) fn write(
+    scenario: &Scenario,
+    overrides: &[Override],
+    system: &System,
+    folder: &Path,
+) -> io::Result<()> {
+    for name in MADE_OF_RESULTS {
+        match fs::remove_file(folder.join(name)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            // a folder of that name is somebody else's
+            Err(_) if folder.join(name).is_dir() => {}
+            removed => removed?,
+        }
+    }
+    let mut scenario = scenario.clone();
+    // where the schema is from here is not known
+    scenario.schema = None;
+    for path in scenario.units.values_mut() {
+        *path = absolute(&*path)?;
+    }
+    if !overrides.is_empty() {
+        scenario.instances = merged(&scenario.instances, overrides, system);
+    }
+    let mut text = serde_json::to_string_pretty(&scenario)?;
+    text.push('\n');
+    write_whole(&folder.join(FILE), text.as_bytes())
+}
+
+/// Instances with the values of the command line. An entry that stands for several stays one where
+/// all got the same.
+fn merged(
+    entries: &IndexMap<String, Instance>,
+    overrides: &[Override],
+    system: &System,
+) -> IndexMap<String, Instance> {
+    let mut merged = IndexMap::new();
+    for (pattern, entry) in entries {
+        // a system was made of these names, so they expand
+        let names = pattern::expand(pattern).unwrap_or_default();
+        let mut members = names.iter().map(|name| changed(name, entry, overrides, system));
+        let first = members.next();
+        let members: Vec<Instance> = first.into_iter().chain(members).collect();
+        if members.windows(2).all(|pair| pair[0] == pair[1]) {
+            merged.extend(members.into_iter().next().map(|it| (pattern.clone(), it)));
+        } else {
+            merged.extend(names.into_iter().zip(members));
+        }
+    }
+    merged
+}
+
+/// One instance with its values of the command line.
+fn changed(name: &str, entry: &Instance, overrides: &[Override], system: &System) -> Instance {
+    let mut entry = entry.clone();
+    let Some(index) = system.find(name) else { return entry };
+    for it in overrides {
+        // the system took them, so the names exist
+        let ports = system.select("", &it.target).unwrap_or_default();
+        for port in ports.into_iter().filter(|port| port.instance == index) {
+            let variable = system.variable(port);
+            let list = match variable.causality {
+                Causality::Parameter => &mut entry.parameters,
+                _ => &mut entry.start,
+            };
+            // the last one counts, also after a pattern
+            list.shift_remove(&variable.name);
+            list.insert(variable.name.clone(), it.setting(variable));
+        }
+    }
+    entry
+}

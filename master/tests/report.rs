@@ -1,0 +1,99 @@
+//! Reports at the end of runs, `maglev report`, and the scenario as it ran.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test program")]
+
+mod support;
+
+use std::fs;
+
+use serde_json::{Value, json};
+use support::{Bench, ring};
+
+/// Three units behind each other, two of them of one entry.
+fn row() -> Value {
+    let mut scenario = ring();
+    scenario["instances"] = json!({
+        "a": { "unit": "unit", "start": { "u": 1.0 } },
+        "m_[1..2]": { "unit": "unit", "parameters": { "gain": 2.0 } }
+    });
+    scenario["connections"] = json!([{ "from": "a.y", "to": ["m_1.u", "m_2.u"] }]);
+    scenario["record"]["signals"] = json!(["m_[1..2].z", "a.y"]);
+    scenario["plots"] = json!([{ "file": "p.svg", "panels": [{ "signals": ["m_*.z"] }] }]);
+    scenario
+}
+
+/// scenario-as-run.json has the changes of the command line in it: run alone it gives the same bytes.
+#[test]
+fn invariant_the_scenario_as_run_repeats_the_run() {
+    let bench = Bench::new();
+    bench.scenario(&row());
+    let changes = ["--set", "m_2.gain=3", "--set", "a.u=2", "--step", "0.05", "--stop", "0.8"];
+    bench.run(&changes).succeeds();
+    let results = bench.result("results.csv");
+    let ran: Value = serde_json::from_str(&bench.result("scenario-as-run.json")).unwrap();
+    assert_eq!(ran["instances"]["m_2"]["parameters"]["gain"], 3.0);
+    assert_eq!(ran["instances"]["m_1"]["parameters"]["gain"], 2.0);
+    assert_eq!(ran["instances"]["a"]["start"]["u"], 2.0);
+    assert!(ran["units"]["unit"].as_str().unwrap().starts_with('/'));
+    let again = ["run", "out/scenario-as-run.json", "--out", "elsewhere/again"];
+    bench.maglev(&again).succeeds();
+    let repeated = fs::read_to_string(bench.path("elsewhere/again/results.csv")).unwrap();
+    assert!(results == repeated);
+    // what is the same for all of an entry leaves it one entry
+    bench.run(&["--set", "m_*.gain=3"]).succeeds();
+    let ran: Value = serde_json::from_str(&bench.result("scenario-as-run.json")).unwrap();
+    assert_eq!(ran["instances"]["m_[1..2]"]["parameters"]["gain"], 3.0);
+}
+
+#[test]
+fn issue_a_run_ends_with_its_report() {
+    let bench = Bench::new();
+    bench.scenario(&row());
+    let report = bench.path("out/report.html");
+    bench.run(&["--no-report"]).succeeds();
+    assert!(!report.exists());
+    let ran = bench.run(&[]);
+    ran.succeeds();
+    assert!(ran.stdout().contains("out/report.html") && report.exists());
+    fs::remove_file(&report).unwrap();
+    let ran = bench.run(&["--quiet"]);
+    ran.succeeds();
+    assert!(ran.stdout().is_empty() && report.exists());
+    // a failed run has one, too, with the error in it
+    fs::remove_file(&report).unwrap();
+    bench
+        .run(&["--set", "m_2.fault=4", "--set", "m_2.fail_time=0.55"])
+        .fails(1, &["out/report.html"]);
+    assert!(bench.result("report.html").contains("the model broke"));
+    // a report that cannot be made is no failed run
+    fs::remove_file(&report).unwrap();
+    fs::create_dir(&report).unwrap();
+    let ran = bench.run(&[]);
+    ran.succeeds();
+    assert!(ran.stderr().contains("warning: there is no report"), "{}", ran.stderr());
+}
+
+#[test]
+fn issue_reports_of_folders() {
+    let bench = Bench::new();
+    bench.scenario(&row());
+    bench.run(&[]).succeeds();
+    let read = |name: &str| fs::read(bench.path(name)).unwrap();
+    bench.maglev(&["report", "out", "--out", "one.html"]).succeeds();
+    bench.maglev(&["report", "out", "--out", "two.html"]).succeeds();
+    assert!(read("one.html") == read("two.html"));
+    fs::rename(bench.path("out"), bench.path("other")).unwrap();
+    bench.run(&[]).succeeds();
+    let ran = bench.maglev(&["report", "other", "out"]);
+    ran.succeeds();
+    assert_eq!(ran.stdout().trim(), "other/report.html");
+    // a table as Parquet only
+    bench.run(&["--format", "parquet", "--no-report"]).succeeds();
+    bench.maglev(&["report", "out"]).succeeds();
+    assert!(bench.result("report.html").contains("m_2.z"));
+    bench.maglev(&["report", "nowhere"]).fails(2, &["nowhere is no folder", "maglev run"]);
+    fs::write(bench.path("out/summary.json"), "{").unwrap();
+    bench.maglev(&["report", "out"]).fails(2, &["out/summary.json is not as a run", "line 1"]);
+    bench.maglev(&["report", "--modes", "nowhere"]).fails(2, &["nowhere is no folder"]);
+    bench.maglev(&["report"]).fails(2, &["Usage: maglev report"]);
+}
