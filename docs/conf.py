@@ -21,6 +21,7 @@ include_patterns = [
     "examples/README.md",
     "master/README.md",
     "crates/*/README.md",
+    "crates/*/assets/vendor/README.md",
 ]
 exclude_patterns = ["target", "target-*", "fuzz", "results", ".git", "**/.*"]
 
