@@ -49,7 +49,7 @@ def test_scenario_pages_examples_run(text, tmp_path):
     (tmp_path / "one-bogie.json").write_text(json.dumps(with_our_units(base)))
     scenario = tmp_path / "scenario.json"
     scenario.write_text(json.dumps({"extends": "one-bogie.json"} | with_our_units(json.loads(text))))
-    maglev("run", scenario, "--stop", "0.2", "--out", tmp_path / "out")
+    maglev("run", scenario, "--stop", "0.2", "--no-report", "--out", tmp_path / "out")
 
 
 def run_python(code, folder):
@@ -59,14 +59,14 @@ def run_python(code, folder):
 
 
 def test_first_runs_python_reads_results(tmp_path):
-    maglev("run", ROOT / "scenarios" / "low-speed.json", "--stop", "0.1", "--out", tmp_path / "results" / "low-speed")
+    maglev("run", ROOT / "scenarios" / "low-speed.json", "--stop", "0.1", "--no-report", "--out", tmp_path / "results" / "low-speed")
     (code,) = blocks("first-run.md", "python")
     assert run_python(code, tmp_path) == "first magnet: 8.00 to 8.00 mm\n"
 
 
 def shortened(options, folder):
-    """A run's options with an early stop, and results in `folder` where they are named relative to the project."""
-    options = [str(ROOT / option) if option.startswith("scenarios/") else option for option in options]
+    """A run's options with an early stop, without a report, and results in `folder` where they are named relative to the project."""
+    options = [str(ROOT / option) if option.startswith("scenarios/") else option for option in options] + ["--no-report"]
     out = options.index("--out") + 1 if "--out" in options else None
     if out is None:
         options += ["--out", str(folder / "out")]
@@ -121,7 +121,7 @@ def test_errors_are_as_troubleshooting_quotes_them(saying, options, tmp_path):
     page = " ".join((DOCS / "troubleshooting.md").read_text(encoding="utf-8").split())
     assert saying in page
     scenario = ROOT / "scenarios" / "one-bogie.json"
-    done = subprocess.run([MAGLEV, "run", scenario, "--out", tmp_path, *options], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([MAGLEV, "run", scenario, "--no-report", "--out", tmp_path, *options], capture_output=True, text=True, timeout=300)
     assert done.returncode in (1, 2) and saying in done.stderr, done.stderr
 
 
@@ -174,7 +174,7 @@ def test_example_in_rust_changes_a_gain(tmp_path):
         run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
         return [float(number) for number in re.findall(r"0\.\d{6}", run.stdout)]
 
-    maglev("run", ROOT / scenario, "--out", tmp_path)
+    maglev("run", ROOT / scenario, "--no-report", "--out", tmp_path)
     whole = json.loads((tmp_path / "summary.json").read_text())["signals"]["vehicle.gap_01"]
     same, other = extremes("40"), extremes(gain)
     assert (min(same), max(same)) == (round(whole["min"], 6), round(whole["max"], 6))
