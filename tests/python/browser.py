@@ -52,7 +52,7 @@ def launched():
 class Visit:
     """A report opened in a page of its own; remembers all that should not happen."""
 
-    def __init__(self, browser, report, width=1200, height=850, script=None, **context):
+    def __init__(self, browser, report, width=1000, height=800, script=None, **context):
         self.context = browser.new_context(viewport={"width": width, "height": height}, **context)
         self.page = self.context.new_page()
         self.url = report.as_uri()
@@ -68,6 +68,10 @@ class Visit:
     def foreign(self):
         """Requests for anything but the report itself and what it holds."""
         return [url for url in self.requests if url.split("#")[0] != self.url and not url.startswith(("blob:", "data:"))]
+
+    def check(self):
+        """Nothing was complained about, and nothing asked for from elsewhere."""
+        assert self.complaints == [] and self.foreign() == []
 
     def view(self):
         """The 3D view's element, once it is drawn."""

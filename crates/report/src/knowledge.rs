@@ -62,7 +62,7 @@ pub fn figures(run: &Run) -> Vec<Figure> {
     let mut figures = Vec::new();
     let deepest = of(Role::Deflection).into_iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min));
     if let Some((name, it)) = deepest {
-        let note = format!("{name} at {} s", it.time_of_min);
+        let note = moment(name, it.time_of_min);
         figures.push(Figure { label: "Largest deflection", value: -it.min, unit: "m", note });
     }
     let gaps = of(Role::Gap);
@@ -82,17 +82,22 @@ pub fn figures(run: &Run) -> Vec<Figure> {
                 label: "Smallest gap",
                 value: low.1.min,
                 unit: "m",
-                note: format!("{} at {} s", low.0, low.1.time_of_min),
+                note: moment(low.0, low.1.time_of_min),
             },
             Figure {
                 label: "Largest gap",
                 value: high.1.max,
                 unit: "m",
-                note: format!("{} at {} s", high.0, high.1.time_of_max),
+                note: moment(high.0, high.1.time_of_max),
             },
         ]);
     }
     figures
+}
+
+/// A signal and when; a time n·h with what a decimal fraction lacks in binary left off.
+fn moment(signal: &str, time: f64) -> String {
+    format!("{signal} at {} s", (time * 1e9).round() / 1e9)
 }
 
 /// What the guideway's parameters say.

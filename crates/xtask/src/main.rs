@@ -1,4 +1,4 @@
-//! The project's tasks: `cargo xtask package | run | test | docs | sanitize | codegen | reference | binaries | merge`.
+//! The project's tasks: `cargo xtask package | run | test | docs | screenshot | sanitize | codegen | reference | binaries | merge`.
 
 // A task runner talks to its user on the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -12,6 +12,7 @@ mod picture;
 mod python;
 mod reference;
 mod sanitize;
+mod screenshot;
 mod target;
 mod workspace;
 
@@ -96,6 +97,8 @@ enum Task {
         #[arg(long, default_value_t = 1_000_000)]
         calls: u64,
     },
+    /// Take docs/report.png, the picture of the 5 km/h run's report (installs Chromium where allowed)
+    Screenshot,
     /// Regenerate what is generated and committed: FMI bindings, model descriptions, layouts, schema,
     /// reference pages of the guide
     Codegen {
@@ -125,6 +128,7 @@ fn main() -> Result<()> {
         Task::Test { no_python } => check::all(!no_python),
         Task::Docs => check::guide(),
         Task::Sanitize { calls } => sanitize::run(calls),
+        Task::Screenshot => screenshot::take(),
         Task::Codegen { check } => check::codegen(check),
     }
 }

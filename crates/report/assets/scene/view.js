@@ -73,7 +73,7 @@
       const size = number(this.range * factor, 3);
       const bar = element("span", { class: "bar" });
       bar.style.background = scenes.gradient();
-      return element("div", { class: "scale", role: "img", "aria-label": `Colours of the magnets: gap from ${size} ${unit} less to ${size} ${unit} more than the nominal ${number(this.model.data.nominal_gap * 1e3)} mm, blue to red` },
+      return element("div", { class: "colours", role: "img", "aria-label": `Colours of the magnets: gap from ${size} ${unit} less to ${size} ${unit} more than the nominal ${number(this.model.data.nominal_gap * 1e3)} mm, blue to red` },
         element("span", { class: "what" }, `gap − ${number(this.model.data.nominal_gap * 1e3)} mm`), bar,
         element("span", { class: "ends" }, element("span", {}, `≤ −${size}`), element("span", {}, "0"), element("span", {}, `≥ ${size} ${unit}`)));
     }
