@@ -5,14 +5,18 @@ use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
 use master::pattern;
-use master::scenario::Scenario;
+use master::scenario::{Recorded, Scenario};
 
 fuzz_target!(|text: &str| {
     let path = Path::new("scenario.json");
     let Ok(scenario) = Scenario::parse(text, path) else { return };
     let _ = scenario.check();
-    for name in scenario.instances.keys().chain(&scenario.record.signals) {
-        let _ = pattern::is_pattern(name);
+    let signals = scenario.record.signals.iter().flat_map(|recorded| match recorded {
+        Recorded::Signal(signal) => std::slice::from_ref(signal),
+        Recorded::Group(group) => &group.signals,
+    });
+    for name in scenario.instances.keys().chain(signals) {
+        let _ = pattern::expand(name);
     }
     for connection in &scenario.connections {
         for target in connection.to.as_slice() {
