@@ -1,4 +1,4 @@
-//! Pictures as SVG: panels above each other over a common time axis, each below its legend.
+//! Pictures as SVG: panels above each other over a common axis, of time as a rule, each below its legend.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -50,7 +50,7 @@ pub struct PlotError(String);
 pub struct Line {
     /// Text in the legend.
     pub label: String,
-    /// Time and value, already scaled.
+    /// Time, or what is across, and value, already scaled.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -70,11 +70,19 @@ pub fn slices(curves: usize) -> u64 {
     share.clamp(100, MAX_SLICES)
 }
 
-/// Draws a picture and returns it as SVG text.
+/// Draws a picture over time and returns it as SVG text.
 ///
 /// # Errors
 /// The drawing library fails.
 pub fn draw(title: &str, panels: &[Panel]) -> Result<String, PlotError> {
+    draw_over(title, "time (s)", panels)
+}
+
+/// Draws a picture over another axis, which has this label.
+///
+/// # Errors
+/// The drawing library fails.
+pub fn draw_over(title: &str, xlabel: &str, panels: &[Panel]) -> Result<String, PlotError> {
     let mut svg = String::new();
     let legends: Vec<Vec<Vec<usize>>> = panels.iter().map(legend).collect();
     let legend_height = |k: usize| LEGEND_HEIGHT * u32::try_from(legends[k].len()).unwrap_or(0);
@@ -93,7 +101,8 @@ pub fn draw(title: &str, panels: &[Panel]) -> Result<String, PlotError> {
             rest = below;
             draw_legend(&top, panel, &legends[k]).map_err(|e| fail(&e))?;
             let last = k + 1 == panels.len();
-            draw_panel(&area, panel, time.clone(), last).map_err(|e| fail(&e))?;
+            draw_panel(&area, panel, time.clone(), if last { xlabel } else { "" })
+                .map_err(|e| fail(&e))?;
         }
         root.present().map_err(|e| fail(&e))?;
     }
@@ -158,7 +167,7 @@ fn draw_panel(
     area: &Area<'_>,
     panel: &Panel,
     time: std::ops::Range<f64>,
-    last: bool,
+    xlabel: &str,
 ) -> DrawResult {
     let values = range(panel.lines.iter().flat_map(|line| line.points.iter().map(|p| p.1)), 0.05);
     let digits = decimals(&values);
@@ -166,7 +175,7 @@ fn draw_panel(
         .margin(MARGIN)
         .margin_right(RIGHT_MARGIN)
         .set_label_area_size(LabelAreaPosition::Left, LABELS)
-        .set_label_area_size(LabelAreaPosition::Bottom, if last { 46 } else { 26 })
+        .set_label_area_size(LabelAreaPosition::Bottom, if xlabel.is_empty() { 26 } else { 46 })
         .build_cartesian_2d(time.clone(), values)
         .map_err(|e| e.to_string())?;
     let format_value = |y: &f64| axis_label(*y, digits);
@@ -178,7 +187,7 @@ fn draw_panel(
         .y_labels(7)
         .x_label_formatter(&format_time)
         .y_label_formatter(&format_value)
-        .x_desc(if last { "time (s)" } else { "" })
+        .x_desc(xlabel)
         .y_desc(panel.ylabel.as_str())
         .axis_desc_style(("sans-serif", 15))
         .label_style(("sans-serif", 13))
