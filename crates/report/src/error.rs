@@ -59,6 +59,14 @@ pub enum ReportError {
         /// What is wrong.
         message: String,
     },
+    /// A figure cannot be drawn.
+    #[error("the figure {name} cannot be drawn: {message}")]
+    Picture {
+        /// Its name.
+        name: String,
+        /// Why.
+        message: String,
+    },
     /// The report cannot be written.
     #[error("the report cannot be written to {path}")]
     Write {
@@ -101,7 +109,7 @@ impl ReportError {
                 Some("run the scenario again; files of results are not meant to be edited")
             }
             Self::Unit { .. } => Some("run `maglev validate` on the unit"),
-            Self::Read { .. } => None,
+            Self::Read { .. } | Self::Picture { .. } => None,
             Self::Write { .. } => Some("choose another file with --out"),
         }
     }

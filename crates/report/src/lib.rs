@@ -19,6 +19,7 @@ mod irregularity;
 pub mod knowledge;
 pub mod modes;
 pub mod page;
+pub mod pictures;
 mod run;
 mod scenario;
 mod scene;

@@ -36,6 +36,8 @@ struct Entry {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Plot {
+    /// Its file's name in the folder of results.
+    pub file: String,
     /// Heading.
     pub title: String,
     /// From top to bottom.

@@ -71,12 +71,16 @@ impl Clocks {
         arrays: &mut Arrays,
     ) -> Series {
         let points_per_pair = points_per_pair(values.len(), most);
-        let (times, values) = if points_per_pair == 1 {
-            (times.to_vec(), values.to_vec())
-        } else {
-            reduce(times, values, points_per_pair)
-        };
+        let (times, values) = reduced(times, values, most);
         Series { clock: self.find(times, arrays), values: arrays.f32(&values), points_per_pair }
+    }
+}
+
+/// A signal reduced to at most so many values, without losing a peak.
+pub(crate) fn reduced(times: &[f64], values: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
+    match points_per_pair(values.len(), most) {
+        1 => (times.to_vec(), values.to_vec()),
+        points => reduce(times, values, points),
     }
 }
 

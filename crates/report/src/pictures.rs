@@ -1,0 +1,256 @@
+//! The report's curves as files for papers: SVG, or PNG drawn from it.
+//!
+//! For each of the scenario's pictures there are the signals over time and their amplitude spectra, with
+//! the curves of several runs in the same panels. A run without pictures has its first signals, one panel
+//! for each unit of measurement.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use analysis::series::rate;
+use analysis::spectrum::{Window, amplitude};
+use figure::{Line, Panel as Drawn};
+use resvg::{tiny_skia, usvg};
+
+use crate::error::ReportError;
+use crate::run::Run;
+use crate::scenario::{Panel, Plot, Scenario};
+use crate::series::reduced;
+
+/// The font of PNGs, so that they look alike on all machines.
+const FONT: &[u8] = include_bytes!("../assets/vendor/DejaVuSans.ttf");
+const FAMILY: &str = "DejaVu Sans";
+/// Pixels of a PNG for each of the SVG: 1100 become 2200, a column of a paper at 600 dpi.
+const ZOOM: f32 = 2.0;
+/// Curves in a panel, and panels, of a run without pictures.
+const CURVES: usize = 6;
+const PANELS: usize = 4;
+/// Spectra end where all are below that share of their largest amplitude.
+const ENOUGH: f64 = 0.01;
+
+/// A format of pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Lines that stay sharp.
+    Svg,
+    /// Pixels, 2200 across.
+    Png,
+}
+
+/// Draws the figures of some runs into a folder, which is made, and returns their files.
+///
+/// # Errors
+/// A figure cannot be drawn or written.
+pub fn write(runs: &[Run], folder: &Path, formats: &[Format]) -> Result<Vec<PathBuf>, ReportError> {
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| ReportError::Write { path, source }
+    };
+    fs::create_dir_all(folder).map_err(failed(folder))?;
+    let mut files = Vec::new();
+    for (name, svg) in draw(runs)? {
+        for format in formats {
+            let (ending, content) = match format {
+                Format::Svg => ("svg", svg.clone().into_bytes()),
+                Format::Png => ("png", png(&svg).map_err(|why| picture(&name, why))?),
+            };
+            let path = folder.join(format!("{name}.{ending}"));
+            fs::write(&path, content).map_err(failed(&path))?;
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+fn picture(name: &str, message: impl ToString) -> ReportError {
+    ReportError::Picture { name: name.to_owned(), message: message.to_string() }
+}
+
+/// Names and SVG texts of the figures.
+fn draw(runs: &[Run]) -> Result<Vec<(String, String)>, ReportError> {
+    let Some(first) = runs.first() else { return Ok(Vec::new()) };
+    let mut figures = Vec::new();
+    for (k, plot) in plots(first).iter().enumerate() {
+        let name = match Path::new(&plot.file).file_stem() {
+            Some(stem) => stem.to_string_lossy().into_owned(),
+            None => format!("signals-{}", k + 1),
+        };
+        let title = if plot.title.is_empty() { first.title() } else { plot.title.clone() };
+        let curves = plot.panels.iter().map(|panel| panel.signals.len()).sum::<usize>();
+        let most = figure::slices(curves * runs.len());
+        let most = 2 * usize::try_from(most).unwrap_or(usize::MAX);
+        let histories = panels(runs, plot, |times, values| Some(reduced(times, values, most)));
+        let svg = figure::draw(&title, &histories).map_err(|e| picture(&name, e))?;
+        figures.push((name.clone(), svg));
+        let mut spectra = panels(runs, plot, spectrum);
+        if spectra.iter().any(|panel| !panel.lines.is_empty()) {
+            cut(&mut spectra);
+            let name = format!("{name}-spectra");
+            let title = format!("{title}: amplitude spectra");
+            let svg = figure::draw_over(&title, "frequency (Hz)", &spectra);
+            figures.push((name.clone(), svg.map_err(|e| picture(&name, e))?));
+        }
+    }
+    Ok(figures)
+}
+
+/// The scenario's pictures, or one of the first signals.
+fn plots(run: &Run) -> Vec<Plot> {
+    let names = &run.table.names;
+    let plots = run.scenario.as_ref().map(|it: &Scenario| it.plots(names)).unwrap_or_default();
+    if !plots.is_empty() || names.is_empty() {
+        return plots;
+    }
+    let mut panels: Vec<Panel> = Vec::new();
+    for name in names {
+        let ylabel = run.unit_of(name).unwrap_or("1");
+        match panels.iter().position(|panel| panel.ylabel == ylabel) {
+            Some(k) if panels[k].signals.len() < CURVES => panels[k].signals.push(name.clone()),
+            None if panels.len() < PANELS => panels.push(Panel {
+                ylabel: ylabel.to_owned(),
+                signals: vec![name.clone()],
+                ..Panel::default()
+            }),
+            Some(_) | None => {}
+        }
+    }
+    vec![Plot { panels, ..Plot::default() }]
+}
+
+/// The panels of a picture, with what `curve` makes of times and values of each recorded signal.
+fn panels(
+    runs: &[Run],
+    plot: &Plot,
+    curve: impl Fn(&[f64], &[f64]) -> Option<(Vec<f64>, Vec<f64>)>,
+) -> Vec<Drawn> {
+    let line = |run: &Run, panel: &Panel, k: usize, signal: &String| {
+        let index = run.table.names.iter().position(|name| name == signal)?;
+        let (times, values) = run.table.points(index);
+        let (across, up) = curve(&times, &values)?;
+        let label = panel.labels.get(k).unwrap_or(signal);
+        let label = if runs.len() > 1 { format!("{}: {label}", run.name()) } else { label.clone() };
+        let points = across.into_iter().zip(up).map(|(x, y)| (x, panel.scale * y));
+        Some(Line { label, points: points.collect() })
+    };
+    let panel = |panel: &Panel| {
+        let lines = runs.iter().flat_map(|run| {
+            let signals = panel.signals.iter().enumerate();
+            signals.filter_map(move |(k, signal)| line(run, panel, k, signal))
+        });
+        Drawn { ylabel: panel.ylabel.clone(), lines: lines.collect() }
+    };
+    plot.panels.iter().map(panel).collect()
+}
+
+/// Frequencies (Hz) and amplitudes of a signal, without the mean; none of a signal that is uneven or short.
+fn spectrum(times: &[f64], values: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let spectrum = amplitude(values, rate(times).ok()?, Window::Hann).ok()?;
+    let frequencies = (1..spectrum.values.len()).map(|k| spectrum.frequency(k)).collect();
+    Some((frequencies, spectrum.values[1..].to_vec()))
+}
+
+/// Cuts spectra off where nothing is to be seen any more.
+fn cut(panels: &mut [Drawn]) {
+    let matters = |line: &Line| {
+        let largest = line.points.iter().map(|point| point.1.abs()).fold(0.0, f64::max);
+        line.points.iter().rfind(|point| point.1.abs() > ENOUGH * largest).map_or(0.0, |it| it.0)
+    };
+    let lines = panels.iter().flat_map(|panel| &panel.lines);
+    let end = 1.1 * lines.map(matters).fold(0.0, f64::max);
+    for line in panels.iter_mut().flat_map(|panel| &mut panel.lines) {
+        line.points.retain(|point| point.0 <= end);
+    }
+}
+
+/// Draws SVG as PNG.
+fn png(svg: &str) -> Result<Vec<u8>, String> {
+    let mut fonts = usvg::fontdb::Database::new();
+    fonts.load_font_data(FONT.to_vec());
+    fonts.set_sans_serif_family(FAMILY);
+    let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
+    let tree = usvg::Tree::from_str(svg, &options).map_err(|error| error.to_string())?;
+    let size = tree.size().to_int_size().scale_by(ZOOM).ok_or("it has no size")?;
+    let mut pixels =
+        tiny_skia::Pixmap::new(size.width(), size.height()).ok_or("it is too large")?;
+    resvg::render(&tree, tiny_skia::Transform::from_scale(ZOOM, ZOOM), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(folder: &Path, scenario: bool) -> Run {
+        let mut csv = "time,v.gap_1,v.u\n".to_owned();
+        for k in 0..2000 {
+            let t = f64::from(k) * 0.01;
+            let gap = 0.008 + 0.0005 * (std::f64::consts::TAU * 5.0 * t).sin();
+            csv += &format!("{t},{gap},{}\n", t.floor());
+        }
+        fs::write(folder.join("results.csv"), csv).unwrap();
+        let summary =
+            r#"{"title": "a run", "signals": {"v.gap_1": {"unit": "m"}, "v.u": {"unit": "V"}}}"#;
+        fs::write(folder.join("summary.json"), summary).unwrap();
+        let mut run = Run::read(folder).unwrap();
+        let text = r#"{"plots": [{"file": "gaps.svg", "panels": [
+            {"ylabel": "gap (mm)", "scale": 1e3, "signals": ["v.gap_[1..1]"], "labels": ["the gap"]}]}]}"#;
+        if scenario {
+            run.scenario = Some(Scenario::parse(text.to_owned()).unwrap());
+        }
+        run
+    }
+
+    #[test]
+    fn analytic_figures_show_the_signals_and_their_spectra() {
+        let folder = tempfile::tempdir().unwrap();
+        let plot = &plots(&run(folder.path(), true))[0];
+        let runs = [run(folder.path(), true)];
+        let drawn = panels(&runs, plot, spectrum);
+        let points = &drawn[0].lines[0].points;
+        let top = points.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        // 0.5 mm at 5 Hz, a bin of the 20 s
+        assert!((top.0 - 5.0).abs() < 1e-9 && (top.1 - 0.5).abs() < 1e-9, "{top:?}");
+        let figures = draw(&runs).unwrap();
+        let names: Vec<&str> = figures.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["gaps", "gaps-spectra"]);
+        assert!(figures[0].1.contains("the gap") && figures[0].1.contains("time (s)"));
+        assert!(
+            figures[1].1.contains("frequency (Hz)") && figures[1].1.contains("a run: amplitude")
+        );
+    }
+
+    #[test]
+    fn analytic_runs_without_pictures_and_several_runs_are_drawn() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = [run(folder.path(), false), run(folder.path(), false)];
+        let plots = plots(&runs[0]);
+        let labels: Vec<&str> = plots[0].panels.iter().map(|it| it.ylabel.as_str()).collect();
+        assert_eq!(labels, ["m", "V"]);
+        let figures = draw(&runs).unwrap();
+        assert_eq!(figures[0].0, "signals-1");
+        assert!(figures[0].1.contains(&format!("{}: v.gap_1", runs[0].name())));
+    }
+
+    /// A PNG of twice the size, with letters: more than curves and axes are dark.
+    #[test]
+    fn invariant_pngs_have_size_curves_and_letters() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("figures");
+        let runs = [run(folder.path(), true)];
+        let files = write(&runs, &out, &[Format::Svg, Format::Png]).unwrap();
+        let names: Vec<_> = files.iter().map(|it| it.file_name().unwrap().to_owned()).collect();
+        assert_eq!(names, ["gaps.svg", "gaps.png", "gaps-spectra.svg", "gaps-spectra.png"]);
+        let bytes = fs::read(&files[1]).unwrap();
+        let pixels = tiny_skia::Pixmap::decode_png(&bytes).unwrap();
+        assert_eq!(pixels.width(), 2200);
+        // the title's place, left of which and around is white
+        let dark = |x: std::ops::Range<u32>, y: std::ops::Range<u32>| {
+            let places = y.flat_map(|y| x.clone().map(move |x| (x, y)));
+            let all = places.filter_map(|(x, y)| pixels.pixel(x, y));
+            all.filter(|pixel| pixel.red() < 100).count()
+        };
+        assert!(dark(900..1300, 10..80) > 200, "no title");
+        assert_eq!(dark(0..300, 0..60), 0);
+    }
+}
