@@ -29,9 +29,12 @@ def chromium():
 
 
 def _install():
+    none = NoBrowser("Chromium is missing, and there is no apt-get (or no sudo) to install it; set CHROMIUM to its path")
+    if not shutil.which("apt-get"):
+        raise none
     shell = ["sh", "-c", INSTALL] if os.geteuid() == 0 else ["sudo", "-n", "sh", "-c", INSTALL]
-    if not shutil.which("apt-get") or not shutil.which(shell[0]):
-        raise NoBrowser("Chromium is missing, and there is no apt-get (or no sudo) to install it; set CHROMIUM to its path")
+    if not shutil.which(shell[0]):
+        raise none
     done = subprocess.run(shell, capture_output=True, text=True, timeout=900)
     found = shutil.which("chromium")
     if done.returncode != 0 or not found:

@@ -111,6 +111,7 @@ fn invariant_what_is_not_recorded_is_named() {
     assert!(missing.contains("8 of 8 gaps") && missing.contains("car_1_pitch"), "{missing}");
     let (bare, _) = seen(&run(folder.path(), &[], &json!({})));
     assert!(bare["missing"].to_string().contains("1 of 1 spans are drawn straight"));
+    assert!(!bare["missing"].to_string().contains("smooth"));
 }
 
 #[test]
@@ -156,6 +157,19 @@ fn analytic_the_irregularity_is_laid_out_along_the_track() {
     let up = [0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3];
     let expected: Vec<f64> = up.into_iter().chain(up.into_iter().rev().skip(1)).collect();
     assert_close(&arrays.read(&profile["values"]), &expected);
+}
+
+/// An irregularity that was there but not recorded is not passed over in silence.
+#[test]
+fn issue_an_irregularity_that_is_not_recorded_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rough = run(folder.path(), &[], &json!({}));
+    let text = rough.scenario.as_ref().unwrap().text();
+    let mut scenario: Value = serde_json::from_str(text).unwrap();
+    scenario["instances"]["bridge"]["parameters"] = json!({"irregularity_on": true});
+    rough.scenario = Some(Scenario::parse(scenario.to_string()).unwrap());
+    let (scene, _) = seen(&rough);
+    assert!(scene["missing"].to_string().contains("drawn smooth"), "{}", scene["missing"]);
 }
 
 #[test]

@@ -75,6 +75,12 @@ impl Track {
         let mut shapes = Shapes::new(&guideway);
         let spans = (0..guideway.spans().len()).map(|k| shapes.span(k, unit, source)).collect();
         let irregularity = irregularity(unit, vehicle, layout, source);
+        if irregularity.is_none() && unit.parameter("irregularity_on") == Some(1.0) {
+            source.missing.push(
+                "the track is drawn smooth: no irregularity_NN with its position_NN is recorded"
+                    .to_owned(),
+            );
+        }
         shapes.say_what_is_left_out(source.missing);
         Ok((Self { spans, irregularity }, if pole > 0.0 { pole } else { POLE_LENGTH }))
     }
