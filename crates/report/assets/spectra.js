@@ -99,7 +99,7 @@ class SpectraView {
     const highest = Math.max(...curves.map((curve) => largest(curve.y)));
     return new Chart(this.plots, {
       title: "", ylabel: withUnit(form.title, form.unit(shown.unit)), axis: this.axis, curves,
-      marks: modeMarks(), logY: this.logY, lowest: highest * 1e-8, height: 300,
+      marks: modeMarks(), logY: this.logY, lowest: highest * (this.kind === "density" ? 1e-14 : 1e-8), height: 300,
     });
   }
 

@@ -23,13 +23,16 @@ function statusLine(run) {
 
 /** The numbers that are asked for first: [{ label, value, unit, note }]. */
 function figuresOf(run) {
-  const list = run.figures.map((it) => ({ ...it }));
+  const list = [...run.figures];
   const { summary, least_damped: mode } = run;
   if (summary?.real_time_factor != null) {
     const note = `${number(summary.wall_time?.run_seconds, 3)} s for ${number(summary.steps, 9)} steps`;
     list.push({ label: "Computing speed", value: summary.real_time_factor, unit: "× real time", note });
   }
-  if (mode) list.push({ label: "Least damped coupled mode", value: 100 * mode.damping_ratio, unit: "%", note: `at ${number(mode.frequency_hz, 4)} Hz, at the start` });
+  if (mode) {
+    const { damping_ratio: damping, frequency_hz: frequency } = mode.continuous;
+    list.push({ label: "Least damped coupled mode", value: 100 * damping, unit: "%", note: `at ${number(frequency, 4)} Hz, about the start: ${shares(mode.participation)}` });
+  }
   return list;
 }
 
@@ -87,7 +90,7 @@ function modesSection() {
       { title: "damping ratio", numeric: true, of: (row) => row.continuous.damping_ratio, text: (row) => number(row.continuous.damping_ratio, 3) },
       { title: "as stepped (Hz)", numeric: true, of: (row) => row.stepped?.frequency_hz, text: (row) => number(row.stepped?.frequency_hz, 5) },
       { title: "damping ratio", numeric: true, of: (row) => row.stepped?.damping_ratio, text: (row) => number(row.stepped?.damping_ratio, 3) },
-      { title: "takes part", of: (row) => shares(row.participation) },
+      { title: "takes part", of: (row) => shares(row.participation) + ((row.participation[run.guideway?.instance] ?? 0) >= 0.99 ? " (an empty girder)" : "") },
     ];
     const { table, filter } = sortable("Least damped first", columns, modes);
     const box = element("input", { type: "checkbox" });

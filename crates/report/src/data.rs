@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::embed::Arrays;
 use crate::irregularity::Irregularity;
 use crate::knowledge::{Figure, Guideway, Role, figures, role};
-use crate::modes::{Eigenvalue, Modes};
+use crate::modes::{Eigenvalue, Mode, Modes};
 use crate::run::Run;
 use crate::scenario::{Plot, Scenario};
 use crate::scene::{self, Scene};
@@ -28,6 +28,8 @@ const ROOM_SPECTROGRAMS: usize = 2_800_000;
 const MOST_SPECTRA: usize = 400;
 /// Spectrograms reach up to so many times the highest frequency that is known to matter.
 const ABOVE: f64 = 3.0;
+/// Resonances are looked for from this part of the lowest girder frequency up.
+const BELOW: f64 = 0.7;
 
 /// Data of one run.
 #[derive(Serialize)]
@@ -45,7 +47,7 @@ pub(crate) struct RunData<'a> {
     modes: Option<&'a Modes>,
     /// marked in spectra
     coupled: Vec<Eigenvalue>,
-    least_damped: Option<Eigenvalue>,
+    least_damped: Option<&'a Mode>,
     clocks: Vec<Clock>,
     frequencies: Frequencies,
     signals: Vec<SignalData<'a>>,
@@ -104,7 +106,7 @@ impl<'a> RunData<'a> {
             parameters: scenario.map(all_parameters).unwrap_or_default(),
             figures: figures(run),
             coupled: modes.zip(girders).map(|(it, name)| it.of_girders(name)).unwrap_or_default(),
-            least_damped: modes.and_then(Modes::least_damped).map(|it| it.continuous),
+            least_damped: modes.and_then(|it| it.least_damped(girders)),
             modes,
             clocks: clocks.into_list(),
             frequencies,
@@ -134,11 +136,13 @@ fn signals<'a>(
     let names = &run.table.names;
     let most = (ROOM / runs / names.len().max(1)).max(LEAST);
     let top = top_frequency(guideway);
+    let modes = guideway.iter().flat_map(|it| &it.modes);
+    let resonances = modes.map(|mode| BELOW * mode.frequency).reduce(f64::min);
     let compute = |k: usize| {
         let (times, values) = run.table.points(k);
         let wanted = k < MOST_SPECTRA || is_drawn(plots, &names[k]);
         Computed {
-            spectra: wanted.then(|| spectra::Computed::new(&times, &values)),
+            spectra: wanted.then(|| spectra::Computed::new(&times, &values, resonances)),
             spectrogram: if wanted {
                 spectrogram::Computed::new(&times, &values, top).ok()
             } else {

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 const PEAKED: f64 = 0.25;
 /// Share of the guideway from which on a mode is one of the girder's.
 const SHARE: f64 = 0.1;
+/// Share from which on nothing but the girder moves.
+const ALONE: f64 = 0.99;
 /// Marks in a plot.
 const MARKS: usize = 8;
 
@@ -56,10 +58,14 @@ pub struct Eigenvalue {
 }
 
 impl Modes {
-    /// The least damped mode that oscillates.
+    /// The least damped mode that oscillates and is not that of a girder alone, which nothing on it
+    /// can change.
     #[must_use]
-    pub fn least_damped(&self) -> Option<&Mode> {
-        let swinging = self.modes.iter().filter(|it| it.continuous.imaginary > 0.0);
+    pub fn least_damped(&self, guideway: Option<&str>) -> Option<&Mode> {
+        let swinging = self.modes.iter().filter(|it| {
+            let girder = guideway.and_then(|name| it.participation.get(name));
+            it.continuous.imaginary > 0.0 && girder.is_none_or(|share| *share < ALONE)
+        });
         swinging.min_by(|a, b| a.continuous.damping_ratio.total_cmp(&b.continuous.damping_ratio))
     }
 
@@ -105,6 +111,9 @@ mod tests {
         let modes: Modes = serde_json::from_str(&text).unwrap();
         let marks: Vec<f64> = modes.of_girders("g").iter().map(|it| it.frequency_hz).collect();
         assert_eq!(marks, [7.1, 6.4]);
-        assert_eq!(modes.least_damped().unwrap().continuous.damping_ratio, 0.01);
+        let least = |name| modes.least_damped(name).unwrap().continuous.frequency_hz;
+        // the empty girder at 7.1 Hz is as little damped, and first
+        assert_eq!((least(None), least(Some("g"))), (7.1, 7.1));
+        assert_eq!(modes.least_damped(Some("g")).unwrap().participation["g"], 0.9);
     }
 }

@@ -15,7 +15,12 @@ const SLICES: usize = 500;
 /// A density is the mean over pieces of a quarter of the record, half overlapping: 7 of them.
 const PIECES: usize = 4;
 /// Peaks that are listed.
-const PEAKS: usize = 8;
+const PEAKS: usize = 6;
+/// A peak rises above the valleys beside it by this factor; twice it in amplitude is 6 dB.
+const PROMINENCE: f64 = 2.0;
+/// The lowest amplitude that is listed, as a share of the highest: resonances of a girder are far below
+/// the slow deflection by a train that passes.
+const FLOOR: f64 = 1e-6;
 
 /// Spectra of one signal, before they go into the page.
 #[derive(Debug, Clone)]
@@ -53,25 +58,37 @@ struct Top {
 }
 
 impl Computed {
-    /// Computes them.
+    /// Computes them, with the highest peaks of all and, apart from these, those above the frequency
+    /// `resonances` (Hz): a train that passes makes slow deflections that are far higher.
     ///
     /// # Errors
     /// The times are uneven, the signal is too short or not finite.
-    pub fn new(times: &[f64], values: &[f64]) -> Result<Self, Error> {
+    pub fn new(times: &[f64], values: &[f64], resonances: Option<f64>) -> Result<Self, Error> {
         let rate = rate(times)?;
         let amplitude = amplitude(values, rate, Window::Hann)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
         let density = welch(values, rate, &Welch::of_segment(segment))?;
-        // the lowest bins hold what is left of the mean
-        let search = |spectrum: &Spectrum| PeakSearch {
-            from: 3.0 * spectrum.resolution,
-            count: PEAKS,
-            ..PeakSearch::default()
-        };
-        let amplitude_peaks = peaks(&amplitude, &search(&amplitude));
-        let density_peaks = peaks(&density, &search(&density));
+        let amplitude_peaks = highest(&amplitude, 1, resonances);
+        let density_peaks = highest(&density, 2, resonances);
         Ok(Self { amplitude, density, amplitude_peaks, density_peaks })
     }
+}
+
+/// Peaks by frequency; `power` is 1 for amplitudes and 2 for densities.
+fn highest(spectrum: &Spectrum, power: i32, resonances: Option<f64>) -> Vec<Peak> {
+    let search = |from: f64| PeakSearch {
+        // the lowest bins hold what is left of the mean
+        from: from.max(3.0 * spectrum.resolution),
+        count: PEAKS,
+        prominence: PROMINENCE.powi(power),
+        floor: FLOOR.powi(power),
+        ..PeakSearch::default()
+    };
+    let mut found = peaks(spectrum, &search(0.0));
+    found.extend(resonances.into_iter().flat_map(|from| peaks(spectrum, &search(from))));
+    found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+    found.dedup_by(|a, b| a.frequency == b.frequency);
+    found
 }
 
 /// Rows of frequencies that curves share.
@@ -163,7 +180,7 @@ mod tests {
     #[test]
     fn analytic_reduced_spectra_keep_their_peaks() {
         let (times, values) = sines();
-        let it = Computed::new(&times, &values).unwrap();
+        let it = Computed::new(&times, &values, None).unwrap();
         let (frequencies, values) = reduce(&it.amplitude);
         assert!(frequencies.len() <= SINGLE + SLICES && frequencies[0] > 0.0);
         assert!(frequencies.windows(2).all(|w| w[0] < w[1]));
@@ -176,13 +193,16 @@ mod tests {
         // a Hann window places a sine within 0.02 bins
         assert!((it.amplitude_peaks[0].frequency - 6.4).abs() < 0.02 * 0.05);
         assert_eq!(it.amplitude_peaks.len(), 2);
+        // the higher one alone, and with it what is above 100 Hz: each once
+        let all = Computed::new(&times, &sines().1, Some(100.0)).unwrap();
+        assert_eq!(all.amplitude_peaks, it.amplitude_peaks);
     }
 
     #[test]
     fn invariant_signals_of_one_table_share_their_frequencies() {
         let (times, values) = sines();
         let (mut frequencies, mut arrays) = (Frequencies::default(), Arrays::default());
-        let it = Computed::new(&times, &values).unwrap();
+        let it = Computed::new(&times, &values, None).unwrap();
         let (a, b) = (frequencies.embed(&it, &mut arrays), frequencies.embed(&it, &mut arrays));
         assert_eq!(a.amplitude.frequencies, b.amplitude.frequencies);
         assert_eq!(frequencies.list.len(), 2);
@@ -192,7 +212,7 @@ mod tests {
     fn issue_signals_without_a_spectrum_say_so() {
         let times: Vec<f64> = (0..100).map(f64::from).collect();
         let broken = vec![f64::INFINITY; 100];
-        assert!(Computed::new(&times, &broken).unwrap_err().to_string().contains("finite"));
-        assert!(Computed::new(&[0.0], &[1.0]).unwrap_err().to_string().contains("samples"));
+        assert!(Computed::new(&times, &broken, None).unwrap_err().to_string().contains("finite"));
+        assert!(Computed::new(&[0.0], &[1.0], None).unwrap_err().to_string().contains("samples"));
     }
 }
