@@ -102,3 +102,35 @@ fn issue_a_start_on_the_rough_girder_is_calm() {
         assert!(run.statistic(&gap, "max").unwrap() < 10e-3, "{gap}");
     }
 }
+
+/// The numbers of docs/paper.md are those of today's units: two of its runs, up to their largest responses.
+#[test]
+fn golden_the_papers_page_is_not_stale() {
+    let file = system_tests::root().join("docs/paper/numbers.json");
+    let numbers: serde_json::Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    for girder in numbers["girders"].as_array().unwrap() {
+        let frequency = girder["frequency"].as_u64().unwrap();
+        let means = girder["means"].as_str().unwrap();
+        if means != "stiffness" || ![5, 8].contains(&frequency) {
+            continue;
+        }
+        let name = format!("standstill-{frequency}hz-{means}.json");
+        let time = girder["gap"]["time"].as_f64().unwrap();
+        // whole recording intervals, and the largest value is the last row or earlier
+        let stop = format!("{:.3}", (time / 0.002).round() * 0.002 + 0.002);
+        let run = Run::of(&scenario(&name), &["--stop", &stop]).unwrap();
+        let columns = run.columns().unwrap();
+        let largest = gaps()
+            .flat_map(|gap| {
+                let values = &columns[&gap];
+                values.iter().map(|c| (c - values[0]).abs()).collect::<Vec<_>>()
+            })
+            .fold(0.0, f64::max);
+        let committed = girder["gap"]["size"].as_f64().unwrap();
+        // six digits are committed
+        assert!(
+            (largest / committed - 1.0).abs() < 1e-5,
+            "{name}: {largest} m; run `cargo xtask paper`"
+        );
+    }
+}

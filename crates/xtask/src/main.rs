@@ -1,4 +1,4 @@
-//! The project's tasks: `cargo xtask package | run | test | docs | screenshot | sanitize | codegen | reference | binaries | merge`.
+//! The project's tasks: `cargo xtask package | run | test | docs | screenshot | sanitize | codegen | paper | reference | binaries | merge`.
 
 // A task runner talks to its user on the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -8,6 +8,7 @@ mod check;
 mod documentation;
 mod licences;
 mod package;
+mod paper;
 mod picture;
 mod python;
 mod reference;
@@ -99,6 +100,12 @@ enum Task {
     },
     /// Take docs/report.png, the picture of the 5 km/h run's report (installs Chromium where allowed)
     Screenshot,
+    /// Run the scenarios of the paper's figures, and write docs/paper.md with its pictures
+    Paper {
+        /// Take the results of the last time instead of running the scenarios
+        #[arg(long)]
+        keep_results: bool,
+    },
     /// Regenerate what is generated and committed: FMI bindings, model descriptions, layouts, schema,
     /// reference pages of the guide
     Codegen {
@@ -129,6 +136,7 @@ fn main() -> Result<()> {
         Task::Docs => check::guide(),
         Task::Sanitize { calls } => sanitize::run(calls),
         Task::Screenshot => screenshot::take(),
+        Task::Paper { keep_results } => paper::paper(keep_results),
         Task::Codegen { check } => check::codegen(check),
     }
 }
