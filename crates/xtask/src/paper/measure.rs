@@ -166,7 +166,9 @@ mod tests {
         let table = table();
         let y = vec![deviation(&table, "y").unwrap()];
         let (size, time) = largest(&table, &y, &(0.0..10.0));
-        assert!((size - 2.0).abs() < 0.02 && (time - 8.0).abs() < 0.15, "{size} at {time} s");
+        // a sample is up to 5 ms from a crest, 1 - cos(2π·7·0.005) = 2.4 % of it, for which the factor
+        // makes up within 0.24 s
+        assert!((1.95..=2.0).contains(&size) && (time - 8.0).abs() < 0.25, "{size} at {time} s");
         let (rms, time) = largest_rms(&table, &y[0], 1.0).unwrap();
         // within the window the factor falls from 1 to 0.95 on both sides
         assert!((rms - 2.0_f64.sqrt()).abs() < 0.05 && (time - 8.0).abs() < 0.1, "{rms}");
