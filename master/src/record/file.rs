@@ -81,7 +81,10 @@ impl Growing {
         let file =
             OpenOptions::new().write(true).create(true).truncate(false).open(partial(&path))?;
         reserve(&file)?;
-        file.set_len(0)?;
+        // what is no plain file cannot be shortened, and need not
+        if file.metadata()?.len() > 0 {
+            file.set_len(0)?;
+        }
         let mut growing = Self {
             file,
             path,
