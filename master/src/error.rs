@@ -68,6 +68,20 @@ pub enum Error {
         #[source]
         source: UnitError,
     },
+    /// A loop of direct feed-through that the algorithm cuts has become unstable.
+    #[error(
+        "the run failed at {time} s: values grew without bound in the loop of direct feed-through \
+         through {loops}"
+    )]
+    Diverged {
+        /// Time at the beginning of the step (s).
+        time: f64,
+        /// The loop, by its outputs.
+        loops: String,
+        /// What a unit said in the end.
+        #[source]
+        source: Option<UnitError>,
+    },
     /// Results cannot be written.
     #[error("the results cannot be written to {path}")]
     Output {
@@ -119,7 +133,9 @@ impl Error {
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Initialize(_) | Self::Step { .. } | Self::Plot { .. } => 1,
+            Self::Initialize(_) | Self::Step { .. } | Self::Diverged { .. } | Self::Plot { .. } => {
+                1
+            }
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Reference(ReferenceError::Unit(_)) => 1,
@@ -172,6 +188,10 @@ impl Error {
             }
             Self::Initialize(InitializeError::Unit(error)) | Self::Step { source: error, .. } => {
                 return unit_help(error);
+            }
+            Self::Diverged { .. } => {
+                "use the algorithm \"newton\" (or \"iterated\"), which solves such loops in every \
+                 step; a smaller step does not help"
             }
             Self::Parquet { .. } => "free space on the disk",
             Self::NoCheckpoints { .. } => {
@@ -260,7 +280,19 @@ fn system_help(error: &SystemError) -> Option<&'static str> {
         SystemError::Unconnected { .. } => {
             "connect it, or give it a value under \"start\" of its instance"
         }
-        SystemError::DrivenTwice { .. } => "remove one of the connections",
+        SystemError::DrivenTwice { .. } => {
+            "remove one of the connections, or make them one whose \"from\" is a list: a sum"
+        }
+        SystemError::Type { .. } => {
+            "a connection passes numbers to Reals, whole numbers and Booleans to Integers, Integers and \
+             Enumerations to Enumerations; for others a unit in between has to decide"
+        }
+        SystemError::NotLinear { .. } => {
+            "leave them out, or compute the value in a unit in between"
+        }
+        SystemError::NoCommonItem { .. } => {
+            "Enumerations are connected by the names of their items; check that these belong together"
+        }
         SystemError::Causality { .. } => "connections go from an output to an input",
         SystemError::Pattern { .. } => {
             "both sides of a connection must stand for equally many signals, or the source for one"
@@ -342,6 +374,9 @@ fn unit_help(error: &UnitError) -> Option<&'static str> {
         UnitFault::NotFinite { .. } => {
             "the model has left the range that it is valid in: check parameters and start values, \
              or take a smaller step"
+        }
+        UnitFault::NoItem { .. } => {
+            "the two sides count different items: ask who made the units which value means what"
         }
         UnitFault::Discarded { terminated: true, .. } => "the unit has ended the simulation itself",
         UnitFault::Discarded { can_retry: true, .. } => {

@@ -85,7 +85,7 @@ pub struct AlgorithmSummary {
     /// Its name.
     pub name: String,
     /// Degree of the extrapolation.
-    pub extrapolation: u8,
+    pub extrapolation: usize,
     /// Whether output derivatives were asked for.
     pub derivatives: bool,
     /// Sequence of the instances, for algorithms that have one.

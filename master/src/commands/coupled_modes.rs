@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     scenario.experiment.step = arguments.step.unwrap_or(scenario.experiment.step);
     scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
     let degree = scenario.algorithm.extrapolation;
-    scenario.algorithm.extrapolation = arguments.extrapolation.unwrap_or(degree);
+    scenario.algorithm.extrapolation = arguments.extrapolation.or(degree);
     let modes = find(&mut scenario, &arguments.set)?;
     let algorithm = scenario.algorithm.name.as_str();
     if let Some(folder) = &arguments.out {
@@ -105,7 +105,7 @@ fn write(modes: &Modes, scenario: &Scenario, folder: &Path) -> Result<(), Error>
 
 fn as_json(modes: &Modes, scenario: &Scenario) -> String {
     let algorithm = &scenario.algorithm;
-    let all = json!({ "algorithm": algorithm.name.as_str(), "extrapolation": algorithm.extrapolation,
+    let all = json!({ "algorithm": algorithm.name.as_str(), "extrapolation": algorithm.degree(),
         "modes": modes });
     // plain data, which always prints
     serde_json::to_string_pretty(&all).unwrap_or_default() + "\n"

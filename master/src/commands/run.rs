@@ -106,8 +106,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(name) = arguments.algorithm {
         scenario.algorithm.name = name;
     }
-    if let Some(degree) = arguments.extrapolation {
-        scenario.algorithm.extrapolation = degree;
+    if arguments.extrapolation.is_some() {
+        scenario.algorithm.extrapolation = arguments.extrapolation;
     }
     if let Some(threads) = arguments.threads {
         scenario.algorithm.threads = threads;

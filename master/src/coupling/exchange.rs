@@ -1,140 +1,44 @@
-//! All signals between the units, their history, and what each unit gets and gives.
+//! All signals between the units and their history, and what each unit gets and gives.
+//!
+//! What is not Real is held over a step from its beginning on, as Real signals that change at
+//! communication points only are. A unit with held inputs, or one that such a unit feeds, *feels* their
+//! changes: its outputs jump or kink at the beginning of the step ([`Effect`]).
 
+use std::collections::HashMap;
 use std::ffi::CString;
 
 use serde::{Deserialize, Serialize};
 
 use super::Unit;
-use super::signal::{Signal, Taylor};
+use super::links::{Input, Inputs, Links, Outputs, RealLink, Size, WholeOutput};
+use super::signal::{Effect, Signal};
 
-/// Inputs of one unit for one step, in the order of its [`Links`].
-#[derive(Debug, Clone, Default)]
-pub struct Inputs {
-    /// Real inputs as polynomials over the step.
-    pub reals: Vec<Taylor>,
-    /// Integer and Enumeration inputs, held.
-    pub integers: Vec<i32>,
-    /// Boolean inputs, held.
-    pub booleans: Vec<i32>,
-    /// String inputs, held.
-    pub strings: Vec<CString>,
-}
-
-/// Outputs of one unit that feed inputs.
-#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Outputs {
-    /// Real outputs with the derivatives that the unit offers.
-    pub reals: Vec<Taylor>,
-    /// Integer and Enumeration outputs.
-    pub integers: Vec<i32>,
-    /// Boolean outputs.
-    pub booleans: Vec<i32>,
-    /// String outputs.
-    pub strings: Vec<CString>,
-}
-
-impl Clone for Outputs {
-    fn clone(&self) -> Self {
-        Self {
-            reals: self.reals.clone(),
-            integers: self.integers.clone(),
-            booleans: self.booleans.clone(),
-            strings: self.strings.clone(),
-        }
-    }
-
-    // keeps the memory, unlike the derived one: steps do not allocate
-    fn clone_from(&mut self, other: &Self) {
-        self.reals.clone_from(&other.reals);
-        self.integers.clone_from(&other.integers);
-        self.booleans.clone_from(&other.booleans);
-        self.strings.clone_from(&other.strings);
-    }
-}
-
-impl Outputs {
-    fn of(links: &Links) -> Self {
-        Self {
-            reals: vec![[0.0; 4]; links.offered.len()],
-            integers: vec![0; links.integer_outputs],
-            booleans: vec![0; links.boolean_outputs],
-            strings: vec![CString::default(); links.string_outputs],
-        }
-    }
-
-    fn is_like(&self, other: &Self) -> bool {
-        let size =
-            |it: &Self| (it.reals.len(), it.integers.len(), it.booleans.len(), it.strings.len());
-        size(self) == size(other)
-    }
-}
-
-/// A Real input's source.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RealLink {
-    /// Which unit.
-    pub unit: usize,
-    /// Which of its Real outputs.
-    pub output: usize,
-    /// Input = factor · output + offset.
-    pub factor: f64,
-    /// Input = factor · output + offset.
-    pub offset: f64,
-    /// Highest derivative that the input takes; 0: values only.
-    pub limit: usize,
-    /// Degree of the extrapolation, if not that of all.
-    pub degree: Option<usize>,
-}
-
-/// The source of an input that is held over the step: unit and output.
-pub type HeldLink = (usize, usize);
-
-/// What change of a Real output counts as large.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Size {
-    /// A tolerance is relative to the value or to this, whichever is larger.
-    pub nominal: f64,
-    /// What a tolerance is relative to instead.
-    pub fixed: Option<f64>,
-}
-
-impl Default for Size {
-    fn default() -> Self {
-        Self { nominal: 1.0, fixed: None }
-    }
-}
-
-/// Where one unit's inputs come from and which outputs it has.
-#[derive(Debug, Clone, Default)]
-pub struct Links {
-    /// One source per Real input.
-    pub reals: Vec<RealLink>,
-    /// One source per Integer input.
-    pub integers: Vec<HeldLink>,
-    /// One source per Boolean input.
-    pub booleans: Vec<HeldLink>,
-    /// One source per String input.
-    pub strings: Vec<HeldLink>,
-    /// Highest derivative on offer, per Real output.
-    pub offered: Vec<usize>,
-    /// Sizes of the Real outputs; of those left out the default.
-    pub sizes: Vec<Size>,
-    /// Number of Integer outputs.
-    pub integer_outputs: usize,
-    /// Number of Boolean outputs.
-    pub boolean_outputs: usize,
-    /// Number of String outputs.
-    pub string_outputs: usize,
-}
-
-/// A signal's number: one per Real output and degree that it is extrapolated with.
+/// A signal's number: one per Real output and way to represent it over a step.
 pub type SignalId = usize;
 
 struct Source {
     signal: SignalId,
+    input: usize,
+    /// whether it is the first of its input: others are added
+    first: bool,
     limit: usize,
     factor: f64,
     offset: f64,
+}
+
+/// Which output a signal is, and how it is represented.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Form {
+    output: usize,
+    degree: usize,
+    held: bool,
+}
+
+impl Form {
+    fn of(link: &RealLink, degree: usize) -> Self {
+        let degree = if link.held { 0 } else { link.degree.unwrap_or(degree) };
+        Self { output: link.output, degree, held: link.held }
+    }
 }
 
 /// Whose output a signal is.
@@ -150,6 +54,8 @@ struct Origin {
 pub struct ExchangeState {
     signals: Vec<Signal>,
     outputs: Vec<Outputs>,
+    begin: Vec<Outputs>,
+    before: Vec<Outputs>,
 }
 
 /// All signals between the units and their history: flat, made once, no allocation after.
@@ -163,60 +69,123 @@ pub struct Exchange {
     links: Vec<Links>,
     pub(super) inputs: Vec<Inputs>,
     pub(super) outputs: Vec<Outputs>,
+    /// what is not Real at the beginning of the current step, and of the step before; only of the
+    /// units that give such things
+    begin: Vec<Outputs>,
+    before: Vec<Outputs>,
+    givers: Vec<usize>,
+    /// per unit, whether it feels jumps
+    feels: Vec<bool>,
+    felt: Vec<(Input, Effect)>,
 }
 
-/// The signals of each unit: its outputs with the general degree, then with those asked for besides.
-fn lay_out(links: &[Links], degree: usize) -> Vec<Vec<(usize, usize)>> {
-    let mut wanted: Vec<Vec<(usize, usize)>> = links
-        .iter()
-        .map(|unit| (0..unit.offered.len()).map(|output| (output, degree)).collect())
-        .collect();
+/// The signals of each unit: its outputs with the general degree, then in the other forms asked for,
+/// and the place of each among them.
+type Forms = (Vec<Vec<Form>>, HashMap<(usize, Form), usize>);
+
+fn lay_out(links: &[Links], degree: usize) -> Forms {
+    let general = |unit: &Links| {
+        (0..unit.offered.len()).map(|output| Form { output, degree, held: false }).collect()
+    };
+    let mut forms: Vec<Vec<Form>> = links.iter().map(general).collect();
+    let mut places: HashMap<(usize, Form), usize> = HashMap::new();
+    for (unit, forms) in forms.iter().enumerate() {
+        places.extend(forms.iter().enumerate().map(|(place, &form)| ((unit, form), place)));
+    }
     for link in links.iter().flat_map(|unit| &unit.reals) {
-        let signal = (link.output, link.degree.unwrap_or(degree));
-        if !wanted[link.unit].contains(&signal) {
-            wanted[link.unit].push(signal);
+        let form = Form::of(link, degree);
+        places.entry((link.unit, form)).or_insert_with(|| {
+            forms[link.unit].push(form);
+            forms[link.unit].len() - 1
+        });
+    }
+    (forms, places)
+}
+
+/// The units that feel jumps: those with held inputs, and all that they feed in turn.
+fn feels(links: &[Links]) -> Vec<bool> {
+    let mut targets: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
+    for (target, unit) in links.iter().enumerate() {
+        for link in &unit.reals {
+            targets[link.unit].push(target);
         }
     }
-    wanted
+    let mut feels = vec![false; links.len()];
+    let mut new: Vec<usize> = (0..links.len()).filter(|&k| links[k].holds()).collect();
+    while let Some(k) = new.pop() {
+        if !std::mem::replace(&mut feels[k], true) {
+            new.extend(&targets[k]);
+        }
+    }
+    feels
+}
+
+/// Most inputs of a unit, each source of a sum counted.
+fn most_inputs(links: &[Links]) -> usize {
+    links.iter().map(|unit| unit.units().count()).max().unwrap_or(0)
+}
+
+/// The Real sources of a unit's inputs.
+fn sources(links: &Links, signal_of: impl Fn(&RealLink) -> SignalId) -> Vec<Source> {
+    let mut fed = vec![false; links.real_inputs()];
+    let source = |link: &RealLink| Source {
+        signal: signal_of(link),
+        input: link.input,
+        first: !std::mem::replace(&mut fed[link.input], true),
+        limit: link.limit,
+        factor: link.factor,
+        offset: link.offset,
+    };
+    links.reals.iter().map(source).collect()
 }
 
 impl Exchange {
     /// Lays out the signals; `degree` is that of the extrapolation where a link has no other.
     #[must_use]
     pub fn new(links: Vec<Links>, degree: usize) -> Self {
-        let wanted = lay_out(&links, degree);
+        let (forms, places) = lay_out(&links, degree);
         let (mut first, mut signals, mut origins) = (vec![0], Vec::new(), Vec::new());
-        for (unit, list) in wanted.iter().enumerate() {
-            for &(output, degree) in list {
+        for (unit, forms) in forms.iter().enumerate() {
+            for &Form { output, degree, held } in forms {
                 let size = links[unit].sizes.get(output).copied().unwrap_or_default();
-                signals.push(Signal::new(links[unit].offered[output], degree));
+                let offered = links[unit].offered[output];
+                signals.push(if held { Signal::held() } else { Signal::new(offered, degree) });
                 origins.push(Origin { unit, output, size });
             }
             first.push(signals.len());
         }
-        let signal_of = |link: &RealLink| {
-            let signal = (link.output, link.degree.unwrap_or(degree));
-            let place = wanted[link.unit].iter().position(|it| *it == signal).unwrap_or(0);
-            first[link.unit] + place
-        };
-        let source = |link: &RealLink| Source {
-            signal: signal_of(link),
-            limit: link.limit,
-            factor: link.factor,
-            offset: link.offset,
-        };
-        let sources = links.iter().map(|unit| unit.reals.iter().map(source).collect()).collect();
+        let signal_of =
+            |link: &RealLink| first[link.unit] + places[&(link.unit, Form::of(link, degree))];
+        let sources = links.iter().map(|unit| sources(unit, signal_of)).collect();
         let inputs = links
             .iter()
             .map(|unit| Inputs {
-                reals: vec![[0.0; 4]; unit.reals.len()],
+                reals: vec![[0.0; 4]; unit.real_inputs()],
                 integers: vec![0; unit.integers.len()],
                 booleans: vec![0; unit.booleans.len()],
                 strings: vec![CString::default(); unit.strings.len()],
             })
             .collect();
-        let outputs = links.iter().map(Outputs::of).collect();
-        Self { signals, origins, first, sources, links, inputs, outputs }
+        let outputs: Vec<Outputs> = links.iter().map(Outputs::of).collect();
+        let held = |unit: &Outputs| Outputs { reals: Vec::new(), ..unit.clone() };
+        let begin: Vec<Outputs> = outputs.iter().map(held).collect();
+        let givers = (0..links.len()).filter(|&k| links[k].has_held_outputs()).collect();
+        let (feels, felt) = (feels(&links), Vec::with_capacity(most_inputs(&links)));
+        let before = begin.clone();
+        Self {
+            signals,
+            origins,
+            first,
+            sources,
+            links,
+            inputs,
+            outputs,
+            begin,
+            before,
+            givers,
+            feels,
+            felt,
+        }
     }
 
     /// Number of units.
@@ -234,25 +203,38 @@ impl Exchange {
     /// What has to be kept to go on from this communication point later.
     #[must_use]
     pub fn state(&self) -> ExchangeState {
-        ExchangeState { signals: self.signals.clone(), outputs: self.outputs.clone() }
+        ExchangeState {
+            signals: self.signals.clone(),
+            outputs: self.outputs.clone(),
+            begin: self.begin.clone(),
+            before: self.before.clone(),
+        }
     }
 
     /// The same into memory that is there already.
     pub fn keep(&self, state: &mut ExchangeState) {
         state.signals.clone_from(&self.signals);
         state.outputs.clone_from(&self.outputs);
+        state.begin.clone_from(&self.begin);
+        state.before.clone_from(&self.before);
     }
 
     /// Goes back to a state; false, and nothing is changed, if it is not of the same connections.
     #[must_use]
     pub fn restore(&mut self, state: &ExchangeState) -> bool {
+        let like = |a: &[Outputs], b: &[Outputs]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.is_like(b))
+        };
         let alike = self.signals.len() == state.signals.len()
             && self.signals.iter().zip(&state.signals).all(|(a, b)| a.is_like(b))
-            && self.outputs.len() == state.outputs.len()
-            && self.outputs.iter().zip(&state.outputs).all(|(a, b)| a.is_like(b));
+            && like(&self.outputs, &state.outputs)
+            && like(&self.begin, &state.begin)
+            && like(&self.before, &state.before);
         if alike {
             self.signals.clone_from(&state.signals);
             self.outputs.clone_from(&state.outputs);
+            self.begin.clone_from(&state.begin);
+            self.before.clone_from(&state.before);
         }
         alike
     }
@@ -267,6 +249,10 @@ impl Exchange {
             for s in self.signals_of(k) {
                 self.signals[s].restart(self.outputs[k].reals[self.origins[s].output]);
             }
+        }
+        for &k in &self.givers {
+            self.begin[k].keep_held(&self.outputs[k]);
+            self.before[k].keep_held(&self.outputs[k]);
         }
         Ok(())
     }
@@ -308,8 +294,9 @@ impl Exchange {
 
     /// Sets the highest derivative that each Real input of a unit takes.
     pub fn limit(&mut self, k: usize, highest: impl IntoIterator<Item = usize>) {
-        for (source, limit) in self.sources[k].iter_mut().zip(highest) {
-            source.limit = limit;
+        let highest: Vec<usize> = highest.into_iter().collect();
+        for source in &mut self.sources[k] {
+            source.limit = highest.get(source.input).copied().unwrap_or(source.limit);
         }
     }
 
@@ -319,26 +306,85 @@ impl Exchange {
         for signal in &mut self.signals {
             signal.extrapolate(size);
         }
+        for &k in &self.givers {
+            std::mem::swap(&mut self.begin[k], &mut self.before[k]);
+            self.begin[k].keep_held(&self.outputs[k]);
+        }
     }
 
     /// Makes a unit's inputs of the signals as they stand now.
     #[inline]
     pub fn fill(&mut self, k: usize, size: f64) {
         let inputs = &mut self.inputs[k];
-        for (input, source) in inputs.reals.iter_mut().zip(&self.sources[k]) {
+        for source in &self.sources[k] {
             let p = self.signals[source.signal].polynomial(source.limit, size);
             let a = source.factor;
-            *input = [a * p[0] + source.offset, a * p[1], a * p[2], a * p[3]];
+            let term = [a * p[0] + source.offset, a * p[1], a * p[2], a * p[3]];
+            let input = &mut inputs.reals[source.input];
+            if source.first {
+                *input = term;
+            } else {
+                input.iter_mut().zip(term).for_each(|(input, term)| *input += term);
+            }
         }
-        let links = &self.links[k];
-        for (input, &(unit, output)) in inputs.integers.iter_mut().zip(&links.integers) {
-            *input = self.outputs[unit].integers[output];
+        if self.feels[k] {
+            self.fill_held(k);
+            self.feel(k);
+        }
+    }
+
+    /// The inputs that come from what is not Real.
+    fn fill_held(&mut self, k: usize) {
+        let (inputs, links, begin) = (&mut self.inputs[k], &self.links[k], &self.begin);
+        let alone = |input: usize| !links.reals.iter().any(|link| link.input == input);
+        for link in links.wholes.iter().filter(|link| alone(link.input)) {
+            inputs.reals[link.input][0] = 0.0;
+        }
+        for link in &links.wholes {
+            let value = f64::from(begin[link.from.0].whole(link.from));
+            inputs.reals[link.input][0] += link.factor * value + link.offset;
+        }
+        for (input, link) in inputs.integers.iter_mut().zip(&links.integers) {
+            *input = link.convert(begin[link.from.0].whole(link.from));
         }
         for (input, &(unit, output)) in inputs.booleans.iter_mut().zip(&links.booleans) {
-            *input = self.outputs[unit].booleans[output];
+            *input = begin[unit].booleans[output];
         }
         for (input, &(unit, output)) in inputs.strings.iter_mut().zip(&links.strings) {
-            input.clone_from(&self.outputs[unit].strings[output]);
+            input.clone_from(&begin[unit].strings[output]);
+        }
+    }
+
+    /// What the jumps of a unit's inputs at the beginning of the step do to its outputs.
+    fn feel(&mut self, k: usize) {
+        let Self { signals, sources, links, felt, begin, before, .. } = self;
+        let links = &links[k];
+        felt.clear();
+        let of = |source: &Source| (Input::Real(source.input), signals[source.signal].felt());
+        felt.extend(sources[k].iter().map(of));
+        let effect = |changed: bool| if changed { Effect::Jump } else { Effect::None };
+        let whole =
+            |from: WholeOutput| effect(begin[from.0].whole(from) != before[from.0].whole(from));
+        felt.extend(links.wholes.iter().map(|link| (Input::Real(link.input), whole(link.from))));
+        let integers = links.integers.iter().enumerate();
+        felt.extend(integers.map(|(k, link)| (Input::Integer(k), whole(link.from))));
+        for (k, &(unit, output)) in links.booleans.iter().enumerate() {
+            let changed = begin[unit].booleans[output] != before[unit].booleans[output];
+            felt.push((Input::Boolean(k), effect(changed)));
+        }
+        for (k, &(unit, output)) in links.strings.iter().enumerate() {
+            let changed = begin[unit].strings[output] != before[unit].strings[output];
+            felt.push((Input::String(k), effect(changed)));
+        }
+        felt.retain(|(_, effect)| *effect != Effect::None);
+        for s in self.first[k]..self.first[k + 1] {
+            let output = self.origins[s].output;
+            let reaction = |&(input, effect): &(Input, Effect)| match effect {
+                effect if links.is_direct(output, input) => effect,
+                Effect::Jump => Effect::Kink,
+                _ => Effect::None,
+            };
+            signals[s].react(felt.iter().map(reaction).max().unwrap_or_default());
         }
     }
 
@@ -382,9 +428,9 @@ impl Exchange {
         &self.signals[signal]
     }
 
-    /// The signals that feed a unit's Real inputs, with the factor of each.
-    pub fn sources(&self, k: usize) -> impl Iterator<Item = (SignalId, f64)> + '_ {
-        self.sources[k].iter().map(|source| (source.signal, source.factor))
+    /// The signals that feed a unit's Real inputs: which input, which signal, with what factor.
+    pub fn sources(&self, k: usize) -> impl Iterator<Item = (usize, SignalId, f64)> + '_ {
+        self.sources[k].iter().map(|source| (source.input, source.signal, source.factor))
     }
 
     /// The signals that are a unit's Real outputs.
@@ -419,10 +465,7 @@ impl Exchange {
     /// Whether an output of one unit feeds an input of another.
     #[must_use]
     pub fn feeds(&self, from: usize, to: usize) -> bool {
-        let links = &self.links[to];
-        let held = [&links.integers, &links.booleans, &links.strings];
-        links.reals.iter().any(|link| link.unit == from)
-            || held.into_iter().flatten().any(|&(unit, _)| unit == from)
+        self.links[to].units().any(|unit| unit == from)
     }
 
     /// What an error of a signal may be for a relative tolerance.
@@ -433,10 +476,14 @@ impl Exchange {
         tolerance * size.fixed.unwrap_or(value.max(size.nominal))
     }
 
-    /// By how much a signal was extrapolated wrongly up to the end of the step.
+    /// By how much a signal was extrapolated wrongly up to the end of the step. What jumps at the
+    /// beginning of a step, a smaller one would not predict better: no surprise.
     #[must_use]
     pub fn surprise(&self, signal: SignalId) -> f64 {
         let signal = &self.signals[signal];
+        if signal.is_held() || signal.jumps() {
+            return 0.0;
+        }
         (signal.now()[0] - signal.predicted()[0]).abs()
     }
 }

@@ -88,6 +88,11 @@ impl Sweeps {
         self.rank[unit] != usize::MAX
     }
 
+    /// Whether sweeps move a signal: a member's, unless it is held over the step.
+    pub(super) fn is_moved(&self, exchange: &Exchange, signal: SignalId) -> bool {
+        self.is_member(exchange.origin(signal).0) && !exchange.signal(signal).is_held()
+    }
+
     /// Whether a member's signal is supposed when the target takes it.
     pub(super) fn feeds_back(&self, exchange: &Exchange, signal: SignalId, target: usize) -> bool {
         let (source, _) = exchange.origin(signal);
@@ -100,10 +105,14 @@ impl Sweeps {
             self.order.iter().copied().filter(|&k| units[k].capabilities().restore).collect();
         let mut feedback: Vec<(SignalId, bool)> = Vec::new();
         for &target in &again {
-            for (signal, _) in exchange.sources(target) {
+            for (_, signal, _) in exchange.sources(target) {
                 let (source, _) = exchange.origin(signal);
                 let new = !feedback.iter().any(|(known, _)| *known == signal);
-                if new && again.contains(&source) && self.feeds_back(exchange, signal, target) {
+                if new
+                    && self.is_moved(exchange, signal)
+                    && again.contains(&source)
+                    && self.feeds_back(exchange, signal, target)
+                {
                     feedback.push((signal, exchange.signal(signal).offered() > 0));
                 }
             }

@@ -17,6 +17,7 @@ mod gauss_seidel;
 mod interface;
 mod iterated;
 mod jacobi;
+mod links;
 mod newton;
 mod power;
 pub mod settings;
@@ -25,13 +26,15 @@ pub mod signal;
 pub use control::{Control, ControlReport};
 pub use coupled::{Block, Blueprint, Coupling};
 pub use crew::Crew;
-pub use exchange::{
-    Exchange, ExchangeState, HeldLink, Inputs, Links, Outputs, RealLink, SignalId, Size,
-};
+pub use exchange::{Exchange, ExchangeState, SignalId};
 pub use gauss_seidel::GaussSeidel;
 pub use interface::Iteration;
 pub use iterated::Iterated;
 pub use jacobi::Jacobi;
+pub use links::{
+    HeldLink, Input, Inputs, IntegerLink, Links, Outputs, RealLink, Size, Whole, WholeLink,
+    WholeOutput,
+};
 pub use newton::Newton;
 pub use power::{PowerMeter, PowerReport};
 

@@ -126,8 +126,9 @@ impl Newton {
     /// Signals from members that feed unit k, each once.
     fn inputs(&self, exchange: &Exchange, k: usize) -> Vec<SignalId> {
         let mut inputs = Vec::new();
-        for (signal, _) in exchange.sources(k) {
-            if self.sweeps.is_member(exchange.origin(signal).0) && !inputs.contains(&signal) {
+        for (_, signal, _) in exchange.sources(k) {
+            let moves = self.sweeps.is_moved(exchange, signal);
+            if moves && !inputs.contains(&signal) {
                 inputs.push(signal);
             }
         }
@@ -142,9 +143,9 @@ impl Newton {
     ) -> Result<Vec<Column>, U::Error> {
         let mut columns = Vec::new();
         let mut gains = vec![0.0; exchange.outputs[k].reals.len()];
-        let sources: Vec<(SignalId, f64)> = exchange.sources(k).collect();
-        for (input, (signal, factor)) in sources.into_iter().enumerate() {
-            if !self.sweeps.is_member(exchange.origin(signal).0) {
+        let sources: Vec<(usize, SignalId, f64)> = exchange.sources(k).collect();
+        for (input, signal, factor) in sources {
+            if !self.sweeps.is_moved(exchange, signal) {
                 continue;
             }
             unit.directional(input, &mut gains)?;

@@ -52,9 +52,11 @@ impl std::str::FromStr for AlgorithmName {
 pub struct Algorithm {
     /// Which algorithm.
     pub name: AlgorithmName,
-    /// Degree of the polynomials that inputs are extrapolated with: 0 holds them.
+    /// Degree of the polynomials that inputs are extrapolated with: 0 holds them. Left out: 2, and 0 in
+    /// loops of direct feed-through that the algorithm does not solve.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 3))]
-    pub extrapolation: u8,
+    pub extrapolation: Option<u8>,
     /// Use derivatives of outputs where units offer them; otherwise history alone.
     pub derivatives: bool,
     /// What to do when a unit discards a step.
@@ -89,7 +91,7 @@ impl Default for Algorithm {
     fn default() -> Self {
         Self {
             name: AlgorithmName::default(),
-            extrapolation: 2,
+            extrapolation: None,
             derivatives: true,
             on_discard: OnDiscard::default(),
             order: Vec::new(),
@@ -103,7 +105,16 @@ impl Default for Algorithm {
     }
 }
 
+/// Degree of the extrapolation where nothing else is said and it is safe.
+const DEGREE: u8 = 2;
+
 impl Algorithm {
+    /// Degree of the extrapolation of signals that have no other.
+    #[must_use]
+    pub fn degree(&self) -> usize {
+        usize::from(self.extrapolation.unwrap_or(DEGREE))
+    }
+
     /// The first setting that is outside of its range: which, its value, what is allowed.
     #[must_use]
     pub fn out_of_range(&self) -> Option<(&'static str, String, &'static str)> {
@@ -112,8 +123,8 @@ impl Algorithm {
         let part = |x: f64| x > 0.0 && x < 1.0;
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let wrong = |what, value: &dyn ToString, allowed| Some((what, value.to_string(), allowed));
-        if self.extrapolation > 3 {
-            return wrong("algorithm.extrapolation", &self.extrapolation, "0 to 3");
+        if let Some(degree) = self.extrapolation.filter(|degree| *degree > 3) {
+            return wrong("algorithm.extrapolation", &degree, "0 to 3");
         }
         if self.threads == 0 {
             return wrong("algorithm.threads", &self.threads, "1 or more");

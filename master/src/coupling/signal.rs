@@ -37,11 +37,32 @@
 //! | 1 | g₁₀ | | |
 //! | 2 | g₁₀ − h g₁₀₋ | 2 g₁₀₋ | |
 //! | 3 | g₁₀ − h g₁₀₋ − h s g₁₀₋₋ | 2 g₁₀₋ + 2(s − h) g₁₀₋₋ | 6 g₁₀₋₋ |
+//!
+//! **Held** signals change at communication points only (`variability="discrete"` of source or
+//! target): over the step p is the value at its beginning, also when the source has stepped already.
+//!
+//! **Over a jump.** A held input that changes at tₙ makes the outputs that depend on it directly jump
+//! there ([`Effect::Jump`]), and the slopes of the unit's other outputs ([`Effect::Kink`]). Data from
+//! both sides are then never put into one polynomial: history begins anew with the point at tₙ₊₁, and
+//! interpolation takes, after a jump, the Taylor polynomial about the end; after a kink, the parabola
+//! through y₀ with y₁ and y₁', or the line through both values.
 
 use serde::{Deserialize, Serialize};
 
 /// A function over the step by its value and first three derivatives at the step's beginning.
 pub type Taylor = [f64; 4];
+
+/// What a discontinuity at the beginning of a step does to a signal, the worse the greater.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Effect {
+    /// Nothing: the signal is smooth.
+    #[default]
+    None,
+    /// Its slope jumps.
+    Kink,
+    /// Its value jumps.
+    Jump,
+}
 
 /// One Real output with what is needed to represent it over a step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -50,6 +71,12 @@ pub struct Signal {
     offered: usize,
     /// N: degree of the extrapolation, 0 to 3.
     degree: usize,
+    /// Whether it changes at communication points only.
+    held: bool,
+    /// What happens to it at the beginning of the current step.
+    effect: Effect,
+    /// The same of the step before, which those feel who take it extrapolated.
+    last_effect: Effect,
     /// y and its derivatives on offer at the source's latest point, then at those before.
     points: [Taylor; 4],
     /// Lengths of the steps between the points, latest first.
@@ -72,6 +99,19 @@ impl Signal {
         Self { offered: offered.min(3), degree: degree.min(3), ..Self::default() }
     }
 
+    /// A signal that changes at communication points only.
+    #[must_use]
+    pub fn held() -> Self {
+        Self { held: true, ..Self::default() }
+    }
+
+    /// Whether it changes at communication points only.
+    #[inline]
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.held
+    }
+
     /// Highest derivative that the source offers.
     #[must_use]
     pub fn offered(&self) -> usize {
@@ -81,7 +121,8 @@ impl Signal {
     /// Whether the other signal is represented in the same way, by data of the same kind.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
-        (self.offered, self.degree) == (other.offered, other.degree) && other.known <= 3
+        let kind = |it: &Self| (it.offered, it.degree, it.held);
+        kind(self) == kind(other) && other.known <= 3
     }
 
     /// Forgets the history: at the start or after an event.
@@ -90,6 +131,36 @@ impl Signal {
         self.steps = [0.0; 3];
         self.known = 0;
         self.ahead = false;
+        (self.effect, self.last_effect) = (Effect::None, Effect::None);
+    }
+
+    /// What whoever takes it feels at the beginning of the current step.
+    #[inline]
+    #[must_use]
+    pub fn felt(&self) -> Effect {
+        if self.held {
+            // held inputs are those of the beginning: the point before the source's latest
+            let begin = usize::from(self.ahead);
+            let changed = self.points[begin][0] != self.points[begin + 1][0];
+            if changed { Effect::Jump } else { Effect::None }
+        } else if self.ahead {
+            self.effect
+        } else {
+            self.last_effect
+        }
+    }
+
+    /// Whether it jumps at the beginning of the step that its source has made.
+    #[inline]
+    #[must_use]
+    pub fn jumps(&self) -> bool {
+        self.effect == Effect::Jump
+    }
+
+    /// Takes note of what happens to it at the beginning of the current step.
+    #[inline]
+    pub fn react(&mut self, effect: Effect) {
+        self.effect = effect;
     }
 
     /// Takes the point at the end of a step of length `h` that the source has made.
@@ -98,12 +169,21 @@ impl Signal {
         self.points = [now, self.points[0], self.points[1], self.points[2]];
         self.steps = [h, self.steps[0], self.steps[1]];
         self.known = (self.known + 1).min(3);
+        self.forget_before_jump();
     }
 
     /// Replaces the latest point, when the source has made its step again.
     #[inline]
     pub fn revise(&mut self, now: Taylor) {
         self.points[0] = now;
+        self.forget_before_jump();
+    }
+
+    #[inline]
+    fn forget_before_jump(&mut self) {
+        if self.effect != Effect::None {
+            self.known = 0;
+        }
     }
 
     /// Value and first derivative at the end of the step as the extrapolation has them.
@@ -126,6 +206,9 @@ impl Signal {
     #[must_use]
     pub fn polynomial(&self, limit: usize, h: f64) -> Taylor {
         let p = self.polynomial;
+        if self.held {
+            return p;
+        }
         match (limit, self.ahead) {
             (3.., _) => p,
             (0, true) => [self.points[0][0], 0.0, 0.0, 0.0],
@@ -138,6 +221,7 @@ impl Signal {
     #[inline]
     pub fn extrapolate(&mut self, h: f64) {
         self.ahead = false;
+        self.last_effect = std::mem::take(&mut self.effect);
         let e = self.offered.min(self.degree);
         let mut p = [0.0; 4];
         p[..=e].copy_from_slice(&self.points[0][..=e]);
@@ -195,9 +279,16 @@ impl Signal {
     #[inline]
     pub fn interpolate(&mut self, h: f64) {
         self.ahead = true;
+        if self.held {
+            return;
+        }
         let [end, begin, before, earlier] = self.points;
         let slope = (end[0] - begin[0]) / h;
-        self.polynomial = if self.offered >= 1 {
+        self.polynomial = if self.effect == Effect::Jump {
+            self.about_the_end(h)
+        } else if self.effect == Effect::Kink && self.offered >= 1 {
+            [begin[0], 2.0 * slope - end[1], 2.0 * (end[1] - slope) / h, 0.0]
+        } else if self.offered >= 1 {
             [
                 begin[0],
                 begin[1],
@@ -224,6 +315,19 @@ impl Signal {
                 p
             }
         };
+    }
+
+    /// The Taylor polynomial about the end of the step, with the derivatives on offer there.
+    fn about_the_end(&self, h: f64) -> Taylor {
+        let mut end = [0.0; 4];
+        end[..=self.offered].copy_from_slice(&self.points[0][..=self.offered]);
+        let [y, d, dd, ddd] = end;
+        [
+            y - h * (d - h / 2.0 * (dd - h / 3.0 * ddd)),
+            d - h * (dd - h / 2.0 * ddd),
+            dd - h * ddd,
+            ddd,
+        ]
     }
 
     /// An interpolation of degree 1 or 2 through both ends, for targets that take no more.
@@ -331,5 +435,81 @@ mod tests {
         signal.extrapolate(h);
         assert_eq!(signal.polynomial(3, h), [2.0, 10.0, 0.0, 0.0]);
         assert_eq!(signal.predicted(), [3.0, 10.0]);
+    }
+
+    /// Held over the step from its beginning on, whether the source has stepped or not.
+    #[test]
+    fn analytic_held_signals_are_those_of_the_beginning() {
+        let mut signal = Signal::held();
+        signal.restart([1.0; 4]);
+        for (n, value) in [1.0, 12.0, 12.0].into_iter().enumerate() {
+            signal.extrapolate(0.1);
+            let begin = [1.0, 1.0, 12.0][n];
+            assert_eq!(signal.polynomial(3, 0.1), [begin, 0.0, 0.0, 0.0]);
+            let felt = if n == 2 { Effect::Jump } else { Effect::None };
+            assert_eq!(signal.felt(), felt, "before the source");
+            signal.advance([value, f64::NAN, f64::NAN, f64::NAN], 0.1);
+            signal.interpolate(0.1);
+            assert_eq!(signal.polynomial(3, 0.1), [begin, 0.0, 0.0, 0.0]);
+            assert_eq!(signal.felt(), felt, "after the source");
+        }
+    }
+
+    /// A cubic that jumps by 5 at the beginning of a step: within the step only what came after the
+    /// jump is used, and the history begins anew.
+    #[test]
+    fn analytic_nothing_is_put_through_a_jump() {
+        let h = 0.1;
+        for offered in 0..=3 {
+            let mut signal = signal(offered, 2, cubic, h);
+            let jumped = |t: f64| {
+                let mut point = cubic(t);
+                point[0] += 5.0;
+                point[offered + 1..].fill(f64::NAN);
+                point
+            };
+            signal.extrapolate(h);
+            signal.react(Effect::Jump);
+            signal.advance(jumped(h), h);
+            signal.interpolate(h);
+            let p = signal.polynomial(3, h);
+            let end = value(&p, h) - jumped(h)[0];
+            assert!(end.abs() < ROUNDING, "{offered}: {end:e}");
+            // what is left of the Taylor series about the end, over the whole step
+            let rest = [0.5, 0.03, 0.005, 0.0][offered];
+            let begin = (value(&p, 0.0) - cubic(0.0)[0] - 5.0).abs();
+            assert!(begin <= rest + ROUNDING, "{offered}: {begin:e}");
+            signal.extrapolate(h);
+            assert_eq!(signal.felt(), Effect::Jump, "for those who step before the source");
+            let now = jumped(h);
+            let known = std::array::from_fn(|k| if k <= offered.min(2) { now[k] } else { 0.0 });
+            assert_eq!(signal.polynomial(3, h), known, "nothing from before the jump");
+            signal.advance(jumped(2.0 * h), h);
+            signal.extrapolate(h);
+            assert_eq!(signal.felt(), Effect::None);
+        }
+    }
+
+    /// A slope that jumps leaves the value at the beginning in place.
+    #[test]
+    fn analytic_a_kink_keeps_the_value_at_the_beginning() {
+        let h = 0.1;
+        for offered in 0..=2 {
+            let mut signal = signal(offered, 2, |_| [1.0, 0.0, 0.0, 0.0], h);
+            signal.extrapolate(h);
+            signal.react(Effect::Kink);
+            // 1 + 3 t + 4 t² from t = 0 on
+            let mut end = [1.0 + 3.0 * h + 4.0 * h * h, 3.0 + 8.0 * h, 8.0, 0.0];
+            end[offered + 1..].fill(f64::NAN);
+            signal.advance(end, h);
+            signal.interpolate(h);
+            for tau in [0.0, 0.04, h] {
+                let truth = 1.0 + tau * (3.0 + 4.0 * tau);
+                let line = 4.0 * tau * (h - tau);
+                let error = (value(&signal.polynomial(3, h), tau) - truth).abs();
+                let allowed = if offered == 0 { line } else { 0.0 };
+                assert!(error <= allowed + ROUNDING, "{offered} {tau}: {error:e}");
+            }
+        }
     }
 }

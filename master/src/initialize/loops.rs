@@ -7,17 +7,17 @@
 //! differences of its outputs. G' is kept while it serves. Where Newton does not get nearer, Anderson
 //! acceleration of the sweeps.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{InitializeError, Level, SolvedLoop, Solver, Transported};
+use super::{InitializeError, Level, Sets, SolvedLoop, Solver, Transported};
 use crate::coupling::acceleration::Accelerator;
 use crate::description::Type;
 use crate::graph::SignalGraph;
 use crate::instance::UnitError;
 use crate::scenario::{Acceleration, Initialization};
-use crate::system::Port;
+use crate::system::{Link, Port, Transfer};
 
 /// A sweep that leaves more than this part of the change is slow.
 const SLOW: f64 = 0.2;
@@ -164,14 +164,12 @@ impl Solver<'_> {
 
     /// Sets the loop's inputs as if the outputs that feed back had these values.
     fn suppose(&mut self, it: &Loop<'_>, values: &[f64]) -> Result<(), UnitError> {
-        let mut sets: BTreeMap<usize, Vec<(usize, Transported)>> = BTreeMap::new();
+        let mut sets = Sets::new();
         for (port, &value) in it.feedback.iter().zip(values) {
             self.values.insert(*port, Transported::Real(value));
-            for link in self.targets.get(port).into_iter().flatten() {
-                let input = link.conversion.factor * value + link.conversion.offset;
-                let set = (link.to.variable, Transported::Real(input));
-                sets.entry(link.to.instance).or_default().push(set);
-            }
+        }
+        for port in &it.feedback {
+            self.hand_to(*port, &mut sets)?;
         }
         for (instance, values) in sets {
             self.write(instance, &values)?;
@@ -186,7 +184,8 @@ impl Solver<'_> {
         for j in 0..n {
             let mut seeds: HashMap<Port, f64> = HashMap::new();
             let mut changed: HashMap<Port, f64> = HashMap::new();
-            self.hand_on(it, it.feedback[j], 1.0, &mut seeds);
+            let mut handed = HashMap::from([(it.feedback[j], 1.0)]);
+            self.hand_on(it, it.feedback[j], &handed, &mut seeds);
             for level in it.levels {
                 for (&instance, outputs) in &level.reads {
                     for (output, change) in self.derivative(instance, outputs, &seeds)? {
@@ -196,8 +195,8 @@ impl Solver<'_> {
                 for (&instance, outputs) in &level.reads {
                     for &variable in outputs {
                         let output = Port { instance, variable };
-                        let change = changed.get(&output).copied().unwrap_or(0.0);
-                        self.hand_on(it, output, change, &mut seeds);
+                        handed.insert(output, changed.get(&output).copied().unwrap_or(0.0));
+                        self.hand_on(it, output, &handed, &mut seeds);
                     }
                 }
             }
@@ -208,10 +207,24 @@ impl Solver<'_> {
         Ok(matrix)
     }
 
-    fn hand_on(&self, it: &Loop<'_>, output: Port, change: f64, seeds: &mut HashMap<Port, f64>) {
+    /// Changes of the inputs that an output feeds, by those of all outputs so far.
+    fn hand_on(
+        &self,
+        it: &Loop<'_>,
+        output: Port,
+        changes: &HashMap<Port, f64>,
+        seeds: &mut HashMap<Port, f64>,
+    ) {
+        let change = |link: &&Link| match &link.transfer {
+            Transfer::Linear(linear) => {
+                linear.factor * changes.get(&link.from).copied().unwrap_or(0.0)
+            }
+            _ => 0.0,
+        };
         let links = self.targets.get(&output).into_iter().flatten();
         for link in links.filter(|link| it.inputs.contains(&link.to)) {
-            seeds.insert(link.to, link.conversion.factor * change);
+            let sum = self.sources.get(&link.to).into_iter().flatten().map(change).sum();
+            seeds.insert(link.to, sum);
         }
     }
 

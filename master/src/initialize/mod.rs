@@ -19,7 +19,7 @@ use crate::description::{Causality, Type};
 use crate::graph::SignalGraph;
 use crate::instance::{Instance, UnitError};
 use crate::scenario::{Experiment, Initialization};
-use crate::system::{Link, Port, System};
+use crate::system::{Link, Port, System, Transfer};
 
 /// Why the system cannot be initialized.
 #[derive(Debug, Error)]
@@ -95,21 +95,78 @@ enum Transported {
     String(CString),
 }
 
+impl Transported {
+    /// As a number; false is 0, true is 1.
+    fn number(&self) -> f64 {
+        match self {
+            Self::Real(x) => *x,
+            Self::Integer(x) => f64::from(*x),
+            Self::Boolean(x) => f64::from(u8::from(*x != 0)),
+            Self::String(_) => 0.0,
+        }
+    }
+}
+
 struct Solver<'a> {
     system: &'a System,
     instances: &'a mut [Instance],
     start: f64,
     values: HashMap<Port, Transported>,
-    targets: HashMap<Port, Vec<Link>>,
+    /// the connections of each output, and of each input
+    targets: HashMap<Port, Vec<&'a Link>>,
+    sources: HashMap<Port, Vec<&'a Link>>,
 }
+
+/// Values to set, per instance.
+type Sets = BTreeMap<usize, Vec<(usize, Transported)>>;
 
 impl<'a> Solver<'a> {
     fn new(system: &'a System, instances: &'a mut [Instance], start: f64) -> Self {
-        let mut targets: HashMap<Port, Vec<Link>> = HashMap::new();
+        let mut targets: HashMap<Port, Vec<&Link>> = HashMap::new();
+        let mut sources: HashMap<Port, Vec<&Link>> = HashMap::new();
         for link in &system.links {
-            targets.entry(link.from).or_default().push(*link);
+            targets.entry(link.from).or_default().push(link);
+            sources.entry(link.to).or_default().push(link);
         }
-        Self { system, instances, start, values: HashMap::new(), targets }
+        Self { system, instances, start, values: HashMap::new(), targets, sources }
+    }
+
+    /// What the inputs that an output feeds get by the values known now.
+    fn hand_to(&self, output: Port, sets: &mut Sets) -> Result<(), UnitError> {
+        for link in self.targets.get(&output).into_iter().flatten() {
+            let set = (link.to.variable, self.input(link.to)?);
+            sets.entry(link.to.instance).or_default().push(set);
+        }
+        Ok(())
+    }
+
+    /// An input's value: the sum over those of its sources that are known yet.
+    fn input(&self, to: Port) -> Result<Transported, UnitError> {
+        let mut sum = 0.0;
+        for link in self.sources.get(&to).into_iter().flatten() {
+            let Some(value) = self.values.get(&link.from) else { continue };
+            match (&link.transfer, value) {
+                (Transfer::Linear(it), value) => {
+                    sum += it.factor * value.number() + it.offset;
+                }
+                (Transfer::Whole, Transported::Boolean(value)) => {
+                    return Ok(Transported::Integer(i32::from(*value != 0)));
+                }
+                (Transfer::Items(items), Transported::Integer(value)) => {
+                    let found = items.iter().find(|(from, _)| from == value);
+                    return match found {
+                        Some((_, to)) => Ok(Transported::Integer(*to)),
+                        None => {
+                            let target = self.system.port_name(to);
+                            let unit = &self.instances[link.from.instance];
+                            Err(unit.no_item(link.from.variable, *value, &target, self.start))
+                        }
+                    };
+                }
+                (_, value) => return Ok(value.clone()),
+            }
+        }
+        Ok(Transported::Real(sum))
     }
 
     fn solve(mut self, settings: Initialization) -> Result<Vec<SolvedLoop>, InitializeError> {
@@ -134,22 +191,18 @@ impl<'a> Solver<'a> {
     /// tolerance allows.
     fn transport(&mut self, level: &Level, tolerance: f64) -> Result<f64, UnitError> {
         let mut largest = 0.0;
-        let mut sets: BTreeMap<usize, Vec<(usize, Transported)>> = BTreeMap::new();
+        let mut sets = Sets::new();
+        let mut read = Vec::new();
         for (&instance, variables) in &level.reads {
             for (variable, value) in self.read(instance, variables)? {
                 let port = Port { instance, variable };
                 largest = f64::max(largest, self.change(port, &value, tolerance).0);
-                for link in self.targets.get(&port).into_iter().flatten() {
-                    let converted = match &value {
-                        Transported::Real(x) => {
-                            Transported::Real(link.conversion.factor * x + link.conversion.offset)
-                        }
-                        other => other.clone(),
-                    };
-                    sets.entry(link.to.instance).or_default().push((link.to.variable, converted));
-                }
                 self.values.insert(port, value);
+                read.push(port);
             }
+        }
+        for port in read {
+            self.hand_to(port, &mut sets)?;
         }
         for (instance, values) in sets {
             self.write(instance, &values)?;

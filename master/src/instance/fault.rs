@@ -68,6 +68,22 @@ pub enum UnitFault {
         /// What the unit said.
         messages: Vec<Message>,
     },
+    /// A value that the Enumeration which takes it does not have.
+    #[error(
+        "unit {instance}: output {variable} is {value} at {time} s, which is no item of {target}"
+    )]
+    NoItem {
+        /// Name of the instance.
+        instance: String,
+        /// Name of the output.
+        variable: String,
+        /// Its value.
+        value: i32,
+        /// `instance.variable` of the input.
+        target: String,
+        /// Simulated time (s).
+        time: f64,
+    },
     /// A step was discarded.
     #[error(
         "unit {instance}: fmi2DoStep returned fmi2Discard at {time} s: it could not finish the step \
@@ -271,6 +287,17 @@ impl UnitFault {
                 | Self::Exited { .. }
                 | Self::TimedOut { .. }
                 | Self::Broken { .. }
+        )
+    }
+
+    /// Whether values that have left all bounds may be the reason.
+    #[must_use]
+    pub fn may_be_numeric(&self) -> bool {
+        matches!(
+            self,
+            Self::NotFinite { .. }
+                | Self::Status { .. }
+                | Self::Discarded { terminated: false, .. }
         )
     }
 }

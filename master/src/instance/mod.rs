@@ -401,6 +401,20 @@ impl Instance {
         }
     }
 
+    /// An error that says which value of an output an Enumeration does not have.
+    #[cold]
+    pub(crate) fn no_item(
+        &self,
+        variable: usize,
+        value: i32,
+        target: &str,
+        time: f64,
+    ) -> UnitError {
+        let variable = self.package.description().variables[variable].name.clone();
+        let (instance, target) = (self.name.clone(), target.to_owned());
+        UnitFault::NoItem { instance, variable, value, target, time }.into()
+    }
+
     /// Whether the unit may still be called.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! The coupled system as one linear differential equation, and its modes.
 
+use std::collections::HashMap;
+
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
@@ -32,13 +34,13 @@ pub fn coupled(units: &[Linear], links: &[Link]) -> Result<Mat<f64>, ModesError>
     };
     let n = total(&states, &|unit| unit.states);
     let m = total(&outputs, &|unit| unit.c.len());
-    // where each input comes from: column of y and factor
-    let source = |unit: usize, input: usize| {
-        links
-            .iter()
-            .find(|link| (link.unit, link.input) == (unit, input))
-            .map(|link| (outputs[link.source] + link.output, link.factor))
-    };
+    // where each input comes from: columns of y and factors
+    let mut sources: HashMap<(usize, usize), Vec<(usize, f64)>> = HashMap::new();
+    for link in links {
+        let column = outputs[link.source] + link.output;
+        sources.entry((link.unit, link.input)).or_default().push((column, link.factor));
+    }
+    let sources = |unit, input| sources.get(&(unit, input)).into_iter().flatten();
     let mut a = Mat::<f64>::zeros(n, n);
     let mut by_output = Mat::<f64>::zeros(n, m);
     let mut c = Mat::<f64>::zeros(m, n);
@@ -51,12 +53,12 @@ pub fn coupled(units: &[Linear], links: &[Link]) -> Result<Mat<f64>, ModesError>
             c[(outputs[k] + i, states[k] + j)] += value;
         }
         for (i, j, value) in unit.b.iter() {
-            if let Some((column, factor)) = source(k, j) {
+            for &(column, factor) in sources(k, j) {
                 by_output[(states[k] + i, column)] += factor * value;
             }
         }
         for (i, j, value) in unit.d.iter() {
-            if let Some((column, factor)) = source(k, j) {
+            for &(column, factor) in sources(k, j) {
                 loops[(outputs[k] + i, column)] -= factor * value;
             }
         }

@@ -156,7 +156,7 @@ impl Modes {
             units.push(report.between(&name, description, &inputs, &outputs)?);
             names.push(name);
         }
-        let degree = usize::from(setup.scenario().algorithm.extrapolation);
+        let degree = setup.scenario().algorithm.degree();
         let step = setup.scenario().experiment.step;
         Ok(of(&units, &names, links, degree, blueprint, step)?)
     }
@@ -175,9 +175,9 @@ fn of(
         .iter()
         .enumerate()
         .flat_map(|(unit, links)| {
-            links.reals.iter().enumerate().map(move |(input, link)| Link {
+            links.reals.iter().map(move |link| Link {
                 unit,
-                input,
+                input: link.input,
                 source: link.unit,
                 output: link.output,
                 factor: link.factor,

@@ -60,7 +60,7 @@ impl<'a> Stepped<'a> {
         self.units
             .iter()
             .zip(&self.links)
-            .map(|(linear, links)| LinearUnit::new(linear, links.reals.len(), &links.offered))
+            .map(|(linear, links)| LinearUnit::new(linear, links.real_inputs(), &links.offered))
             .collect()
     }
 
@@ -71,7 +71,7 @@ impl<'a> Stepped<'a> {
         let mut found = Vec::new();
         for (unit, links) in units.iter_mut().zip(&self.links) {
             let mut least = vec![4; links.offered.len()];
-            for input in 0..links.reals.len() {
+            for input in 0..links.real_inputs() {
                 for order in 0..4 {
                     unit.clear();
                     let taylor = std::array::from_fn(|k| f64::from(u8::from(k == order)));

@@ -3,7 +3,7 @@
 mod rate;
 mod retry;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use crate::component::{Layout, Received, Sent};
@@ -94,6 +94,21 @@ pub struct Traffic {
     pub string_outputs: Vec<usize>,
     /// Variables to read besides, for recording.
     pub watched: Vec<usize>,
+    /// What Integer outputs may be, for the Enumerations that take them.
+    pub items: Vec<ItemCheck>,
+}
+
+/// The values that an Enumeration takes from an Integer output.
+#[derive(Debug, Clone)]
+pub struct ItemCheck {
+    /// Which of the Integer outputs.
+    pub output: usize,
+    /// The same by its index in the description.
+    pub variable: usize,
+    /// Values of the items, from output to input, sorted.
+    pub items: Arc<[(i32, i32)]>,
+    /// `instance.variable` of the input.
+    pub target: String,
 }
 
 /// An instance with its traffic laid out flat.
@@ -314,6 +329,12 @@ impl Participant {
         self.traffic.real_outputs.iter().position(|(it, _)| *it == variable)
     }
 
+    /// Latest value of a Real output that feeds inputs.
+    #[must_use]
+    pub fn real_output(&self, variable: usize) -> Option<f64> {
+        self.output(variable).map(|k| self.received.reals[k])
+    }
+
     /// Finds out whether the unit can do what it says: saves and restores its state, and asks for a
     /// directional derivative. Call before the first step.
     ///
@@ -490,6 +511,12 @@ impl Unit for Participant {
         }
         let feeding = outputs.integers.len();
         outputs.integers.copy_from_slice(&self.received.integers[..feeding]);
+        for check in &self.traffic.items {
+            let value = outputs.integers[check.output];
+            if check.items.binary_search_by_key(&value, |item| item.0).is_err() {
+                return Err(self.instance.no_item(check.variable, value, &check.target, time));
+            }
+        }
         let feeding = outputs.booleans.len();
         outputs.booleans.copy_from_slice(&self.received.booleans[..feeding]);
         Ok(())

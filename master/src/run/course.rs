@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use super::checkpoint::Origin;
 use super::journal::Journal;
+use super::loops::FeedLoop;
 use super::output::{Files, Output};
 use super::pace::{Pacer, WallClock};
 use super::totals::{self, Earlier};
 use super::{Job, Observer, Setup, Simulation, SimulationState, remove_checkpoint, ride};
 use crate::error::Error;
-use crate::graph::SignalGraph;
 use crate::initialize::SolvedLoop;
 use crate::participant::Participant;
 use crate::record::{Gatherer, Kind};
@@ -48,11 +48,7 @@ impl<'a> Run<'a> {
     pub(super) fn note_findings(&mut self) -> Result<(), Error> {
         let system = &self.setup.system;
         let mut texts = system.notices(self.setup.scenario.experiment.step);
-        let stepping = SignalGraph::stepping(system);
-        for component in stepping.loops() {
-            let names = stepping.names(system, &component);
-            texts.push(format!("algebraic loop, cut by extrapolation: {names}"));
-        }
+        texts.extend(self.setup.layout.loops.iter().map(FeedLoop::notice));
         let start = self.setup.time_after(0);
         for text in texts {
             self.observer.notice(&text);
@@ -108,7 +104,9 @@ impl<'a> Run<'a> {
         let terminated = simulation.terminate();
         // the first error is the one that matters
         let status = status?;
-        terminated.map(|()| status)
+        terminated?;
+        simulation.check_loops()?;
+        Ok(status)
     }
 
     fn steps(&mut self, simulation: &mut Simulation<'_>, begin: Instant) -> Result<Status, Error> {

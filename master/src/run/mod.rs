@@ -8,6 +8,7 @@ mod as_run;
 mod checkpoint;
 mod course;
 mod journal;
+mod loops;
 mod output;
 mod pace;
 mod plan;
@@ -17,6 +18,7 @@ mod setup;
 mod simulation;
 mod stepper;
 mod totals;
+mod wiring;
 
 use std::fs;
 use std::io;

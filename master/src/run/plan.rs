@@ -6,18 +6,20 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use super::loops::FeedLoop;
 use super::selection::Selection;
-use crate::coupling::{Block, Blueprint, Exchange, Links, RealLink, Size};
+use super::wiring::Wiring;
+use crate::coupling::{Block, Blueprint, Exchange, Size};
 use crate::description::Type;
 use crate::error::Error;
 use crate::graph;
 use crate::instance::{Instance, UnitError};
 use crate::isolate::Isolation;
 use crate::library::Functions;
-use crate::participant::{Participant, Traffic};
+use crate::participant::Participant;
 use crate::pattern;
 use crate::scenario::{OnDiscard, Scenario, ScenarioError};
-use crate::system::{Link, Plan, Port, System, SystemError};
+use crate::system::{Plan, Port, System, SystemError};
 
 /// Makes all instances; each library is loaded once, and again in the process of each isolated
 /// instance.
@@ -73,6 +75,8 @@ pub(super) struct Layout {
     sizes: HashMap<Port, f64>,
     /// Pairs of effort and flow.
     pub(super) power: Vec<(Port, Port)>,
+    /// Loops of direct feed-through.
+    pub(super) loops: Vec<FeedLoop>,
 }
 
 impl Layout {
@@ -109,10 +113,11 @@ impl Layout {
             sizes.extend(ports.into_iter().map(|port| (port, size)));
         }
         let blueprint = Blueprint::grouped(&general, &groups, &order);
-        Ok(Self { blueprint, sizes, power: power_pairs(scenario, system)? })
+        let loops = FeedLoop::find(scenario, system, &blueprint);
+        Ok(Self { blueprint, sizes, power: power_pairs(scenario, system)?, loops })
     }
 
-    fn size(&self, system: &System, port: Port) -> Size {
+    pub(super) fn size(&self, system: &System, port: Port) -> Size {
         let nominal = system.variable(port).nominal.map_or(1.0, f64::abs);
         Size { nominal, fixed: self.sizes.get(&port).copied() }
     }
@@ -151,22 +156,12 @@ pub(super) fn plan(
     instances: Vec<Instance>,
     layout: &Layout,
 ) -> Result<(Vec<Participant>, Exchange), UnitError> {
-    let degree = usize::from(scenario.algorithm.extrapolation);
-    let n = instances.len();
-    let mut traffic = vec![Traffic::default(); n];
-    let mut links = vec![Links::default(); n];
+    let Wiring { mut traffic, mut links, .. } = Wiring::new(scenario, system, layout);
     for port in &selection.ports {
         traffic[port.instance].watched.push(port.variable);
     }
-    for link in &system.links {
-        connect(scenario, system, layout, degree, link, &mut traffic, &mut links);
-    }
-    for (k, links) in links.iter_mut().enumerate() {
-        let size =
-            |&(variable, _): &(usize, usize)| layout.size(system, Port { instance: k, variable });
-        links.sizes = traffic[k].real_outputs.iter().map(size).collect();
-    }
-    let mut participants = Vec::with_capacity(n);
+    let degree = scenario.algorithm.degree();
+    let mut participants = Vec::with_capacity(instances.len());
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
         let mut participant = Participant::new(instance, traffic);
         participant.set_steps(system.instances[k].steps);
@@ -177,83 +172,4 @@ pub(super) fn plan(
         participants.push(participant);
     }
     Ok((participants, Exchange::new(links, degree)))
-}
-
-/// Enters one connection into the traffic of both ends.
-fn connect(
-    scenario: &Scenario,
-    system: &System,
-    layout: &Layout,
-    degree: usize,
-    link: &Link,
-    traffic: &mut [Traffic],
-    links: &mut [Links],
-) {
-    let (from, to) = (link.from, link.to);
-    /// position of a variable in a list, appended if new
-    fn place(list: &mut Vec<usize>, variable: usize) -> usize {
-        list.iter().position(|&it| it == variable).unwrap_or_else(|| {
-            list.push(variable);
-            list.len() - 1
-        })
-    }
-    let target = &system.instances[to.instance].description().co_simulation;
-    match system.variable(from).kind {
-        Type::Real => {
-            let source = &system.instances[from.instance].description().co_simulation;
-            let interpolates = layout.blueprint.interpolates(from.instance, to.instance);
-            let degree = link.extrapolation.map_or(degree, usize::from);
-            let useful = if interpolates { degree.max(1) } else { degree };
-            let wanted = if scenario.algorithm.derivatives {
-                useful.min(source.max_output_derivative_order as usize)
-            } else {
-                0
-            };
-            let outputs = &mut traffic[from.instance].real_outputs;
-            let output = match outputs.iter().position(|(it, _)| *it == from.variable) {
-                Some(k) => {
-                    outputs[k].1 = outputs[k].1.max(wanted);
-                    k
-                }
-                None => {
-                    outputs.push((from.variable, wanted));
-                    outputs.len() - 1
-                }
-            };
-            // interpolation may be cubic (Hermite) whatever the extrapolation's degree
-            let limit = match (target.can_interpolate_inputs, interpolates) {
-                (false, _) => 0,
-                (true, true) => 3,
-                (true, false) => degree,
-            };
-            traffic[to.instance].real_inputs.push((to.variable, limit));
-            links[to.instance].reals.push(RealLink {
-                unit: from.instance,
-                output,
-                factor: link.conversion.factor,
-                offset: link.conversion.offset,
-                // a unit with steps of its own gets the whole polynomial in parts
-                limit: if system.instances[to.instance].steps > 1 { 3 } else { limit },
-                degree: link.extrapolation.map(usize::from),
-            });
-        }
-        Type::Integer | Type::Enumeration => {
-            let output = place(&mut traffic[from.instance].integer_outputs, from.variable);
-            traffic[to.instance].integer_inputs.push(to.variable);
-            links[to.instance].integers.push((from.instance, output));
-            links[from.instance].integer_outputs = traffic[from.instance].integer_outputs.len();
-        }
-        Type::Boolean => {
-            let output = place(&mut traffic[from.instance].boolean_outputs, from.variable);
-            traffic[to.instance].boolean_inputs.push(to.variable);
-            links[to.instance].booleans.push((from.instance, output));
-            links[from.instance].boolean_outputs = traffic[from.instance].boolean_outputs.len();
-        }
-        Type::String => {
-            let output = place(&mut traffic[from.instance].string_outputs, from.variable);
-            traffic[to.instance].string_inputs.push(to.variable);
-            links[to.instance].strings.push((from.instance, output));
-            links[from.instance].string_outputs = traffic[from.instance].string_outputs.len();
-        }
-    }
 }

@@ -14,6 +14,7 @@ use crate::participant::{Participant, Slot};
 use crate::run::CheckpointError;
 use crate::scenario::Setting;
 use crate::summary::CouplingSummary;
+use crate::system::Port;
 
 /// A running co-simulation: [`Setup::start`] makes it, [`step`](Self::step) advances it.
 pub struct Simulation<'a> {
@@ -73,9 +74,37 @@ impl<'a> Simulation<'a> {
         let size = self.setup.scenario.experiment.step;
         self.stepper
             .step(&mut self.participants, time, size)
-            .map_err(|source| Error::Step { time, source })?;
+            .map_err(|source| self.failed(time, source))?;
         self.done += 1;
         Ok(())
+    }
+
+    #[cold]
+    fn failed(&self, time: f64, source: UnitError) -> Error {
+        match self.blown_up().filter(|_| source.fault().may_be_numeric()) {
+            Some(loops) => Error::Diverged { time, loops, source: Some(source) },
+            None => Error::Step { time, source },
+        }
+    }
+
+    /// Whether the loops of direct feed-through that the algorithm cuts have stayed within bounds.
+    ///
+    /// # Errors
+    /// They have not: what they computed is of no use.
+    pub fn check_loops(&self) -> Result<(), Error> {
+        match self.blown_up() {
+            Some(loops) => Err(Error::Diverged { time: self.time(), loops, source: None }),
+            None => Ok(()),
+        }
+    }
+
+    /// The loops that have not, by the names of their outputs.
+    fn blown_up(&self) -> Option<String> {
+        let Setup { system, layout, .. } = self.setup;
+        let value = |port: Port| self.participants[port.instance].real_output(port.variable);
+        let blown = layout.loops.iter().filter(|it| it.has_blown_up(system, value));
+        let names: Vec<&str> = blown.map(|it| it.names.as_str()).collect();
+        (!names.is_empty()).then(|| names.join("; "))
     }
 
     /// Number of finished steps.

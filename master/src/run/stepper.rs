@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::loops::FeedLoop;
 use super::plan::Layout;
 use crate::coupling::{
     Blueprint, Control, Coupling, Crew, Exchange, ExchangeState, PowerMeter, SignalId, Unit as _,
@@ -72,15 +73,18 @@ impl Stepper {
             .collect();
         let power = PowerMeter::new(&pairs, &extrapolated);
         let variable = settings.variable.filter(|_| !limits.contains(Limit::VariableStep));
-        let degree = usize::from(settings.extrapolation);
+        let degree = settings.degree();
         let control = variable.map(|variable| {
             let doubling = variable.estimate == Estimate::Doubling;
-            let watched =
+            let mut watched =
                 if doubling { exchange.signals_between(|_, _| true) } else { extrapolated };
+            // what is held changes by nothing that a smaller step could make more exact
+            watched.retain(|&signal| !exchange.signal(signal).is_held());
             Control::new(variable, degree, watched)
         });
         let coupling = Coupling::new(&layout.blueprint, &exchange, &crew);
-        let limits = limits.sentences(system);
+        let mut limits = limits.sentences(system);
+        limits.extend(layout.loops.iter().filter_map(FeedLoop::limit));
         Ok(Self { coupling, exchange, control, power, crew, limits })
     }
 

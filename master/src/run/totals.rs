@@ -132,7 +132,7 @@ pub(super) fn algorithm_summary(
     let jacobi = blueprint.blocks.iter().all(|block| block.name == AlgorithmName::Jacobi);
     AlgorithmSummary {
         name: scenario.algorithm.name.as_str().to_owned(),
-        extrapolation: scenario.algorithm.extrapolation,
+        extrapolation: scenario.algorithm.degree(),
         derivatives: scenario.algorithm.derivatives,
         order: blueprint
             .order()

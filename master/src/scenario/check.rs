@@ -46,6 +46,16 @@ impl Scenario {
                 let what = format!("connections[{k}].extrapolation");
                 return Err(range(&what, degree.to_string(), "0 to 3"));
             }
+            if connection.from.terms().next().is_none() {
+                let what = format!("connections[{k}].from");
+                return Err(range(&what, "empty".to_owned(), "one source or more"));
+            }
+            let factors = connection.from.terms().map(|term| term.1);
+            let numbers = factors.chain(connection.factor).chain(connection.offset);
+            if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
+                let what = format!("connections[{k}]: factor or offset");
+                return Err(range(&what, number.to_string(), "finite numbers"));
+            }
         }
         let tolerance = self.initialization.tolerance;
         if !(tolerance > 0.0 && tolerance < 1.0) {

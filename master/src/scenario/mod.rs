@@ -29,7 +29,7 @@ pub use crate::coupling::settings::{
 };
 pub use crate::ride::{RidePoint, VerticalWeighting};
 pub use conditions::{Checkpoints, Initialization, Isolation};
-pub use connection::{Connection, Targets};
+pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
 pub use error::ScenarioError;
 pub use experiment::Experiment;
 pub use instance::{Instance, Setting};

@@ -108,6 +108,33 @@ pub enum SystemError {
         /// The source of the first connection.
         first: String,
     },
+    /// A factor, an offset or a sum of what is no Real.
+    #[error("{place}: factor, offset and sums need a Real input; {to} is of type {kind}")]
+    NotLinear {
+        /// JSON path.
+        place: String,
+        /// `instance.variable`
+        to: String,
+        /// Its type.
+        kind: Type,
+    },
+    /// Two Enumerations that have nothing in common.
+    #[error(
+        "{place}: {from} and {to} have no item in common: {} and {}",
+        from_items.join(", "), to_items.join(", ")
+    )]
+    NoCommonItem {
+        /// JSON path.
+        place: String,
+        /// `instance.variable`
+        from: String,
+        /// Its items.
+        from_items: Vec<String>,
+        /// `instance.variable`
+        to: String,
+        /// Its items.
+        to_items: Vec<String>,
+    },
     /// An input with no source and no start value.
     #[error("{input} is not connected and has no start value")]
     Unconnected {

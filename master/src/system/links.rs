@@ -1,41 +1,56 @@
-//! Connections: from an output to an input of the same type, units of measurement converted.
+//! Connections: from outputs to an input, by type ([`Transfer`](super::Transfer)), units of measurement
+//! converted.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::{Link, Port, Result, System, SystemError};
-use crate::description::{Causality, Conversion};
+use crate::description::{Causality, Conversion, Type};
 use crate::pattern;
-use crate::scenario::Scenario;
+use crate::scenario::{Connection, Scenario};
 
 impl System {
     pub(super) fn connect(&mut self, scenario: &Scenario) -> Result<()> {
-        let mut fed: HashMap<Port, Port> = HashMap::new();
+        // of every input that is fed: one of its outputs, and which connection and target feed it
+        let mut fed: HashMap<Port, (Port, (usize, usize))> = HashMap::new();
         for (k, connection) in scenario.connections.iter().enumerate() {
             let place = format!("connections[{k}]");
-            for target in connection.to.as_slice() {
-                let pairs = pattern::zip(&connection.from, target)
-                    .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
-                for (from, to) in pairs {
-                    let from = self.port(&place, &from)?;
-                    let to = self.port(&place, &to)?;
-                    let link = Link {
-                        extrapolation: connection.extrapolation,
-                        ..self.link(&place, from, to, connection.ignore_units)?
-                    };
-                    if let Some(&first) = fed.get(&to) {
-                        let (to, first) = (self.port_name(to), self.port_name(first));
-                        return Err(SystemError::DrivenTwice { place, to, first });
+            for (n, target) in connection.to.as_slice().iter().enumerate() {
+                for (m, (source, factor)) in connection.from.terms().enumerate() {
+                    let pairs = pattern::zip(source, target)
+                        .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
+                    for (from, to) in pairs {
+                        let from = self.port(&place, &from)?;
+                        let to = self.port(&place, &to)?;
+                        let link = self.link(&place, from, to, connection, (m, factor))?;
+                        match fed.get(&to) {
+                            // terms of one sum
+                            Some((_, of)) if *of == (k, n) && m > 0 => {}
+                            Some(&(first, _)) => {
+                                let (to, first) = (self.port_name(to), self.port_name(first));
+                                return Err(SystemError::DrivenTwice { place, to, first });
+                            }
+                            None => {
+                                fed.insert(to, (from, (k, n)));
+                            }
+                        }
+                        self.links.push(link);
                     }
-                    fed.insert(to, from);
-                    self.links.push(link);
                 }
             }
         }
         Ok(())
     }
 
-    fn link(&self, place: &str, from: Port, to: Port, ignore_units: bool) -> Result<Link> {
+    /// One term of a connection, by its position and factor.
+    fn link(
+        &mut self,
+        place: &str,
+        from: Port,
+        to: Port,
+        connection: &Connection,
+        (term, factor): (usize, f64),
+    ) -> Result<Link> {
         let (source, target) = (self.variable(from), self.variable(to));
         let wrong = |port, causality, wanted| SystemError::Causality {
             place: place.to_owned(),
@@ -49,18 +64,22 @@ impl System {
         if target.causality != Causality::Input {
             return Err(wrong(to, target.causality, "an input"));
         }
-        if source.kind != target.kind {
-            return Err(SystemError::Type {
-                place: place.to_owned(),
-                from: self.port_name(from),
-                from_type: source.kind,
-                to: self.port_name(to),
-                to_type: target.kind,
-            });
+        let both_real = source.kind == Type::Real && target.kind == Type::Real;
+        if connection.from.terms().nth(1).is_some() && target.kind != Type::Real {
+            let (place, to, kind) = (place.to_owned(), self.port_name(to), target.kind);
+            return Err(SystemError::NotLinear { place, to, kind });
         }
-        let conversion =
-            if ignore_units { Conversion::IDENTITY } else { self.conversion(place, from, to)? };
-        Ok(Link { from, to, conversion, extrapolation: None })
+        let converted = if both_real && !connection.ignore_units {
+            self.conversion(place, from, to)?
+        } else {
+            Conversion::IDENTITY
+        };
+        let all = factor * connection.factor.unwrap_or(1.0);
+        let added = connection.offset.filter(|_| term == 0).unwrap_or(0.0);
+        let linear =
+            Conversion { factor: all * converted.factor, offset: all * converted.offset + added };
+        let transfer = self.transfer(place, from, to, linear)?;
+        Ok(Link { from, to, transfer, extrapolation: connection.extrapolation })
     }
 
     /// The map from the output's unit of measurement to the input's.

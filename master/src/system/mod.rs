@@ -8,6 +8,7 @@ mod links;
 mod names;
 mod settings;
 mod strict;
+mod transfer;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,8 +16,9 @@ use std::sync::Arc;
 use indexmap::IndexMap;
 
 pub use error::SystemError;
+pub use transfer::Transfer;
 
-use crate::description::{Conversion, Description, Value, Variable};
+use crate::description::{Description, Value, Variability, Variable};
 use crate::package::Package;
 use crate::scenario::Scenario;
 
@@ -29,15 +31,15 @@ pub struct Port {
     pub variable: usize,
 }
 
-/// A checked connection.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A checked connection. An input of several takes their sum.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// The output.
     pub from: Port,
     /// The input.
     pub to: Port,
-    /// From the output's unit of measurement to the input's.
-    pub conversion: Conversion,
+    /// What happens to the value on its way.
+    pub transfer: Transfer,
     /// Degree of the extrapolation, if not that of all.
     pub extrapolation: Option<u8>,
 }
@@ -75,6 +77,8 @@ pub struct System {
     /// In the order of the scenario.
     pub links: Vec<Link>,
     by_name: HashMap<String, usize>,
+    /// What was noticed about connections.
+    notes: Vec<String>,
 }
 
 /// A setting from outside of the scenario: `instance.variable=value`, patterns allowed.
@@ -109,7 +113,12 @@ impl System {
             }
             packages.insert(name.as_str(), Arc::new(package));
         }
-        let mut system = Self { instances: Vec::new(), links: Vec::new(), by_name: HashMap::new() };
+        let mut system = Self {
+            instances: Vec::new(),
+            links: Vec::new(),
+            by_name: HashMap::new(),
+            notes: Vec::new(),
+        };
         for (pattern, instance) in &scenario.instances {
             system.add(pattern, instance, &packages)?;
         }
@@ -131,6 +140,13 @@ impl System {
     #[must_use]
     pub fn port_name(&self, port: Port) -> String {
         format!("{}.{}", self.instances[port.instance].name, self.variable(port).name)
+    }
+
+    /// Whether the target of a connection changes at communication points only.
+    #[must_use]
+    pub fn is_held(&self, link: &Link) -> bool {
+        self.variable(link.from).variability != Variability::Continuous
+            || self.variable(link.to).variability != Variability::Continuous
     }
 
     /// The variable of a port.

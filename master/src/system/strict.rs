@@ -49,7 +49,7 @@ impl System {
     #[must_use]
     pub fn notices(&self, step: f64) -> Vec<String> {
         let mut told = Vec::new();
-        let mut notices = Vec::new();
+        let mut notices = self.notes.clone();
         for plan in &self.instances {
             let path = plan.package.path();
             if told.contains(&path) {

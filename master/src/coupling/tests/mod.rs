@@ -114,9 +114,20 @@ fn pushed(offered: usize) -> [Mass; 2] {
     masses
 }
 
+/// The first output of the first unit feeds the first input.
+const LINK: RealLink = RealLink {
+    input: 0,
+    unit: 0,
+    output: 0,
+    factor: 1.0,
+    offset: 0.0,
+    limit: 3,
+    degree: None,
+    held: false,
+};
+
 fn links(offered: usize) -> Vec<Links> {
-    let link =
-        |unit| RealLink { unit, output: 0, factor: 1.0, offset: 0.0, limit: 3, degree: None };
+    let link = |unit| RealLink { unit, ..LINK };
     let unit = |from| Links { reals: vec![link(from)], offered: vec![offered], ..Links::default() };
     vec![unit(1), unit(0)]
 }
@@ -262,7 +273,7 @@ fn analytic_units_are_converted_with_factor_and_offset() {
             Ok(())
         }
     }
-    let link = RealLink { factor: 2.0, offset: 10.0, unit: 0, output: 0, limit: 3, degree: None };
+    let link = RealLink { factor: 2.0, offset: 10.0, ..LINK };
     let links = vec![
         Links { offered: vec![1], ..Links::default() },
         Links { reals: vec![link], ..Links::default() },
@@ -316,7 +327,7 @@ fn order_follows_the_degree_of_the_connection() {
     links[0].reals[0].degree = Some(0);
     let mut exchange = Exchange::new(links, 2);
     exchange.start(0.0, &mut pushed(0)).unwrap();
-    let ids: Vec<SignalId> = exchange.sources(0).chain(exchange.sources(1)).map(|s| s.0).collect();
+    let ids: Vec<SignalId> = exchange.sources(0).chain(exchange.sources(1)).map(|s| s.1).collect();
     for n in 1..=4 {
         for k in 0..2 {
             exchange.outputs[k].reals[0][0] = f64::from(n);
@@ -334,14 +345,7 @@ fn invariant_threads_do_not_change_a_bit() {
     let run = |threads| {
         let n = 9;
         // a ring of masses, each tied to the one before
-        let link = |k: usize| RealLink {
-            unit: (k + n - 1) % n,
-            output: 0,
-            factor: 1.0,
-            offset: 0.0,
-            limit: 3,
-            degree: None,
-        };
+        let link = |k: usize| RealLink { unit: (k + n - 1) % n, ..LINK };
         let links =
             (0..n).map(|k| Links { reals: vec![link(k)], offered: vec![1], ..Links::default() });
         let mut units: Vec<Mass> = (0..n).map(|k| thrown(1)[k % 2].clone()).collect();
