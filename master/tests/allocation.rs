@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use master::coupling::settings::{AlgorithmName, IterationSettings};
 use master::coupling::{
-    Blueprint, Capabilities, Coupling, Exchange, Inputs, Links, Outputs, RealLink, Unit,
+    Blueprint, Capabilities, Coupling, Exchange, Inputs, IntegerLink, Links, Outputs, RealLink,
+    Unit, Whole,
 };
 
 static COUNT: AtomicU64 = AtomicU64::new(0);
@@ -68,14 +69,22 @@ impl Unit for Echo {
 
 fn stepped(name: AlgorithmName) -> u64 {
     let n = 5;
-    let link =
-        |unit| RealLink { unit, output: 0, factor: 0.5, offset: 1.0, limit: 3, degree: None };
+    let link = |unit| RealLink {
+        input: 0,
+        unit,
+        output: 0,
+        factor: 0.5,
+        offset: 1.0,
+        limit: 3,
+        degree: None,
+        held: false,
+    };
     let links = (0..n)
         .map(|k| {
             let unit = (k + 1) % n;
             Links {
                 reals: vec![link(unit)],
-                integers: vec![(unit, 0)],
+                integers: vec![IntegerLink { from: (unit, 0, Whole::Integer), items: None }],
                 offered: vec![1],
                 integer_outputs: 1,
                 ..Links::default()
