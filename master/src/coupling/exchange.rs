@@ -4,42 +4,17 @@
 //! communication points only are. A unit with held inputs, or one that such a unit feeds, *feels* their
 //! changes: its outputs jump or kink at the beginning of the step ([`Effect`]).
 
-use std::collections::HashMap;
 use std::ffi::CString;
 
 use serde::{Deserialize, Serialize};
 
 use super::Unit;
+use super::layout::{Form, Source, feels, lay_out, most_inputs, sources};
 use super::links::{Input, Inputs, Links, Outputs, RealLink, Size, WholeOutput};
 use super::signal::{Effect, Signal};
 
 /// A signal's number: one per Real output and way to represent it over a step.
 pub type SignalId = usize;
-
-struct Source {
-    signal: SignalId,
-    input: usize,
-    /// whether it is the first of its input: others are added
-    first: bool,
-    limit: usize,
-    factor: f64,
-    offset: f64,
-}
-
-/// Which output a signal is, and how it is represented.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Form {
-    output: usize,
-    degree: usize,
-    held: bool,
-}
-
-impl Form {
-    fn of(link: &RealLink, degree: usize) -> Self {
-        let degree = if link.held { 0 } else { link.degree.unwrap_or(degree) };
-        Self { output: link.output, degree, held: link.held }
-    }
-}
 
 /// Whose output a signal is.
 #[derive(Debug, Clone, Copy)]
@@ -77,66 +52,6 @@ pub struct Exchange {
     /// per unit, whether it feels jumps
     feels: Vec<bool>,
     felt: Vec<(Input, Effect)>,
-}
-
-/// The signals of each unit: its outputs with the general degree, then in the other forms asked for,
-/// and the place of each among them.
-type Forms = (Vec<Vec<Form>>, HashMap<(usize, Form), usize>);
-
-fn lay_out(links: &[Links], degree: usize) -> Forms {
-    let general = |unit: &Links| {
-        (0..unit.offered.len()).map(|output| Form { output, degree, held: false }).collect()
-    };
-    let mut forms: Vec<Vec<Form>> = links.iter().map(general).collect();
-    let mut places: HashMap<(usize, Form), usize> = HashMap::new();
-    for (unit, forms) in forms.iter().enumerate() {
-        places.extend(forms.iter().enumerate().map(|(place, &form)| ((unit, form), place)));
-    }
-    for link in links.iter().flat_map(|unit| &unit.reals) {
-        let form = Form::of(link, degree);
-        places.entry((link.unit, form)).or_insert_with(|| {
-            forms[link.unit].push(form);
-            forms[link.unit].len() - 1
-        });
-    }
-    (forms, places)
-}
-
-/// The units that feel jumps: those with held inputs, and all that they feed in turn.
-fn feels(links: &[Links]) -> Vec<bool> {
-    let mut targets: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
-    for (target, unit) in links.iter().enumerate() {
-        for link in &unit.reals {
-            targets[link.unit].push(target);
-        }
-    }
-    let mut feels = vec![false; links.len()];
-    let mut new: Vec<usize> = (0..links.len()).filter(|&k| links[k].holds()).collect();
-    while let Some(k) = new.pop() {
-        if !std::mem::replace(&mut feels[k], true) {
-            new.extend(&targets[k]);
-        }
-    }
-    feels
-}
-
-/// Most inputs of a unit, each source of a sum counted.
-fn most_inputs(links: &[Links]) -> usize {
-    links.iter().map(|unit| unit.units().count()).max().unwrap_or(0)
-}
-
-/// The Real sources of a unit's inputs.
-fn sources(links: &Links, signal_of: impl Fn(&RealLink) -> SignalId) -> Vec<Source> {
-    let mut fed = vec![false; links.real_inputs()];
-    let source = |link: &RealLink| Source {
-        signal: signal_of(link),
-        input: link.input,
-        first: !std::mem::replace(&mut fed[link.input], true),
-        limit: link.limit,
-        factor: link.factor,
-        offset: link.offset,
-    };
-    links.reals.iter().map(source).collect()
 }
 
 impl Exchange {
@@ -377,14 +292,15 @@ impl Exchange {
             felt.push((Input::String(k), effect(changed)));
         }
         felt.retain(|(_, effect)| *effect != Effect::None);
-        for s in self.first[k]..self.first[k + 1] {
-            let output = self.origins[s].output;
+        let mine = self.first[k]..self.first[k + 1];
+        for (signal, origin) in signals[mine.clone()].iter_mut().zip(&self.origins[mine]) {
+            let output = origin.output;
             let reaction = |&(input, effect): &(Input, Effect)| match effect {
                 effect if links.is_direct(output, input) => effect,
                 Effect::Jump => Effect::Kink,
                 _ => Effect::None,
             };
-            signals[s].react(felt.iter().map(reaction).max().unwrap_or_default());
+            signal.react(felt.iter().map(reaction).max().unwrap_or_default());
         }
     }
 

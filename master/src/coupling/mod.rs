@@ -17,6 +17,7 @@ mod gauss_seidel;
 mod interface;
 mod iterated;
 mod jacobi;
+mod layout;
 mod links;
 mod newton;
 mod power;

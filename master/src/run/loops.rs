@@ -88,7 +88,7 @@ impl FeedLoop {
     ) -> bool {
         let blown = |port: &Port| {
             let nominal = system.variable(*port).nominal.map_or(1.0, f64::abs);
-            value(*port).is_some_and(|value| !(value.abs() < BLOWN_UP * nominal))
+            value(*port).is_some_and(|value| value.is_nan() || value.abs() > BLOWN_UP * nominal)
         };
         self.solver.is_none() && self.outputs.iter().any(blown)
     }
