@@ -50,6 +50,7 @@ pub mod reference;
 pub mod ride;
 pub mod run;
 pub mod scenario;
+mod span;
 pub mod summary;
 pub mod system;
 pub mod validate;

@@ -15,6 +15,7 @@ use crate::description::{
 use crate::error::Error;
 use crate::library::Functions;
 use crate::package::Package;
+use crate::span::between;
 
 /// Steps of an ordinary run in a check.
 pub(super) const STEPS: usize = 8;
@@ -104,6 +105,13 @@ impl Bench {
         #[expect(clippy::cast_precision_loss, reason = "small counts")]
         let n = n as f64;
         self.start() + n * self.step()
+    }
+
+    /// Size of the step from communication point number n (s): the step itself, unless that would end
+    /// beyond the next point by a rounding, which may be the stop time.
+    pub(super) fn size(&self, n: usize) -> f64 {
+        let (time, end, step) = (self.time(n), self.time(n + 1), self.step());
+        if time + step <= end { step } else { between(time, end) }
     }
 
     /// As a sound importer makes instances.

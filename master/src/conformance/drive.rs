@@ -122,7 +122,7 @@ impl Raw<'_> {
         let inputs = bench.inputs();
         for step in from..to {
             self.move_inputs(&inputs, step)?;
-            ok(self.do_step(bench.time(step), bench.step()), "fmi2DoStep")?;
+            ok(self.do_step(bench.time(step), bench.size(step)), "fmi2DoStep")?;
         }
         Ok(())
     }

@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use super::settings::{Estimate, Variable};
 use super::{CONTROL, Coupling, Exchange, ExchangeState, SignalId, Unit};
+use crate::span::{between, parts};
 
 /// Ticks in a span.
 const TICKS: u32 = 1 << 20;
@@ -116,6 +117,11 @@ impl Control {
         after: &mut dyn FnMut(&Exchange, f64, f64),
     ) -> Result<(), U::Error> {
         let able = units.iter().all(|unit| unit.capabilities().restore);
+        let (mut time, end) = (begin, begin + span);
+        let at = |ticks: u32| match ticks {
+            TICKS => end,
+            _ => end.min(begin + span * (f64::from(ticks) / f64::from(TICKS))),
+        };
         let ticks_of = |size: f64| (size / span * f64::from(TICKS)).max(1.0);
         let least = ticks_of(self.settings.min_step.unwrap_or(0.0));
         let mut done = 0;
@@ -123,18 +129,19 @@ impl Control {
         while done < TICKS {
             let left = TICKS - done;
             let ticks = piece(left, self.next.max(least));
-            let part = |ticks: u32| span * (f64::from(ticks) / f64::from(TICKS));
-            let it = Piece { time: begin + part(done), size: part(ticks) };
+            let it = Piece { time, size: between(time, at(done + ticks)) };
             let error = self.attempt(coupling, exchange, units, it, able)?;
             let good = error <= 1.0;
             let factor = self.factor(error, again || !good);
             self.next = (f64::from(ticks) * factor).max(least);
             if good || !able || f64::from(ticks) <= least {
                 done += ticks;
+                // which is where the units are, be it a rounding before the tick
+                time = it.time + it.size;
                 again = false;
                 self.last_error = error.max(1e-4);
                 self.accept(it.size, good);
-                after(exchange, it.time + it.size, it.size);
+                after(exchange, time, it.size);
                 continue;
             }
             for unit in units.iter_mut() {
@@ -183,10 +190,10 @@ impl Control {
                 unit.restore(CONTROL)?;
             }
             let _ = exchange.restore(&self.before);
-            coupling.step(exchange, units, time, size / 2.0)?;
-            settled &= coupling.settled();
-            coupling.step(exchange, units, time + size / 2.0, size / 2.0)?;
-            settled &= coupling.settled();
+            for (time, size) in parts(time, size, 2) {
+                coupling.step(exchange, units, time, size)?;
+                settled &= coupling.settled();
+            }
             let gain = f64::from((1_u32 << (self.degree + 1)) - 1);
             for (long, &signal) in self.long.iter().zip(&self.signals) {
                 let difference = (exchange.signal(signal).now()[0] - long).abs() / gain;

@@ -1,5 +1,6 @@
 //! An instance as coupling algorithms see it: fixed lists of what is sent and read in each step.
 
+mod equal;
 mod rate;
 mod retry;
 
@@ -11,6 +12,7 @@ use crate::coupling::signal::Taylor;
 use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use crate::description::Type;
 use crate::instance::{Instance, StateId, UnitError};
+use equal::Equal;
 use rate::Rate;
 use retry::Retry;
 pub use retry::{MAX_PARTS, Rejection};
@@ -130,6 +132,7 @@ pub struct Participant {
     integers: Vec<usize>,
     booleans: Vec<usize>,
     rate: Option<Rate>,
+    equal: Option<Equal>,
     retry: Option<Retry>,
     rejections: Vec<Rejection>,
 }
@@ -219,6 +222,7 @@ impl Participant {
             traffic,
             timing: Timing::default(),
             rate: None,
+            equal: None,
             retry: None,
             rejections: Vec::new(),
         };
@@ -465,7 +469,7 @@ impl Unit for Participant {
         match self.rate {
             // its own steps need inputs in between
             Some(_) => Ok(()),
-            None => self.instance.begin_step(time, size),
+            None => self.instance.begin_step(time, self.own_size(time, size)),
         }
     }
 
@@ -526,6 +530,7 @@ impl Unit for Participant {
 impl Participant {
     #[inline]
     fn one_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        let size = self.own_size(time, size);
         match self.instance.do_step(time, size) {
             Err(error) => self.step_in_parts(time, size, error),
             Ok(()) => Ok(()),

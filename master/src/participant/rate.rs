@@ -18,6 +18,7 @@
 use super::Participant;
 use crate::coupling::signal::Taylor;
 use crate::instance::UnitError;
+use crate::span::parts;
 
 /// What steps of one's own need.
 #[derive(Debug)]
@@ -79,9 +80,8 @@ impl Participant {
     }
 
     fn all_steps(&mut self, rate: &Rate, time: f64, size: f64) -> Result<(), UnitError> {
-        let part = size / f64::from(rate.steps);
-        for n in 0..rate.steps {
-            let tau = f64::from(n) * part;
+        for (begin, part) in parts(time, size, rate.steps) {
+            let tau = begin - time;
             self.fill(|k, degree| reduced(&shifted(&rate.inputs[k], tau), degree, part));
             if let Some(retry) = &mut self.retry {
                 for (kept, p) in retry.inputs.iter_mut().zip(&rate.inputs) {
@@ -89,7 +89,7 @@ impl Participant {
                 }
             }
             self.send_values()?;
-            self.one_step(time + tau, part)?;
+            self.one_step(begin, part)?;
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use super::rate::shifted;
 use crate::coupling::signal::Taylor;
 use crate::instance::{StateId, UnitError, UnitFault};
 use crate::logger;
+use crate::span::parts;
 
 /// Into how many parts a discarded step is divided at most.
 pub const MAX_PARTS: u32 = 1024;
@@ -100,12 +101,11 @@ impl Participant {
 
     fn make_parts(&mut self, retry: &Retry, step: Rejection) -> Result<(), UnitError> {
         self.instance.restore_state(retry.state)?;
-        let part = step.size / f64::from(step.parts);
-        for k in 0..step.parts {
-            let tau = f64::from(k) * part;
+        for (begin, part) in parts(step.time, step.size, step.parts) {
+            let tau = begin - step.time;
             self.fill(|k, _| shifted(&retry.inputs[k], tau));
             self.send_values()?;
-            self.instance.do_step(step.time + tau, part)?;
+            self.instance.do_step(begin, part)?;
         }
         Ok(())
     }

@@ -45,12 +45,13 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Time of the communication point with that number (s): counted, not added up.
+    /// Time of the communication point with that number (s): counted, not added up, and never beyond
+    /// the stop time.
     #[must_use]
     pub fn time(&self, point: u64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "below 2^32")]
         let count = point as f64;
-        self.start + count * self.step
+        (self.start + count * self.step).min(self.stop)
     }
 }
 

@@ -18,6 +18,7 @@ use crate::description::Type;
 use crate::instance::{Instance, UnitError};
 use crate::library::{Functions, LibraryError};
 use crate::package::Package;
+use crate::span::between;
 
 /// Why reference results cannot be used or computed.
 #[derive(Debug, Error)]
@@ -91,7 +92,7 @@ pub fn simulate(package: &Arc<Package>, experiment: &Experiment) -> Result<Table
             let time = experiment.time(k);
             experiment.inputs.at(time, &mut values);
             unit.set_real(&inputs, &values)?;
-            unit.do_step(time, experiment.time(k + 1) - time)?;
+            unit.do_step(time, between(time, experiment.time(k + 1)))?;
         }
         done = step;
         unit.get_real(&outputs, &mut row)?;

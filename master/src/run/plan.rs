@@ -156,6 +156,7 @@ pub(super) fn plan(
     instances: Vec<Instance>,
     layout: &Layout,
 ) -> Result<(Vec<Participant>, Exchange), UnitError> {
+    let experiment = scenario.experiment;
     let Wiring { mut traffic, mut links, .. } = Wiring::new(scenario, system, layout);
     for port in &selection.ports {
         traffic[port.instance].watched.push(port.variable);
@@ -164,7 +165,9 @@ pub(super) fn plan(
     let mut participants = Vec::with_capacity(instances.len());
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
         let mut participant = Participant::new(instance, traffic);
-        participant.set_steps(system.instances[k].steps);
+        let steps = system.instances[k].steps;
+        participant.set_steps(steps);
+        participant.keep_steps_equal(experiment.step / f64::from(steps), experiment.stop);
         if scenario.algorithm.on_discard == OnDiscard::Retry {
             participant.retry_discarded_steps()?;
         }

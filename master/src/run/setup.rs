@@ -59,9 +59,6 @@ impl Setup {
     /// The time after so many steps (s), counted from the start.
     #[must_use]
     pub fn time_after(&self, steps: u64) -> f64 {
-        let experiment = self.scenario.experiment;
-        #[expect(clippy::cast_precision_loss, reason = "steps() allows at most 2^53")]
-        let elapsed = steps as f64 * experiment.step;
-        experiment.start + elapsed
+        self.scenario.experiment.time(steps)
     }
 }

@@ -71,7 +71,7 @@ impl<'a> Simulation<'a> {
     #[inline]
     pub fn step(&mut self) -> Result<(), Error> {
         let time = self.time();
-        let size = self.setup.scenario.experiment.step;
+        let size = self.setup.scenario.experiment.size(self.done);
         self.stepper
             .step(&mut self.participants, time, size)
             .map_err(|source| self.failed(time, source))?;

@@ -24,10 +24,10 @@ enum { FAULT, N, M, INTEGERS };
 typedef struct {
     const callbacks *call;
     char name[64];
-    double real[REALS], derivative[3], time;
+    double real[REALS], derivative[3], time, stop;
     int integer[INTEGERS], boolean[2];
     char string[2][64];
-    int pending, dead;
+    int pending, dead, running;
 } unit;
 
 #ifndef GUID
@@ -71,12 +71,18 @@ void fmi2FreeInstance(component c)
 status fmi2SetupExperiment(component c, int t, double tol, double start, int s, double stop)
 {
     ((unit *)c)->time = start;
+    ((unit *)c)->stop = s ? stop : INFINITY;
     return OK;
 }
 status fmi2EnterInitializationMode(component c) { return OK; }
 status fmi2ExitInitializationMode(component c)
 {
-    return ((unit *)c)->integer[FAULT] == 7 ? ERROR : OK;
+    unit *it = c;
+    it->running = 1;
+#ifdef LATE /* all outputs have their values only after initialization mode */
+    it->real[Y] = LATE;
+#endif
+    return it->integer[FAULT] == 7 ? ERROR : OK;
 }
 status fmi2Terminate(component c) { return OK; }
 #ifndef WITHOUT_RESET
@@ -89,6 +95,13 @@ static void outputs(unit *it)
     it->integer[M] = it->integer[N];
     it->boolean[1] = it->boolean[0];
     strcpy(it->string[1], it->string[0]);
+#ifdef LATE
+    if (it->running) {
+        it->integer[M] = LATE;
+        it->boolean[1] = 1;
+        strcpy(it->string[1], "late");
+    }
+#endif
 }
 
 status fmi2GetReal(component c, const vref *r, size_t n, double *v)
@@ -226,6 +239,27 @@ status fmi2DoStep(component c, double t, double h, int no)
 #ifdef LARGEST_STEP
     if (h > LARGEST_STEP)
         return DISCARD;
+#endif
+#ifdef STRICT_STOP /* as 2.1.6 demands it */
+    if (t + h > it->stop) {
+        say(it, ERROR, "a step beyond the stop time");
+        return ERROR;
+    }
+#endif
+#ifdef STRICT_TIME
+    if (t != it->time) {
+        say(it, ERROR, "a step does not begin where the last one ended");
+        return ERROR;
+    }
+#endif
+#ifdef EQUAL_STEPS
+    if (h != EQUAL_STEPS && t + EQUAL_STEPS <= it->stop) {
+        say(it, ERROR, "a step of another size");
+        return ERROR;
+    }
+#endif
+#ifdef SUMS /* y' = u + n + b, and the length of s */
+    it->real[Y] += h * (it->integer[N] + it->boolean[0] + strlen(it->string[0]));
 #endif
     it->real[Y] += h * (*u + h / 2 * (d[0] + h / 3 * (d[1] + h / 4 * d[2])));
     *u += h * (d[0] + h / 2 * (d[1] + h / 3 * d[2]));
