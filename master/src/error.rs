@@ -93,6 +93,9 @@ pub enum Error {
         #[source]
         source: std::io::Error,
     },
+    /// The user insisted on the end, and another thread has completed the results.
+    #[error("the run was given up")]
+    GivenUp,
     /// The Parquet copy of the results cannot be written.
     #[error("the results in {folder} are complete as results.csv, but not as results.parquet")]
     Parquet {
@@ -129,13 +132,25 @@ pub enum Error {
 }
 
 impl Error {
+    /// The fault of a unit whose call was given up, as the user insisted on the end of the run.
+    #[must_use]
+    pub fn given_up(&self) -> Option<&UnitFault> {
+        let first: Option<&(dyn std::error::Error + 'static)> = Some(self);
+        std::iter::successors(first, |error| error.source())
+            .find_map(|error| error.downcast_ref::<UnitError>())
+            .map(UnitError::fault)
+            .filter(|fault| matches!(fault, UnitFault::GivenUp { .. }))
+    }
+
     /// 2 for bad usage or input, 1 for a run that failed.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Initialize(_) | Self::Step { .. } | Self::Diverged { .. } | Self::Plot { .. } => {
-                1
-            }
+            Self::Initialize(_)
+            | Self::Step { .. }
+            | Self::Diverged { .. }
+            | Self::Plot { .. }
+            | Self::GivenUp => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Reference(ReferenceError::Unit(_)) => 1,
@@ -203,6 +218,7 @@ impl Error {
             }
             Self::Reference(error) => return reference_help(error),
             Self::Output { .. } => "choose another folder with --out, or free space on the disk",
+            Self::GivenUp => return None,
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",
         })
     }

@@ -20,7 +20,7 @@
 //! [`description`], [`package`]), the [`system`] is checked ([`pattern`], [`graph`]), the
 //! binaries are loaded ([`library`], [`logger`], [`instance`]), here or in processes of their own
 //! ([`isolate`]), [`initialize`]d, stepped by a [`coupling`] algorithm ([`participant`]), and written
-//! ([`record`], [`plot`], [`summary`]) by [`run`]. [`witness`] has the last words when a unit crashes
+//! ([`record`], [`plot`], [`summary`]) by [`run`]; [`interrupt`] ends runs early. [`witness`] has the last words when a unit crashes
 //! in this process. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them.
 //! Nothing in here knows what the units model.
 
@@ -38,6 +38,7 @@ pub mod error;
 pub mod graph;
 pub mod initialize;
 pub mod instance;
+pub mod interrupt;
 pub mod isolate;
 pub mod library;
 pub mod logger;

@@ -6,6 +6,7 @@
 use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering};
 
 use crate::component::IDLE;
+use crate::library::Call;
 
 /// The call going on in this process.
 pub(crate) static CALL: AtomicU32 = AtomicU32::new(IDLE);
@@ -35,6 +36,16 @@ impl Place {
     pub(crate) fn enter(&'static self) {
         LAST.store(std::ptr::from_ref(self).cast_mut(), Ordering::Relaxed);
     }
+}
+
+/// The call of a unit that this process is in, in words, if it is in one.
+pub(crate) fn whereabouts() -> Option<String> {
+    let call = Call::from_number(CALL.load(Ordering::Relaxed))?.name();
+    // SAFETY: places are never freed
+    let place = unsafe { LAST.load(Ordering::Relaxed).as_ref() }?;
+    let time = f64::from_bits(place.time.load(Ordering::Relaxed));
+    let at = if time.is_nan() { String::new() } else { format!(" at {time} s") };
+    Some(format!("unit {}: {call}{at} had not returned", place.name))
 }
 
 /// Lets crashes and exits in units' code say on stderr which unit it was, before they end the process

@@ -9,9 +9,13 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use master::error::Error;
+use master::interrupt::{self, Outcome};
 use master::run::{Checkpoint, Observer};
 use master::summary::{Status, Summary};
 use report::Run;
+
+/// How long a step may go on after Ctrl-C before the user is told how to end it.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What happens at the end of a run.
 pub struct End<'a> {
@@ -30,9 +34,9 @@ pub fn watch(
 ) -> Result<ExitCode, Error> {
     let &End { folder, quiet, .. } = end;
     let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
+    let handler = Handler { stop: Arc::clone(&stop), folder: folder.to_owned(), quiet };
     // without a handler the run still works, only Ctrl-C ends it at once
-    let handled = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).is_ok();
+    let handled = ctrlc::set_handler(move || handler.heed()).is_ok();
     let mut display = Display { bar: None, stop, quiet };
     if !handled {
         display.notice("Ctrl-C will lose the results of this run");
@@ -65,6 +69,36 @@ pub fn watch(
         Status::Finished | Status::Terminated => ExitCode::SUCCESS,
         Status::Interrupted | Status::Failed => ExitCode::FAILURE,
     })
+}
+
+/// What Ctrl-C and SIGTERM do.
+struct Handler {
+    stop: Arc<AtomicBool>,
+    folder: PathBuf,
+    quiet: bool,
+}
+
+impl Handler {
+    /// The first signal ends the run after its step, the second one also if the step hangs.
+    fn heed(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let tell = |text: &str| {
+            if !self.quiet {
+                eprintln!("{text}");
+            }
+        };
+        match interrupt::ask() {
+            Outcome::Asked if interrupt::goes_on(PATIENCE) => {
+                tell("the run ends after this step; another Ctrl-C ends a step that hangs");
+            }
+            Outcome::Asked | Outcome::Ended => {}
+            Outcome::GivenUp => {
+                let folder = self.folder.display();
+                tell(&format!("interrupted in a step that hangs; results until then: {folder}"));
+                interrupt::leave(1);
+            }
+        }
+    }
 }
 
 impl End<'_> {

@@ -19,8 +19,8 @@ Examples:
   maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
 
 Writes results.csv or results.parquet (recorded signals), events.csv (warnings, messages), summary.json
-(statistics, times, units), the scenario's pictures and report.html (all of it to look at). Ctrl-C ends a run cleanly and keeps what was
-recorded; with checkpoints, `maglev resume` goes on from there.";
+(statistics, times, units), the scenario's pictures and report.html (all of it to look at). Ctrl-C ends a run after its step and keeps what
+was recorded; with checkpoints, `maglev resume` goes on from there. A second Ctrl-C ends a step that hangs.";
 
 /// Arguments of `maglev run`.
 #[derive(Args)]

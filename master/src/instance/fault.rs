@@ -171,6 +171,20 @@ pub enum UnitFault {
         /// What the unit said.
         messages: Vec<Message>,
     },
+    /// The user ended the run while a call did not return, which ended with its process.
+    #[error(
+        "unit {instance} was ended: {call}{} had not returned{}", at(*time), said(messages)
+    )]
+    GivenUp {
+        /// Name of the instance.
+        instance: String,
+        /// The C function that it was in.
+        call: &'static str,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What the unit said.
+        messages: Vec<Message>,
+    },
     /// The connection to its process broke.
     #[error("unit {instance}: the connection to its process broke in {call}{}: {why}{}",
         at(*time), said(messages))]
@@ -286,6 +300,7 @@ impl UnitFault {
             Self::Crashed { .. }
                 | Self::Exited { .. }
                 | Self::TimedOut { .. }
+                | Self::GivenUp { .. }
                 | Self::Broken { .. }
         )
     }

@@ -22,6 +22,7 @@ use crate::component::{
 };
 use crate::description::Description;
 use crate::instance::{UnitError, UnitFault};
+use crate::interrupt;
 use crate::library::{Call, Functions, LibraryError};
 use crate::logger::{self, Message, expand};
 use crate::package::Package;
@@ -33,6 +34,9 @@ const WATCH: Duration = Duration::from_micros(100);
 const NAPS: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(50)];
 /// A worker that is asked to end and has no limit otherwise gets this long.
 const PARTING: Duration = Duration::from_secs(10);
+
+/// A call that is longer under way when the user wants the end counts as hanging.
+const PROMPT: Duration = Duration::from_millis(300);
 
 /// Workers of this process.
 static WORKERS: AtomicUsize = AtomicUsize::new(0);
@@ -53,6 +57,8 @@ fn watch_time(workers: &AtomicUsize) -> Duration {
 enum Loss {
     Ended(ExitStatus),
     TimedOut(Duration),
+    /// the user wants the end
+    GivenUp,
     /// the connection broke, though the process lives
     Broken(String),
 }
@@ -327,6 +333,8 @@ impl Worker {
             self.lose(Loss::Ended(status));
         } else if let Some(limit) = limit.filter(|limit| begin.elapsed() > *limit) {
             self.lose(Loss::TimedOut(limit));
+        } else if interrupt::insisted() && begin.elapsed() > PROMPT {
+            self.lose(Loss::GivenUp);
         }
         self.loss.is_some()
     }
@@ -397,6 +405,7 @@ impl Worker {
             Some(Loss::TimedOut(limit)) => {
                 UnitFault::TimedOut { instance, call, limit: *limit, time, messages }
             }
+            Some(Loss::GivenUp) => UnitFault::GivenUp { instance, call, time, messages },
             Some(Loss::Broken(why)) => {
                 UnitFault::Broken { instance, call, why: why.clone(), time, messages }
             }

@@ -4,6 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use super::checkpoint::Origin;
+use super::desk::{Desk, Halt};
 use super::journal::Journal;
 use super::loops::FeedLoop;
 use super::output::{Files, Output};
@@ -12,6 +13,7 @@ use super::totals::{self, Earlier};
 use super::{Job, Observer, Setup, Simulation, SimulationState, remove_checkpoint, ride};
 use crate::error::Error;
 use crate::initialize::SolvedLoop;
+use crate::interrupt;
 use crate::participant::Participant;
 use crate::record::{Gatherer, Kind};
 use crate::summary::{CouplingSummary, Failure, SignalSummary, Status, Summary};
@@ -34,13 +36,37 @@ pub(super) struct Run<'a> {
     pub(super) progress: Progress,
 }
 
+/// What comes after a step.
+enum Next {
+    Step,
+    Checkpoint,
+    End(Status),
+}
+
+/// Wall time of stepping, and what had been done when it began.
+struct Watch {
+    begin: Instant,
+    /// the last report of progress
+    told: Instant,
+    done: u64,
+    time: f64,
+}
+
 /// How far a run has got.
-#[derive(Default)]
 pub(super) struct Progress {
     done: u64,
     start: Duration,
     run: Duration,
     loops: Vec<SolvedLoop>,
+    /// who ended the run early, and during what
+    interruption: String,
+}
+
+impl Default for Progress {
+    fn default() -> Self {
+        let (start, run) = (Duration::ZERO, Duration::ZERO);
+        Self { done: 0, start, run, loops: Vec::new(), interruption: "by the user".to_owned() }
+    }
 }
 
 impl<'a> Run<'a> {
@@ -58,49 +84,72 @@ impl<'a> Run<'a> {
     }
 
     /// Starts, steps to the end and writes what belongs to the end.
-    pub(super) fn complete(mut self, from: Option<&SimulationState>) -> Result<Summary, Error> {
-        let mut simulation = None;
-        let result = match self.start(from) {
-            Ok(started) => self.step_all(simulation.insert(started)),
-            Err(error) => Err(error),
+    pub(super) fn complete(self, from: Option<&SimulationState>) -> Result<Summary, Error> {
+        let setup = self.setup;
+        let desk = Desk::new(self);
+        let run = || {
+            let mut simulation = None;
+            let result = match Self::start(&desk, setup, from) {
+                Ok(started) => Self::step_all(&desk, simulation.insert(started)),
+                Err(halt) => Err(halt),
+            };
+            desk.complete(result, simulation.as_mut())
         };
-        self.finish(result, simulation)
+        interrupt::guard(|| desk.rescue(), run)
     }
 
-    fn start(&mut self, from: Option<&SimulationState>) -> Result<Simulation<'a>, Error> {
-        let mut simulation = self.setup.start()?;
-        self.progress.loops = simulation.loops().to_vec();
-        for limit in simulation.limits() {
-            self.observer.notice(limit);
-            let noted = self.journal.note(simulation.time(), Kind::Note, limit);
-            noted.map_err(|e| self.failed(e))?;
+    fn start(
+        desk: &Desk<'a>,
+        setup: &'a Setup,
+        from: Option<&SimulationState>,
+    ) -> Result<Simulation<'a>, Halt> {
+        let mut simulation = setup.start()?;
+        if let Some(state) = from {
+            simulation.restore(state).map_err(Error::from)?;
         }
-        match from {
-            Some(state) => {
-                simulation.restore(state)?;
-                self.progress.done = simulation.done();
-                let text = "from the checkpoint";
-                self.journal
-                    .note(simulation.time(), Kind::Resumed, text)
-                    .map_err(|e| self.failed(e))?;
-            }
-            None => {
-                self.output.take(&simulation).map_err(|e| self.failed(e))?;
-                // a unit that fails to serialize its state shall do so now, not after hours
-                self.checkpoint(&mut simulation, Duration::ZERO)?;
-            }
+        desk.with(|run| run.started(&simulation, from.is_some()))?;
+        if from.is_none() {
+            // a unit that fails to serialize its state shall do so now, not after hours
+            Self::checkpoint(desk, &mut simulation, Duration::ZERO)?;
         }
-        self.progress.start = self.begin.elapsed();
+        desk.with(|run| {
+            run.progress.start = run.begin.elapsed();
+            Ok(())
+        })?;
         Ok(simulation)
     }
 
-    fn step_all(&mut self, simulation: &mut Simulation<'_>) -> Result<Status, Error> {
+    /// Takes the values at the start, or notes that the run goes on.
+    fn started(&mut self, simulation: &Simulation<'_>, resumed: bool) -> Result<(), Error> {
+        self.progress.loops = simulation.loops().to_vec();
+        let time = simulation.time();
+        for text in simulation.limits() {
+            self.observer.notice(text);
+            self.journal.note(time, Kind::Note, text).map_err(|e| self.failed(e))?;
+        }
+        let taken = if resumed {
+            self.progress.done = simulation.done();
+            self.journal.note(time, Kind::Resumed, "from the checkpoint")
+        } else {
+            self.output.take(simulation)
+        };
+        taken.map_err(|e| self.failed(e))
+    }
+
+    fn step_all(desk: &Desk<'a>, simulation: &mut Simulation<'_>) -> Result<Status, Halt> {
         let begin = Instant::now();
-        let real_time = self.setup.scenario.real_time;
-        let now = simulation.time();
-        self.pacer = real_time.map(|factor| Pacer::new(WallClock::new(), factor, now));
-        let status = self.steps(simulation, begin);
-        self.progress.run = begin.elapsed();
+        let (now, remaining) = (simulation.time(), simulation.remaining());
+        desk.with(|run| {
+            let real_time = run.setup.scenario.real_time;
+            run.pacer = real_time.map(|factor| Pacer::new(WallClock::new(), factor, now));
+            run.observer.begin(remaining);
+            Ok(())
+        })?;
+        let status = Self::steps(desk, simulation, begin);
+        desk.with(|run| {
+            run.progress.run = begin.elapsed();
+            Ok(())
+        })?;
         let terminated = simulation.terminate();
         // the first error is the one that matters
         let status = status?;
@@ -109,50 +158,76 @@ impl<'a> Run<'a> {
         Ok(status)
     }
 
-    fn steps(&mut self, simulation: &mut Simulation<'_>, begin: Instant) -> Result<Status, Error> {
-        let keeps = self.setup.scenario.checkpoint_stride();
-        let first = (simulation.done(), simulation.time());
-        self.observer.begin(simulation.remaining());
-        let mut told = begin;
+    fn steps(
+        desk: &Desk<'a>,
+        simulation: &mut Simulation<'_>,
+        begin: Instant,
+    ) -> Result<Status, Halt> {
+        let mut clock =
+            Watch { begin, told: begin, done: simulation.done(), time: simulation.time() };
         while simulation.remaining() > 0 {
-            let rejected = simulation.rejected();
-            match simulation.step() {
-                Err(Error::Step { time, source }) if source.asks_to_end() => {
-                    self.observer.notice(&source.to_string());
-                    let noted = self.journal.note(time, Kind::Terminated, source.to_string());
-                    return noted.map(|()| Status::Terminated).map_err(|e| self.failed(e));
+            let before = simulation.rejected();
+            let stepped = simulation.step();
+            let rejected = simulation.rejected() - before;
+            let next = desk.with(|run| match stepped {
+                Ok(()) => run.take(simulation, rejected, &mut clock),
+                Err(error) => run.ended(error),
+            })?;
+            match next {
+                Next::Step => {}
+                Next::Checkpoint => Self::checkpoint(desk, simulation, begin.elapsed())?,
+                Next::End(Status::Interrupted) => {
+                    Self::checkpoint(desk, simulation, begin.elapsed())?;
+                    return Ok(Status::Interrupted);
                 }
-                stepped => stepped?,
-            }
-            let done = simulation.done();
-            self.progress.done = done;
-            self.output.take(simulation).map_err(|e| self.failed(e))?;
-            if self.journal.has_news() {
-                self.listen(simulation).map_err(|e| self.failed(e))?;
-            }
-            let rejected = simulation.rejected() - rejected;
-            if rejected > 0 {
-                let text = format!("{rejected} steps taken back: their error was too large");
-                let noted = self.journal.note(simulation.time(), Kind::Rejected, text);
-                noted.map_err(|e| self.failed(e))?;
-            }
-            self.hold(simulation.time()).map_err(|e| self.failed(e))?;
-            let now = Instant::now();
-            if keeps.is_some_and(|stride| done.is_multiple_of(stride)) && simulation.remaining() > 0
-            {
-                self.checkpoint(simulation, now - begin)?;
-            }
-            if self.observer.interrupted() {
-                self.checkpoint(simulation, now - begin)?;
-                return Ok(Status::Interrupted);
-            }
-            if now - told > PROGRESS_INTERVAL {
-                told = now;
-                let factor = (simulation.time() - first.1) / (now - begin).as_secs_f64();
-                self.observer.progress(done - first.0, simulation.time(), factor);
+                Next::End(status) => return Ok(status),
             }
         }
         Ok(Status::Finished)
+    }
+
+    /// A step that failed: some failures are the ends of runs.
+    fn ended(&mut self, error: Error) -> Result<Next, Error> {
+        match error {
+            Error::Step { time, source } if source.asks_to_end() => {
+                self.observer.notice(&source.to_string());
+                let noted = self.journal.note(time, Kind::Terminated, source.to_string());
+                noted.map(|()| Next::End(Status::Terminated)).map_err(|e| self.failed(e))
+            }
+            error => Err(error),
+        }
+    }
+
+    /// Takes what a step has brought.
+    fn take(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        rejected: u64,
+        clock: &mut Watch,
+    ) -> Result<Next, Error> {
+        let (done, time) = (simulation.done(), simulation.time());
+        self.progress.done = done;
+        self.output.take(simulation).map_err(|e| self.failed(e))?;
+        if self.journal.has_news() {
+            self.listen(simulation).map_err(|e| self.failed(e))?;
+        }
+        if rejected > 0 {
+            let text = format!("{rejected} steps taken back: their error was too large");
+            self.journal.note(time, Kind::Rejected, text).map_err(|e| self.failed(e))?;
+        }
+        self.hold(time).map_err(|e| self.failed(e))?;
+        if self.observer.interrupted() {
+            return Ok(Next::End(Status::Interrupted));
+        }
+        let now = Instant::now();
+        if now - clock.told > PROGRESS_INTERVAL {
+            clock.told = now;
+            let factor = (time - clock.time) / (now - clock.begin).as_secs_f64();
+            self.observer.progress(done - clock.done, time, factor);
+        }
+        let keeps = self.setup.scenario.checkpoint_stride();
+        let due = keeps.is_some_and(|stride| done.is_multiple_of(stride));
+        Ok(if due && simulation.remaining() > 0 { Next::Checkpoint } else { Next::Step })
     }
 
     fn listen(&mut self, simulation: &mut Simulation<'_>) -> io::Result<()> {
@@ -172,14 +247,29 @@ impl<'a> Run<'a> {
     }
 
     /// Writes a checkpoint, if there are to be any.
-    fn checkpoint(&mut self, simulation: &mut Simulation<'_>, run: Duration) -> Result<(), Error> {
-        let Some(origin) = &self.origin else { return Ok(()) };
+    fn checkpoint(
+        desk: &Desk<'a>,
+        simulation: &mut Simulation<'_>,
+        run_time: Duration,
+    ) -> Result<(), Halt> {
+        if !desk.with(|run| Ok(run.origin.is_some()))? {
+            return Ok(());
+        }
         let state = simulation.state()?;
-        let time = simulation.time();
-        let earlier = self.earlier.and(run.as_secs_f64(), simulation.participants());
+        desk.with(|run| run.keep(state, simulation, run_time))
+    }
+
+    fn keep(
+        &mut self,
+        state: SimulationState,
+        simulation: &Simulation<'_>,
+        run_time: Duration,
+    ) -> Result<(), Error> {
+        let Some(origin) = &self.origin else { return Ok(()) };
+        let earlier = self.earlier.and(run_time.as_secs_f64(), simulation.participants());
         let written = self
             .journal
-            .note(time, Kind::Checkpoint, "written")
+            .note(simulation.time(), Kind::Checkpoint, "written")
             .and_then(|()| Ok((self.output.state()?, self.journal.state()?)))
             .and_then(|(output, journal)| {
                 origin.checkpoint(state, output, journal, earlier).write(self.job.folder)
@@ -187,23 +277,38 @@ impl<'a> Run<'a> {
         written.map_err(|e| self.failed(e))
     }
 
+    /// Notes where the run was when it was interrupted.
+    pub(super) fn interrupted_in(&mut self, place: &str) {
+        self.progress.interruption = format!("by the user; {place}");
+    }
+
     fn failed(&self, source: io::Error) -> Error {
         Error::Output { path: self.job.folder.to_owned(), running: true, source }
     }
 
     /// Completes the results, also those of a run that failed.
-    fn finish(
+    pub(super) fn finish(
         mut self,
         result: Result<Status, Error>,
-        mut simulation: Option<Simulation<'_>>,
+        mut simulation: Option<&mut Simulation<'_>>,
     ) -> Result<Summary, Error> {
+        let result = result.or_else(|error| {
+            let fault = error.given_up().map(ToString::to_string);
+            fault
+                .map(|place| self.interrupted_in(&place))
+                .map(|()| Status::Interrupted)
+                .ok_or(error)
+        });
         let time = self.setup.time_after(self.progress.done);
         let mut told = match &mut simulation {
             Some(simulation) => self.listen(simulation),
             None => Ok(()),
         };
         told = told.and(match &result {
-            Ok(Status::Interrupted) => self.journal.note(time, Kind::Interrupted, "by the user"),
+            Ok(Status::Interrupted) => {
+                let text = std::mem::take(&mut self.progress.interruption);
+                self.journal.note(time, Kind::Interrupted, text)
+            }
             Err(error) => self.journal.note(time, Kind::Failed, error.chain().join(": ")),
             Ok(_) => Ok(()),
         });
@@ -211,8 +316,9 @@ impl<'a> Run<'a> {
         let finished = matches!(result, Ok(Status::Finished));
         let (folder, keeps) = (self.job.folder, self.origin.is_some());
         let failed = |source| Error::Output { path: folder.to_owned(), running: true, source };
-        let participants = simulation.as_ref().map_or(&[][..], Simulation::participants);
-        let coupling = simulation.as_ref().map(Simulation::coupling).unwrap_or_default();
+        let simulation = simulation.as_deref();
+        let participants = simulation.map_or(&[][..], Simulation::participants);
+        let coupling = simulation.map(Simulation::coupling).unwrap_or_default();
         let written = self.write(&result, participants, coupling);
         // the first error is the one that matters
         result?;

@@ -7,6 +7,7 @@
 mod as_run;
 mod checkpoint;
 mod course;
+mod desk;
 mod journal;
 mod loops;
 mod output;
@@ -43,8 +44,8 @@ use crate::scenario::Scenario;
 use crate::summary::Summary;
 use crate::system::Override;
 
-/// Watches a run.
-pub trait Observer {
+/// Watches a run, from whichever thread is at work on it.
+pub trait Observer: Send {
     /// Stepping begins, with so many steps to come.
     fn begin(&mut self, steps: u64) {
         let _ = steps;

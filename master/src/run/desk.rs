@@ -1,0 +1,87 @@
+//! The run's books, shared by the thread that steps and the one that gives up a hanging step.
+//!
+//! They are locked between steps and open during them: who finds a step hanging can complete them in
+//! the place of the thread that is in it.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::Simulation;
+use super::course::Run;
+use crate::error::Error;
+use crate::summary::{Status, Summary};
+use crate::witness;
+
+/// Why the stepping thread ends early.
+pub(super) enum Halt {
+    Error(Error),
+    /// The books are complete: another thread has given up this one.
+    GivenUp,
+}
+
+impl From<Error> for Halt {
+    fn from(error: Error) -> Self {
+        Self::Error(error)
+    }
+}
+
+/// The books of one run.
+pub(super) struct Desk<'a>(Mutex<Books<'a>>);
+
+enum Books<'a> {
+    Open(Box<Run<'a>>),
+    /// with the outcome, until the stepping thread takes it
+    Complete(Option<Result<Summary, Error>>),
+}
+
+impl<'a> Desk<'a> {
+    pub(super) fn new(run: Run<'a>) -> Self {
+        Self(Mutex::new(Books::Open(Box::new(run))))
+    }
+
+    fn books(&self) -> MutexGuard<'_, Books<'a>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Works on the books; not for calls of units, which may not return.
+    #[inline]
+    pub(super) fn with<T>(
+        &self,
+        work: impl FnOnce(&mut Run<'a>) -> Result<T, Error>,
+    ) -> Result<T, Halt> {
+        match &mut *self.books() {
+            Books::Open(run) => work(run).map_err(Halt::Error),
+            Books::Complete(_) => Err(Halt::GivenUp),
+        }
+    }
+
+    /// Completes the books, at the end of stepping.
+    pub(super) fn complete(
+        &self,
+        result: Result<Status, Halt>,
+        simulation: Option<&mut Simulation<'_>>,
+    ) -> Result<Summary, Error> {
+        let mut books = self.books();
+        let result = match (std::mem::replace(&mut *books, Books::Complete(None)), result) {
+            (Books::Open(run), Ok(status)) => run.finish(Ok(status), simulation),
+            (Books::Open(run), Err(Halt::Error(error))) => run.finish(Err(error), simulation),
+            (Books::Complete(Some(outcome)), _) => outcome,
+            (_, _) => Err(Error::GivenUp),
+        };
+        drop(books);
+        result
+    }
+
+    /// Completes the books up to the last finished step, in the place of a thread that hangs.
+    pub(super) fn rescue(&self) {
+        let mut books = self.books();
+        *books = match std::mem::replace(&mut *books, Books::Complete(None)) {
+            Books::Open(mut run) => {
+                if let Some(text) = witness::whereabouts() {
+                    run.interrupted_in(&text);
+                }
+                Books::Complete(Some(run.finish(Ok(Status::Interrupted), None)))
+            }
+            complete @ Books::Complete(_) => complete,
+        };
+    }
+}
