@@ -172,6 +172,20 @@ impl Exchange {
         Ok(())
     }
 
+    /// Sets all inputs at the start to what the outputs have given there. No unit may be read after
+    /// that and before its first step.
+    ///
+    /// # Errors
+    /// A unit's.
+    pub fn hand_over<U: Unit>(&mut self, units: &mut [U]) -> Result<(), U::Error> {
+        self.extrapolate(0.0);
+        for (k, unit) in units.iter_mut().enumerate() {
+            self.fill(k, 0.0);
+            unit.preset(&self.inputs[k])?;
+        }
+        Ok(())
+    }
+
     /// Reads all outputs at a communication point that all units have reached by a step of that size.
     ///
     /// # Errors

@@ -67,6 +67,15 @@ pub trait Unit: Send {
     /// The unit refuses them.
     fn send(&mut self, inputs: &Inputs) -> Result<(), Self::Error>;
 
+    /// Takes the inputs at the start, their values only; no step needs to follow.
+    ///
+    /// # Errors
+    /// The unit refuses them.
+    fn preset(&mut self, inputs: &Inputs) -> Result<(), Self::Error> {
+        let _ = inputs;
+        Ok(())
+    }
+
     /// Begins the step that the next [`step`](Self::step) ends, for units that work elsewhere while
     /// others begin theirs.
     ///

@@ -6,6 +6,7 @@
 //! solved for by sweeps over the same levels, Newton's method where they converge slowly or not at
 //! all, and Anderson acceleration (`loops.rs`).
 
+pub mod late;
 mod loops;
 
 use std::collections::{BTreeMap, HashMap};
@@ -53,6 +54,15 @@ pub struct SolvedLoop {
     pub newton: u32,
 }
 
+/// What initialization leaves besides instances that are ready to step.
+#[derive(Debug, Clone, Default)]
+pub struct Initialized {
+    /// Loops that were solved.
+    pub loops: Vec<SolvedLoop>,
+    /// Connected outputs as they were in initialization mode, Strings left out; true is 1.
+    pub outputs: HashMap<Port, f64>,
+}
+
 /// Initializes all instances and leaves them ready to step.
 ///
 /// # Errors
@@ -62,7 +72,7 @@ pub fn initialize(
     instances: &mut [Instance],
     experiment: Experiment,
     settings: Initialization,
-) -> Result<Vec<SolvedLoop>, InitializeError> {
+) -> Result<Initialized, InitializeError> {
     for (plan, instance) in system.instances.iter().zip(instances.iter_mut()) {
         instance.setup_experiment(experiment.start, experiment.stop)?;
         for (variable, value) in &plan.parameters {
@@ -73,11 +83,11 @@ pub fn initialize(
             instance.set(*variable, value)?;
         }
     }
-    let loops = Solver::new(system, instances, experiment.start).solve(settings)?;
+    let initialized = Solver::new(system, instances, experiment.start).solve(settings)?;
     for instance in instances.iter_mut() {
         instance.exit_initialization_mode()?;
     }
-    Ok(loops)
+    Ok(initialized)
 }
 
 /// Outputs to read and the connections to serve with them, at the same depth.
@@ -169,7 +179,7 @@ impl<'a> Solver<'a> {
         Ok(Transported::Real(sum))
     }
 
-    fn solve(mut self, settings: Initialization) -> Result<Vec<SolvedLoop>, InitializeError> {
+    fn solve(mut self, settings: Initialization) -> Result<Initialized, InitializeError> {
         let signals = SignalGraph::initial(self.system);
         let mut solved = Vec::new();
         for stage in stages(&signals) {
@@ -184,7 +194,9 @@ impl<'a> Solver<'a> {
                 }
             }
         }
-        Ok(solved)
+        let numbers = self.values.iter().filter(|(_, it)| !matches!(it, Transported::String(_)));
+        let outputs = numbers.map(|(&port, it)| (port, it.number()));
+        Ok(Initialized { loops: solved, outputs: outputs.collect() })
     }
 
     /// Reads the level's outputs, hands them on, and returns the largest change relative to what the

@@ -4,6 +4,7 @@ mod equal;
 mod rate;
 mod retry;
 
+use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -441,6 +442,19 @@ impl Unit for Participant {
         self.instance.get_directional_derivative(unknowns, &[known], &[1.0], column)
     }
 
+    fn preset(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
+        let Layout { set_reals, set_integers, set_booleans, .. } = &self.layout;
+        let reals: Vec<f64> = inputs.reals.iter().map(|p| p[0]).collect();
+        self.instance.set_real(set_reals, &reals)?;
+        self.instance.set_integer(set_integers, &inputs.integers)?;
+        self.instance.set_boolean(set_booleans, &inputs.booleans)?;
+        for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
+            self.instance.set_string(reference, text)?;
+        }
+        self.show_inputs(inputs);
+        Ok(())
+    }
+
     fn send(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
         self.timing.begin_step();
         self.sent.integers.copy_from_slice(&inputs.integers);
@@ -552,6 +566,28 @@ impl Participant {
             }
             at += highest;
         }
+    }
+
+    /// Puts inputs in the place of what was read of them, as they cannot be read again before a step.
+    fn show_inputs(&mut self, inputs: &Inputs) {
+        fn put<T>(places: &[usize], shown: &mut [T], inputs: impl Iterator<Item = (usize, T)>) {
+            let places: HashMap<usize, usize> =
+                places.iter().enumerate().map(|(place, &variable)| (variable, place)).collect();
+            for (variable, value) in inputs {
+                if let Some(&place) = places.get(&variable) {
+                    shown[place] = value;
+                }
+            }
+        }
+        let Buffers { reals, integers, booleans, .. } = &mut self.received;
+        let traffic = &self.traffic;
+        let values = inputs.reals.iter().map(|p| p[0]);
+        let variables = traffic.real_inputs.iter().map(|(variable, _)| *variable);
+        put(&self.reals, reals, variables.zip(values));
+        let variables = traffic.integer_inputs.iter().copied();
+        put(&self.integers, integers, variables.zip(inputs.integers.iter().copied()));
+        let variables = traffic.boolean_inputs.iter().copied();
+        put(&self.booleans, booleans, variables.zip(inputs.booleans.iter().copied()));
     }
 
     fn tell_layout(&mut self) -> Result<(), UnitError> {

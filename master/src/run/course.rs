@@ -123,7 +123,8 @@ impl<'a> Run<'a> {
     fn started(&mut self, simulation: &Simulation<'_>, resumed: bool) -> Result<(), Error> {
         self.progress.loops = simulation.loops().to_vec();
         let time = simulation.time();
-        for text in simulation.limits() {
+        let notes = simulation.notes().iter().filter(|_| !resumed);
+        for text in simulation.limits().iter().chain(notes) {
             self.observer.notice(text);
             self.journal.note(time, Kind::Note, text).map_err(|e| self.failed(e))?;
         }

@@ -8,7 +8,7 @@ use super::stepper::{Stepper, StepperState};
 #[cfg(feature = "modes")]
 use crate::coupling::{Blueprint, Exchange};
 use crate::error::Error;
-use crate::initialize::{SolvedLoop, initialize};
+use crate::initialize::{SolvedLoop, initialize, late};
 use crate::instance::UnitError;
 use crate::participant::{Participant, Slot};
 use crate::run::CheckpointError;
@@ -24,6 +24,8 @@ pub struct Simulation<'a> {
     /// where the signals of interest are
     slots: Vec<(usize, Slot)>,
     loops: Vec<SolvedLoop>,
+    /// what is worth telling of the start
+    notes: Vec<String>,
     done: u64,
 }
 
@@ -46,7 +48,7 @@ impl<'a> Simulation<'a> {
     pub(super) fn start(setup: &'a Setup) -> Result<Self, Error> {
         let Setup { scenario, system, selection, layout, .. } = setup;
         let mut instances = plan::instantiate(scenario, system)?;
-        let loops =
+        let initialized =
             initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;
         let time = scenario.experiment.start;
         let failed = |source| Error::Step { time, source };
@@ -54,8 +56,15 @@ impl<'a> Simulation<'a> {
             plan::plan(scenario, system, selection, instances, layout).map_err(failed)?;
         let stepper = Stepper::start(scenario, system, layout, exchange, &mut participants)
             .map_err(failed)?;
+        let now = |port: Port| {
+            let participant = participants.get(port.instance)?;
+            Some(participant.value(participant.slot(port.variable)?))
+        };
+        let tolerance = scenario.initialization.tolerance;
+        let notes = late::notes(system, &initialized.outputs, tolerance, now);
         let slots = selection.slots(&participants);
-        Ok(Self { setup, stepper, participants, slots, loops, done: 0 })
+        let loops = initialized.loops;
+        Ok(Self { setup, stepper, participants, slots, loops, notes, done: 0 })
     }
 
     /// The units, the signals between them, and which algorithm steps which.
@@ -161,6 +170,13 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub fn loops(&self) -> &[SolvedLoop] {
         &self.loops
+    }
+
+    /// What is worth telling of the start: outputs that changed on leaving initialization mode too late
+    /// for some of the units.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Steps of variable size that were taken back so far because their error was too large.

@@ -33,7 +33,7 @@ pub(super) struct StepperState {
 }
 
 impl Stepper {
-    /// Reads the outputs at the start and finds out what the units can do.
+    /// Reads the outputs at the start, finds out what the units can do, and hands the outputs on.
     pub(super) fn start(
         scenario: &Scenario,
         system: &System,
@@ -56,6 +56,7 @@ impl Stepper {
             // a unit may have complained about what was only probed
             participant.instance_mut().take_messages();
         }
+        exchange.hand_over(participants)?;
         limits.find(scenario, system, &layout.blueprint, participants);
         let settings = &scenario.algorithm;
         let crew = Arc::new(Crew::of(settings.threads));
