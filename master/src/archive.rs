@@ -195,17 +195,12 @@ impl<R: Read + Seek> Archive<R> {
         })?;
         let mut bytes = Vec::new();
         self.copy(index, name, MAX_DESCRIPTION_SIZE, &mut bytes)?;
-        String::from_utf8(bytes).or_else(|error| {
-            let bytes = error.into_bytes();
-            let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).to_lowercase();
-            if !head.contains("iso-8859-1") {
-                return Err(ArchiveError::NotText);
-            }
+        let (text, latin) = text(bytes)?;
+        if latin {
             self.warnings
                 .push("modelDescription.xml is written in ISO 8859-1, not UTF-8".to_owned());
-            // the first 256 code points of Unicode are those of ISO 8859-1
-            Ok(bytes.into_iter().map(char::from).collect())
-        })
+        }
+        Ok(text)
     }
 
     /// The bytes of one file, if the archive has it.
@@ -255,7 +250,10 @@ impl<R: Read + Seek> Archive<R> {
         limit: u64,
         target: &mut impl Write,
     ) -> Result<(), ArchiveError> {
-        let entry = self.zip.by_index(index).map_err(ArchiveError::Zip)?;
+        let entry = self.zip.by_index(index).map_err(|error| ArchiveError::Entry {
+            name: name.to_owned(),
+            source: io::Error::other(error),
+        })?;
         // the declared size has passed the checks; what comes out must not exceed it
         let limit = limit.min(entry.size());
         let mut reader = entry.take(limit + 1);
@@ -266,6 +264,22 @@ impl<R: Read + Seek> Archive<R> {
         }
         Ok(())
     }
+}
+
+/// The text of a description, and whether it was in ISO 8859-1 rather than UTF-8.
+///
+/// # Errors
+/// It is in neither.
+pub(crate) fn text(bytes: Vec<u8>) -> Result<(String, bool), ArchiveError> {
+    String::from_utf8(bytes).map(|text| (text, false)).or_else(|error| {
+        let bytes = error.into_bytes();
+        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).to_lowercase();
+        if !head.contains("iso-8859-1") {
+            return Err(ArchiveError::NotText);
+        }
+        // the first 256 code points of Unicode are those of ISO 8859-1
+        Ok((bytes.into_iter().map(char::from).collect(), true))
+    })
 }
 
 /// The entry's name with forward slashes and without `./`, or why it is dangerous.

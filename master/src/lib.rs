@@ -56,6 +56,7 @@ pub mod summary;
 pub mod system;
 pub mod validate;
 pub mod witness;
+mod xml;
 
 pub use figure as plot;
 pub use patterns as pattern;

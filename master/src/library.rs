@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use fmi2_sys as sys;
 use libloading::Library;
-use object::{Object as _, ObjectSymbol as _};
+use object::Object as _;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -313,25 +313,4 @@ pub fn binary_kind(path: &Path) -> String {
         Ok(file) => format!("{:?}, {:?}", file.format(), file.architecture()),
         Err(_) => "no binary of a known format".to_owned(),
     }
-}
-
-/// Names of the co-simulation functions that the binary does not export, without loading it.
-///
-/// # Errors
-/// The file cannot be read or is of no known format.
-pub fn missing_symbols(binary: &[u8]) -> Result<Vec<&'static str>, object::Error> {
-    let file = object::File::parse(binary)?;
-    let exported: std::collections::HashSet<String> = match file.exports() {
-        Ok(exports) if !exports.is_empty() => exports
-            .iter()
-            .map(|export| String::from_utf8_lossy(export.name()).into_owned())
-            .collect(),
-        _ => file
-            .dynamic_symbols()
-            .filter(|symbol| symbol.is_definition())
-            .filter_map(|symbol| symbol.name().ok().map(str::to_owned))
-            .collect(),
-    };
-    let has = |name: &str| exported.contains(name) || exported.contains(&format!("_{name}"));
-    Ok(SYMBOLS.iter().copied().filter(|name| !has(name)).collect())
 }

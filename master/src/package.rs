@@ -140,20 +140,19 @@ impl Package {
         Ok(Self { path: path.to_owned(), description, files, findings, folder })
     }
 
-    /// Refuses a unit with a defect: what was tolerated while opening, and what `maglev validate`
-    /// finds, if it is more than a note.
+    /// Refuses a unit in which `maglev validate` finds an error: something that the standard forbids.
     ///
     /// # Errors
-    /// All defects.
+    /// All of them.
     pub fn refuse_defects(&self) -> Result<(), PackageError> {
-        let grave = |finding: &Finding| {
-            (finding.severity > Severity::Note).then(|| finding.message.clone())
+        let findings = match validate::check(&self.path) {
+            Ok(found) => found
+                .into_iter()
+                .filter(|finding| finding.severity == Severity::Error)
+                .map(|finding| finding.message)
+                .collect(),
+            Err(error) => vec![error.to_string()],
         };
-        let mut findings: Vec<String> = self.findings.iter().filter_map(grave).collect();
-        match validate::check(&self.path) {
-            Ok(found) => findings.extend(found.iter().filter_map(grave)),
-            Err(error) => findings.push(error.to_string()),
-        }
         if findings.is_empty() {
             return Ok(());
         }

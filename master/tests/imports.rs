@@ -25,30 +25,97 @@ fn issue_defects_are_tolerated_with_one_warning_each_and_refused_when_strict() {
     let bench = Bench::new();
     bench.scenario(&ring());
     let binary = bench.compile(&[]);
-    for (old, new, text) in [
-        ("fmiVersion=\"2.0\"", "fmiVersion=\"2.0.1\"", "fmiVersion \"2.0.1\" should be \"2.0\""),
-        ("modelName=\"integrator\" ", "", "the model has no name"),
-        ("canInterpolateInputs=\"true\"", "canInterpolateInputs=\"True\"", "no true or false"),
-        ("canInterpolateInputs=\"true\"", "canInterpolateInputs=\"oui\"", "it is ignored"),
-        ("maxOutputDerivativeOrder=\"1\"", "maxOutputDerivativeOrder=\"-1\"", "it is ignored"),
-        ("name=\"fault\"", "colour=\"red\" name=\"fault\"", "unknown attribute \"colour\""),
-        ("min=\"-10\"", "min=\"low\"", "min=\"low\" of <Real> is no number; it is ignored"),
-        ("initial=\"calculated\"", "initial=\"guess\"", "initial=\"guess\""),
-        ("variability=\"tunable\"", "variability=\"parameter\"", "variability=\"parameter\""),
-        ("<Integer/>", "<Integer declaredType=\"None\"/>", "\"None\", which is not defined"),
-        ("<ModelV", "<DefaultExperiment stepSize=\"fast\"/><ModelV", "stepSize=\"fast\""),
-        ("index=\"3\" dependencies=\"1\"", "index=\"3\" dependencies=\"u\"", "list of indices"),
-        ("index=\"3\" dependencies=\"1\"", "index=\"3\" dependencies=\"99\"", "variable 99"),
-        ("<Unknown index=\"2\" dependencies=\"\"/>", "", "Outputs lacks \"y\""),
+    for (old, new, text, error) in [
+        (
+            "fmiVersion=\"2.0\"",
+            "fmiVersion=\"2.0.1\"",
+            "fmiVersion \"2.0.1\" should be \"2.0\"",
+            "fmiVersion is \"2.0.1\"",
+        ),
+        (
+            "modelName=\"integrator\" ",
+            "",
+            "the model has no name",
+            "lacks the attribute \"modelName\"",
+        ),
+        (
+            "canInterpolateInputs=\"true\"",
+            "canInterpolateInputs=\"True\"",
+            "no true or false",
+            "not a Boolean",
+        ),
+        (
+            "canInterpolateInputs=\"true\"",
+            "canInterpolateInputs=\"oui\"",
+            "it is ignored",
+            "not a Boolean",
+        ),
+        (
+            "maxOutputDerivativeOrder=\"1\"",
+            "maxOutputDerivativeOrder=\"-1\"",
+            "it is ignored",
+            "=\"-1\"",
+        ),
+        (
+            "name=\"fault\"",
+            "colour=\"red\" name=\"fault\"",
+            "unknown attribute \"colour\"",
+            "attribute \"colour\"",
+        ),
+        (
+            "min=\"-10\"",
+            "min=\"low\"",
+            "min=\"low\" of <Real> is no number; it is ignored",
+            "min=\"low\"",
+        ),
+        ("initial=\"calculated\"", "initial=\"guess\"", "initial=\"guess\"", "not one of exact"),
+        (
+            "variability=\"tunable\"",
+            "variability=\"parameter\"",
+            "variability=\"parameter\"",
+            "one of constant",
+        ),
+        (
+            "<Integer/>",
+            "<Integer declaredType=\"None\"/>",
+            "\"None\", which is not defined",
+            "the type \"None\" of \"m\" is not defined",
+        ),
+        (
+            "<ModelV",
+            "<DefaultExperiment stepSize=\"fast\"/><ModelV",
+            "stepSize=\"fast\"",
+            "not a number",
+        ),
+        (
+            "index=\"3\" dependencies=\"1\"",
+            "index=\"3\" dependencies=\"u\"",
+            "list of indices",
+            "not a list of indices",
+        ),
+        (
+            "index=\"3\" dependencies=\"1\"",
+            "index=\"3\" dependencies=\"99\"",
+            "variable 99",
+            "no variable 99",
+        ),
+        (
+            "<Unknown index=\"2\" dependencies=\"\"/>",
+            "",
+            "Outputs lacks \"y\"",
+            "Outputs lacks 1 variable: \"y\"",
+        ),
         (
             "<InitialUnknowns>\n      <Unknown index=\"2\" dependencies=\"\"/>",
             "<InitialUnknowns>",
             "InitialUnknowns lacks \"y\"",
+            "InitialUnknowns lacks 1 variable: \"y\"",
         ),
         (
             "<Unknown index=\"3\" dependencies=\"1 5\"/>\n      <Unknown index=\"8\" dependencies=\"7\"/>",
             "<Unknown index=\"8\" dependencies=\"7\"/><Unknown index=\"3\" dependencies=\"1 5\"/>",
             "InitialUnknowns is not sorted",
+            "InitialUnknowns lists 8 before 3",
         ),
     ] {
         let text_of_unit = changed(old, new);
@@ -60,7 +127,7 @@ fn issue_defects_are_tolerated_with_one_warning_each_and_refused_when_strict() {
         let report = ran.stderr();
         let notes = notes(&report);
         assert!(notes.len() == 1 && notes[0].contains(text), "{text}:\n{report}");
-        bench.run(&["--strict"]).fails(2, &["units.unit", "does not tolerate", text, "help:"]);
+        bench.run(&["--strict"]).fails(2, &["units.unit", "does not tolerate", error, "help:"]);
     }
 }
 
@@ -206,7 +273,8 @@ fn issue_units_that_need_a_tool_name_it() {
     );
 }
 
-/// A unit of fixed step is told about, and refused when strict, only where its step does not fit.
+/// A unit of fixed step is noted only where its step does not fit. The standard does not forbid that
+/// step, so that a strict run does not refuse it.
 #[test]
 fn issue_units_that_cannot_vary_their_step() {
     let bench = Bench::new();
@@ -221,7 +289,23 @@ fn issue_units_that_cannot_vary_their_step() {
     ran.succeeds();
     let report = ran.stderr();
     assert!(notes(&report)[0].contains("names 0.05 s: a step of 0.02 s"), "{report}");
-    bench.run(&["--step", "0.02", "--strict"]).fails(2, &["cannot vary its step"]);
+    bench.run(&["--step", "0.02", "--strict"]).succeeds();
+}
+
+/// Warnings of `maglev validate` are no reason to refuse: the standard allows what they are about.
+#[test]
+fn issue_strict_refuses_errors_only() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    let noted = changed("guid=", "generationDateAndTime=\"2026-01-31T12:00:00\" guid=")
+        .replace("<BaseUnit s=\"1\"/>", "")
+        .replace("<ModelV", "<DefaultExperiment stopTime=\"1\" stepSize=\"2\"/><ModelV");
+    bench.unit("unit.fmu", &noted, &[]);
+    let ran = bench.maglev(&["validate", "unit.fmu"]);
+    ran.succeeds();
+    assert!(ran.stdout().contains("0 errors, 2 warnings, 2 notes"), "{}", ran.stdout());
+    bench.run(&["--strict"]).succeeds();
+    bench.maglev(&["inspect", "--strict", "unit.fmu"]).succeeds();
 }
 
 /// The units of this project have nothing to tolerate.

@@ -17,7 +17,7 @@ pub struct Arguments {
     /// Print the whole description (or the modes) as JSON.
     #[arg(long)]
     json: bool,
-    /// Refuse a unit with any defect.
+    /// Refuse a unit in which `maglev validate` finds an error.
     #[arg(long)]
     strict: bool,
     /// Show the modes of small motions at the start, from units that offer this report.

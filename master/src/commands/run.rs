@@ -68,7 +68,7 @@ pub struct Arguments {
     /// Longest wall time for one step of an isolated unit (s).
     #[arg(long, value_name = "SECONDS")]
     step_timeout: Option<f64>,
-    /// Refuse units with any defect instead of warning of it.
+    /// Refuse units in which `maglev validate` finds an error, instead of warning.
     #[arg(long)]
     strict: bool,
     /// Make no report (report.html) at the end.

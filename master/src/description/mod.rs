@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use serde::{Deserialize, Serialize};
 
 pub use parse::DescriptionError;
+pub(crate) use parse::MAX_NODES;
 pub use units::{BaseUnit, Conversion, UnitDefinition, UnitMismatch};
 
 /// How grave a finding is.

@@ -84,8 +84,8 @@ pub struct Scenario {
     /// Points at which ride quality is judged after the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ride_quality: Vec<RidePoint>,
-    /// Refuse units with any defect of archive or description, which are tolerated with a warning
-    /// otherwise.
+    /// Refuse units in which `maglev validate` finds an error: something that the standard forbids.
+    /// Otherwise they are tolerated with a warning.
     #[serde(default)]
     pub strict: bool,
 }

@@ -109,7 +109,7 @@ impl System {
             let failed = |source| SystemError::Package { name: name.clone(), source };
             let package = Package::open(path).map_err(failed)?;
             if scenario.strict {
-                strict::check(&package, scenario.experiment.step).map_err(failed)?;
+                package.refuse_defects().map_err(failed)?;
             }
             packages.insert(name.as_str(), Arc::new(package));
         }

@@ -1,18 +1,9 @@
-//! What is imperfect about the units: told by default, refused by a strict run.
+//! What is imperfect about the units: reported by default. What the standard forbids, a strict run
+//! refuses.
 
 use super::System;
 use crate::description::Finding;
-use crate::package::{Package, PackageError};
-
-/// Refuses a unit with any defect, or with a step that it is not made for.
-pub(super) fn check(package: &Package, step: f64) -> Result<(), PackageError> {
-    package.refuse_defects()?;
-    let path = package.path().to_owned();
-    match unfit_step(package, step) {
-        Some(text) => Err(PackageError::Defects { path, findings: vec![text] }),
-        None => Ok(()),
-    }
-}
+use crate::package::Package;
 
 /// Why a unit that cannot vary its step may fail with this one: it is no multiple of its own.
 fn unfit_step(package: &Package, step: f64) -> Option<String> {

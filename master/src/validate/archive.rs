@@ -2,39 +2,104 @@
 
 use std::collections::HashMap;
 
-use super::contents::Entry;
-use super::{Subject, table};
+use super::directory::Entry;
+use super::{Subject, doubled, table};
+use crate::archive::ArchiveError;
 
 table! {
     "archive-zip", "2.3", Error, "the file is a readable zip archive", zip;
+    "archive-extension", "2.3", Error, "the file's name ends in .fmu", extension;
+    "archive-split", "2.3", Error, "the archive is one file", split;
+    "archive-version", "2.3", Error, "version 2.0 of the zip format is enough to unpack", version;
+    "archive-compression", "2.3", Error, "files are stored or packed with Deflate", compression;
+    "archive-descriptor", "2.3", Error, "the sizes of stored files come before them", descriptor;
+    "archive-encrypted", "2.3", Error, "nothing is encrypted", encrypted;
+    "archive-damaged", "2.3", Error, "every file can be unpacked, with the right checksum", damaged;
+    "archive-link", "2.3", Error, "the archive holds no links", link;
     "archive-backslash", "2.3", Error, "names in the archive have forward slashes", backslash;
     "archive-escape", "2.3", Error, "no name leaves the folder: no \"..\", absolute name or drive", escape;
-    "archive-dot", "2.3", Warning, "names in the archive do not begin with \"./\"", dot;
-    "archive-link", "2.3", Error, "the archive holds no links", link;
-    "archive-duplicate", "2.3", Error, "no name occurs twice, also not in upper and lower case", duplicate;
-    "archive-compression", "2.3", Error, "files are stored or packed with Deflate", compression;
-    "archive-ascii", "2.3", Note, "names in the archive are ASCII", ascii;
     "archive-control", "2.3", Error, "names in the archive have no control characters", control;
+    "archive-duplicate", "2.3", Error, "no name occurs twice", duplicate;
+    "archive-case", "2.3", Warning, "names differ in more than upper and lower case", case;
+    "archive-dot", "2.3", Warning, "names in the archive do not begin with \"./\"", dot;
+    "archive-ascii", "2.3", Note, "names in the archive are ASCII", ascii;
     "archive-top-level", "2.3", Note, "the top level holds what the standard names", top_level;
     "archive-refused", "2.3", Error, "the archive can be opened safely: sizes and names are sound", refused;
     "description-missing", "2.3", Error, "modelDescription.xml is at the top level", missing;
-    "description-text", "2.2", Error, "modelDescription.xml is UTF-8", text;
-    "description-doctype", "2.2", Error, "modelDescription.xml has no document type declaration", doctype;
-    "description-xml", "2.2", Error, "modelDescription.xml is well-formed XML", well_formed;
     "documentation", "2.3", Note, "there is documentation/index.html", documentation;
 }
 
-fn names(subject: &Subject, check: impl Fn(&Entry) -> Option<String>) -> Vec<String> {
+fn entries<'a>(subject: &Subject<'a>) -> &'a [Entry] {
+    &subject.contents.directory.entries
+}
+
+fn names(subject: &Subject, check: impl Fn(&Entry) -> Option<&'static str>) -> Vec<String> {
     let object = |entry| check(entry).map(|text| format!("entry \"{}\" {text}", entry.name));
-    subject.contents.entries.iter().filter_map(object).collect()
+    entries(subject).iter().filter_map(object).collect()
 }
 
 fn zip(subject: &Subject) -> Vec<String> {
+    // a reader gives up on what the next rule names
+    if subject.contents.directory.split {
+        return Vec::new();
+    }
     subject.contents.damage.iter().cloned().collect()
 }
 
+fn extension(subject: &Subject) -> Vec<String> {
+    let name = &subject.contents.file_name;
+    if name.to_lowercase().ends_with(".fmu") {
+        return Vec::new();
+    }
+    vec![format!("\"{name}\" does not end in .fmu")]
+}
+
+fn split(subject: &Subject) -> Vec<String> {
+    let split = subject.contents.directory.split;
+    if split { vec!["the archive is spread over several files".to_owned()] } else { Vec::new() }
+}
+
+fn version(subject: &Subject) -> Vec<String> {
+    let higher = |entry: &&Entry| entry.version > 20;
+    let mut found = entries(subject).iter().filter(higher);
+    let Some(Entry { name, version, .. }) = found.next() else { return Vec::new() };
+    let more = match found.count() {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let (major, minor) = (version / 10, version % 10);
+    vec![format!("entry \"{name}\" needs version {major}.{minor} to unpack{more}")]
+}
+
+fn compression(subject: &Subject) -> Vec<String> {
+    names(subject, |entry| {
+        let common = matches!(entry.method, 0 | 8);
+        (!common && !entry.encrypted).then_some("is neither stored nor packed with Deflate")
+    })
+}
+
+fn descriptor(subject: &Subject) -> Vec<String> {
+    names(subject, |entry| {
+        let odd = entry.descriptor && entry.method != 8 && !entry.encrypted;
+        odd.then_some("is stored with general purpose bit 3, which is for Deflate only")
+    })
+}
+
+fn encrypted(subject: &Subject) -> Vec<String> {
+    names(subject, |entry| entry.encrypted.then_some("is encrypted"))
+}
+
+fn damaged(subject: &Subject) -> Vec<String> {
+    let damaged = subject.contents.damaged.iter();
+    damaged.map(|(name, why)| format!("entry \"{name}\" cannot be unpacked: {why}")).collect()
+}
+
+fn link(subject: &Subject) -> Vec<String> {
+    names(subject, |entry| entry.link.then_some("is a link"))
+}
+
 fn backslash(subject: &Subject) -> Vec<String> {
-    names(subject, |it| it.name.contains('\\').then(|| "has a backslash".to_owned()))
+    names(subject, |entry| entry.name.contains('\\').then_some("has a backslash"))
 }
 
 fn escape(subject: &Subject) -> Vec<String> {
@@ -42,49 +107,42 @@ fn escape(subject: &Subject) -> Vec<String> {
         let name = entry.name.replace('\\', "/");
         let leaves =
             name.starts_with('/') || name.split('/').any(|part| part == ".." || part.contains(':'));
-        leaves.then(|| "may be written outside of the unit's folder".to_owned())
+        leaves.then_some("may be written outside of the unit's folder")
     })
 }
 
-fn dot(subject: &Subject) -> Vec<String> {
-    names(subject, |it| it.name.starts_with("./").then(|| "begins with \"./\"".to_owned()))
-}
-
-fn link(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| entry.link.then(|| "is a link".to_owned()))
+fn control(subject: &Subject) -> Vec<String> {
+    names(subject, |entry| {
+        entry.name.chars().any(char::is_control).then_some("has a control character")
+    })
 }
 
 fn duplicate(subject: &Subject) -> Vec<String> {
-    let entries = &subject.contents.entries;
+    let twice = doubled(entries(subject).iter().map(Entry::path));
+    twice.iter().map(|name| format!("there are several entries \"{name}\"")).collect()
+}
+
+fn case(subject: &Subject) -> Vec<String> {
+    let mut seen: HashMap<String, String> = HashMap::new();
     let mut found = Vec::new();
-    if let Some(declared) = subject.contents.declared_entries.filter(|&it| it != entries.len()) {
-        let distinct = entries.len();
-        found.push(format!("the archive has {declared} entries, but only {distinct} names"));
-    }
-    let mut seen: HashMap<String, &str> = HashMap::new();
-    for entry in entries {
-        let key = entry.name.replace('\\', "/").to_lowercase();
-        if let Some(other) = seen.insert(key, &entry.name) {
-            found.push(format!("entries \"{other}\" and \"{}\" are one file", entry.name));
+    for path in entries(subject).iter().map(Entry::path) {
+        match seen.get(&path.to_lowercase()) {
+            Some(other) if *other != path => {
+                found.push(format!("\"{other}\" and \"{path}\" are one file on some systems"));
+            }
+            Some(_) => {}
+            None => drop(seen.insert(path.to_lowercase(), path)),
         }
     }
     found
 }
 
-fn compression(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| {
-        (!entry.common_compression).then(|| "is packed neither stored nor with Deflate".to_owned())
-    })
+fn dot(subject: &Subject) -> Vec<String> {
+    names(subject, |entry| entry.name.starts_with("./").then_some("begins with \"./\""))
 }
 
 fn ascii(subject: &Subject) -> Vec<String> {
-    names(subject, |it| (!it.name.is_ascii()).then(|| "is not plain ASCII".to_owned()))
-}
-
-fn control(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| {
-        entry.name.chars().any(char::is_control).then(|| "has a control character".to_owned())
-    })
+    names(subject, |entry| (!entry.name.is_ascii()).then_some("is not plain ASCII"))
 }
 
 fn top_level(subject: &Subject) -> Vec<String> {
@@ -99,63 +157,46 @@ fn top_level(subject: &Subject) -> Vec<String> {
         "terminalsAndIcons",
         "extra",
     ];
-    names(subject, |entry| {
-        let name = entry.name.replace('\\', "/");
-        let top = name.strip_prefix("./").unwrap_or(&name).split('/').next().unwrap_or_default();
-        (!NAMED.contains(&top)).then(|| "is not of the standard; tools leave it alone".to_owned())
-    })
+    let tops = entries(subject).iter().map(Entry::path);
+    let mut tops: Vec<String> =
+        tops.filter_map(|path| Some(path.split('/').next()?.to_owned())).collect();
+    tops.sort_unstable();
+    tops.dedup();
+    tops.retain(|top| !top.is_empty() && !NAMED.contains(&top.as_str()));
+    tops.iter().map(|top| format!("\"{top}\" is not of the standard; tools ignore it")).collect()
 }
 
 fn refused(subject: &Subject) -> Vec<String> {
     // what has a rule of its own is not told twice
-    let told = [zip, escape, link, duplicate, control, missing, text];
-    if told.iter().any(|rule| !rule(subject).is_empty()) {
-        return Vec::new();
-    }
-    subject.contents.refusal.iter().cloned().collect()
-}
-
-fn missing(subject: &Subject) -> Vec<String> {
-    let contents = &subject.contents;
-    if contents.damage.is_some() || contents.description.is_some() {
-        return Vec::new();
-    }
-    let elsewhere = |entry: &&Entry| entry.name.ends_with("/modelDescription.xml");
-    vec![match contents.entries.iter().find(elsewhere) {
-        Some(entry) => format!(
-            "there is no modelDescription.xml at the top level, only \"{}\": pack the folder's \
-             contents, not the folder",
-            entry.name
-        ),
-        None => "there is no modelDescription.xml".to_owned(),
-    }]
-}
-
-fn text(subject: &Subject) -> Vec<String> {
-    let bytes = subject.contents.description.as_deref().unwrap_or_default();
-    let error = std::str::from_utf8(bytes).err();
-    error.map(|error| format!("modelDescription.xml is not UTF-8: {error}")).into_iter().collect()
-}
-
-fn doctype(subject: &Subject) -> Vec<String> {
-    match subject.malformed {
-        Some(roxmltree::Error::DtdDetected) => vec![
-            "a document type declaration can name files and addresses that a parser fetches, and \
-             can blow up a few bytes to gigabytes"
-                .to_owned(),
-        ],
+    let Some(refusal) = &subject.contents.refusal else { return Vec::new() };
+    match refusal {
+        ArchiveError::TooMany { .. } | ArchiveError::TooLarge { .. } => vec![refusal.to_string()],
         _ => Vec::new(),
     }
 }
 
-fn well_formed(subject: &Subject) -> Vec<String> {
-    let other = |error: &&roxmltree::Error| !matches!(error, roxmltree::Error::DtdDetected);
-    subject.malformed.filter(other).map(ToString::to_string).into_iter().collect()
+fn missing(subject: &Subject) -> Vec<String> {
+    const NAME: &str = "modelDescription.xml";
+    let contents = subject.contents;
+    let there = |entry: &Entry| entry.path() == NAME;
+    if contents.damage.is_some() || entries(subject).iter().any(there) {
+        return Vec::new();
+    }
+    let similar =
+        |path: &String| path.rsplit('/').next().is_some_and(|last| last.eq_ignore_ascii_case(NAME));
+    vec![match entries(subject).iter().map(Entry::path).find(similar) {
+        Some(path) if path.contains('/') => format!(
+            "there is no {NAME} at the top level, only \"{path}\": pack the folder's contents, \
+             not the folder"
+        ),
+        Some(path) => format!("there is no {NAME}, only \"{path}\""),
+        None => format!("there is no {NAME}"),
+    }]
 }
 
 fn documentation(subject: &Subject) -> Vec<String> {
-    let contents = &subject.contents;
-    if contents.entries.is_empty() || contents.has("documentation/index.html") {
+    let contents = subject.contents;
+    if entries(subject).is_empty() || contents.has("documentation/index.html") {
         return Vec::new();
     }
     vec!["there is no documentation/index.html".to_owned()]

@@ -1,7 +1,10 @@
 //! Rules on the capability flags (FMI 2.0.5, section 4.3.1).
 
-use super::{Subject, table};
+use roxmltree::Node;
+
+use super::{Subject, several, table};
 use crate::description::CoSimulation;
+use crate::xml::Plain as _;
 
 table! {
     "serialize", "4.3.1", Error, "serialization needs get and set of states", serialize;
@@ -9,7 +12,7 @@ table! {
     "once-per-process", "4.3.1", Note, "the unit can have several instances in a process", once;
     "asynchronous", "4.3.1", Note, "steps end before fmi2DoStep returns", asynchronous;
     "multiple-set", "2.2.7", Error, "canHandleMultipleSetPerTimeInstant is for model exchange only", multiple_set;
-    "reinit", "2.2.7", Error, "reinit is for states in model exchange only", reinit;
+    "reinit", "2.2.7", Error, "reinit is for model exchange only", reinit;
 }
 
 fn flag(subject: &Subject, raised: impl Fn(&CoSimulation) -> bool, text: &str) -> Vec<String> {
@@ -42,21 +45,26 @@ fn only_co_simulation(subject: &Subject) -> bool {
     subject.elements("ModelExchange").next().is_none()
 }
 
-fn multiple_set(subject: &Subject) -> Vec<String> {
+/// One message for all variables that have an attribute which is for model exchange only.
+fn present(subject: &Subject, attribute: &str, has: impl Fn(Node) -> bool) -> Vec<String> {
     if !only_co_simulation(subject) {
         return Vec::new();
     }
-    subject.each_element("ScalarVariable", |node| {
-        node.attribute("canHandleMultipleSetPerTimeInstant")
-            .map(|_| "has canHandleMultipleSetPerTimeInstant".to_owned())
-    })
+    let variables = subject.elements("ScalarVariable").filter(|node| has(*node));
+    let names: Vec<&str> = variables.filter_map(|node| node.attr("name")).collect();
+    if names.is_empty() {
+        return Vec::new();
+    }
+    vec![format!("{attribute} is given for {}", several(&names))]
+}
+
+fn multiple_set(subject: &Subject) -> Vec<String> {
+    let name = "canHandleMultipleSetPerTimeInstant";
+    present(subject, name, |node| node.attr(name).is_some())
 }
 
 fn reinit(subject: &Subject) -> Vec<String> {
-    if !only_co_simulation(subject) {
-        return Vec::new();
-    }
-    subject.each_element("Real", |node| {
-        (node.attribute("reinit") == Some("true")).then(|| "has reinit".to_owned())
+    present(subject, "reinit", |node| {
+        node.children().any(|child| child.is("Real") && child.attr("reinit").is_some())
     })
 }

@@ -1,21 +1,24 @@
 //! Rules on what a unit calls itself (FMI 2.0.5, sections 2.1.1, 2.2.1 and 2.2.4 to 2.2.6).
 
+use roxmltree::Node;
+
 use super::{Subject, doubled, table};
+use crate::xml::{Plain as _, number};
 
 table! {
     "fmi-version", "2.2.1", Error, "fmiVersion is 2.0", version;
     "co-simulation", "2.2.1", Error, "the unit offers co-simulation", co_simulation;
-    "readable", "2.2", Error, "the description is complete enough to run the unit", readable;
+    "interface-once", "2.2.1", Error, "ModelExchange and CoSimulation are there once at most", once;
     "guid", "2.2.1", Error, "the GUID is not empty", guid;
     "model-name", "2.2.1", Warning, "the model's name is not empty", model_name;
     "model-identifier", "2.1.1", Error, "the modelIdentifier is a C identifier", identifier;
     "model-identifier-length", "2.1.1", Note, "the modelIdentifier is short, which file names need", length;
-    "generation-date", "2.2.1", Warning, "generationDateAndTime is in UTC, with Z at its end", date;
-    "log-categories", "2.2.4", Error, "log categories are not doubled", log_categories;
+    "generation-date", "2.2.1", Warning, "generationDateAndTime is in UTC, as YYYY-MM-DDThh:mm:ssZ", date;
+    "log-categories", "2.2.4", Error, "log categories have different names", log_categories;
     "experiment-interval", "2.2.5", Error, "the default experiment's stop follows its start", interval;
     "experiment-value", "2.2.5", Error, "tolerance and step of the default experiment are positive", positive;
     "experiment-step", "2.2.5", Warning, "the default experiment's step fits into its interval", step;
-    "annotations", "2.2.6", Error, "a tool has one VendorAnnotations entry", annotations;
+    "annotations", "2.2.6", Error, "a tool has one entry in a list of annotations", annotations;
 }
 
 /// Longest modelIdentifier that leaves room for folders in a path of 260 characters.
@@ -23,7 +26,7 @@ const LONGEST_IDENTIFIER: usize = 55;
 
 /// An attribute of the root.
 fn root<'a>(subject: &Subject<'a>, attribute: &str) -> Option<&'a str> {
-    subject.elements("fmiModelDescription").next()?.attribute(attribute)
+    subject.elements("fmiModelDescription").next()?.attr(attribute)
 }
 
 fn version(subject: &Subject) -> Vec<String> {
@@ -32,19 +35,23 @@ fn version(subject: &Subject) -> Vec<String> {
 }
 
 fn co_simulation(subject: &Subject) -> Vec<String> {
-    let described = subject.elements("fmiModelDescription").next().is_some();
-    if described && subject.elements("CoSimulation").next().is_none() {
+    let Some(root) = subject.elements("fmiModelDescription").next() else { return Vec::new() };
+    // an element that the schema does not know is told by the schema's rules
+    let unknown = |child: &Node| child.is_element() && subject.reading.is_unknown(*child);
+    let offered = subject.elements("CoSimulation").next().is_some();
+    if !offered && !root.children().any(|child| unknown(&child)) {
         vec!["there is no <CoSimulation>: the unit is not for co-simulation".to_owned()]
     } else {
         Vec::new()
     }
 }
 
-fn readable(subject: &Subject) -> Vec<String> {
-    if subject.document.is_none() || subject.description.is_some() {
-        return Vec::new();
-    }
-    vec!["the description lacks what a run needs; see the other findings".to_owned()]
+fn once(subject: &Subject) -> Vec<String> {
+    ["ModelExchange", "CoSimulation"]
+        .into_iter()
+        .filter(|name| subject.elements(name).count() > 1)
+        .map(|name| format!("there are several <{name}>; importers take the first or the last"))
+        .collect()
 }
 
 fn guid(subject: &Subject) -> Vec<String> {
@@ -59,7 +66,7 @@ fn model_name(subject: &Subject) -> Vec<String> {
 
 fn identifier(subject: &Subject) -> Vec<String> {
     subject.each_element("CoSimulation", |node| {
-        let identifier = node.attribute("modelIdentifier")?;
+        let identifier = node.attr("modelIdentifier")?;
         let mut letters = identifier.chars();
         let head = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
         let sound = head && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -69,7 +76,7 @@ fn identifier(subject: &Subject) -> Vec<String> {
 
 fn length(subject: &Subject) -> Vec<String> {
     subject.each_element("CoSimulation", |node| {
-        let length = node.attribute("modelIdentifier")?.len();
+        let length = node.attr("modelIdentifier")?.len();
         (length > LONGEST_IDENTIFIER).then(|| {
             format!("has a modelIdentifier of {length} characters, more than {LONGEST_IDENTIFIER}")
         })
@@ -77,32 +84,30 @@ fn length(subject: &Subject) -> Vec<String> {
 }
 
 fn date(subject: &Subject) -> Vec<String> {
-    let local = root(subject, "generationDateAndTime").filter(|date| !date.ends_with('Z'));
+    let local = root(subject, "generationDateAndTime")
+        .filter(|date| !(date.len() == 20 && date.ends_with('Z')));
     local.map(|date| format!("generationDateAndTime=\"{date}\"")).into_iter().collect()
 }
 
 fn log_categories(subject: &Subject) -> Vec<String> {
-    let names = subject.elements("Category").filter_map(|node| node.attribute("name"));
-    doubled(names).iter().map(|name| format!("the log category \"{name}\" is twice")).collect()
+    let names = subject.elements("Category").filter_map(|node| node.attr("name"));
+    doubled(names).iter().map(|name| format!("there are two log categories \"{name}\"")).collect()
 }
 
 /// A number of the default experiment.
 fn experiment(subject: &Subject, attribute: &str) -> Option<f64> {
-    subject.elements("DefaultExperiment").next()?.attribute(attribute)?.trim().parse().ok()
+    subject.elements("DefaultExperiment").next()?.attr(attribute).and_then(number)
 }
 
 fn interval(subject: &Subject) -> Vec<String> {
     let start = experiment(subject, "startTime").unwrap_or(0.0);
     let stop = experiment(subject, "stopTime");
-    let mut found = Vec::new();
-    if stop.is_some_and(|stop| stop <= start) {
-        let stop = stop.unwrap_or_default();
-        found.push(format!("stopTime {stop} does not come after startTime {start}"));
-    }
     if !start.is_finite() || stop.is_some_and(|stop| !stop.is_finite()) {
-        found.push("startTime and stopTime must be finite".to_owned());
+        return vec!["startTime and stopTime must be finite".to_owned()];
     }
-    found
+    let early = stop.filter(|stop| *stop <= start);
+    let text = |stop| format!("stopTime {stop} does not come after startTime {start}");
+    early.map(text).into_iter().collect()
 }
 
 fn positive(subject: &Subject) -> Vec<String> {
@@ -125,9 +130,13 @@ fn step(subject: &Subject) -> Vec<String> {
 }
 
 fn annotations(subject: &Subject) -> Vec<String> {
-    let tools = subject.elements("Tool").filter(|node| {
-        node.parent_element().is_some_and(|parent| parent.has_tag_name("VendorAnnotations"))
-    });
-    let names = tools.filter_map(|node| node.attribute("name"));
-    doubled(names).iter().map(|name| format!("the tool \"{name}\" is listed twice")).collect()
+    let lists = ["VendorAnnotations", "Annotations"].map(|name| subject.elements(name));
+    let mut found = Vec::new();
+    for list in lists.into_iter().flatten() {
+        let tools = list.children().filter(|child| child.is("Tool"));
+        for name in doubled(tools.filter_map(|tool| tool.attr("name"))) {
+            found.push(subject.about(list, &format!("lists the tool \"{name}\" more than once")));
+        }
+    }
+    found
 }

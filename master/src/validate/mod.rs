@@ -4,23 +4,29 @@
 //! of them, [`check`] applies them to a file. They look at the raw archive and the raw XML, so that
 //! also a unit that cannot be opened is told everything that is wrong with it.
 
+mod aliases;
 mod archive;
 mod binaries;
 mod capabilities;
 mod contents;
+mod directory;
 mod identity;
+mod images;
+mod kit;
 mod names;
 mod quantities;
 mod schema;
 mod structure;
 mod values;
 mod variables;
+mod xml;
 
 use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::description::{Description, Finding, Severity, Variable};
+use crate::xml::Plain as _;
 pub use contents::{Contents, Unreadable};
 
 /// One check.
@@ -47,17 +53,14 @@ pub struct Subject<'a> {
     pub malformed: Option<&'a roxmltree::Error>,
     /// What the description says, if it is complete enough to be used.
     pub description: Option<&'a Description>,
-    /// Violations of the schema.
-    violations: Vec<schema::Violation>,
+    /// What the schema has to say, and the elements that it knows.
+    reading: schema::Reading<'a>,
 }
 
 impl<'a> Subject<'a> {
-    /// All elements of that name.
-    fn elements(&self, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> + use<'a> {
-        self.document
-            .into_iter()
-            .flat_map(|document| document.descendants())
-            .filter(move |node| node.has_tag_name(name))
+    /// All elements of that name that belong to the description.
+    fn elements(&self, name: &str) -> impl Iterator<Item = Node<'a, 'a>> + use<'a, '_> {
+        self.reading.elements(name).iter().copied()
     }
 
     /// Line of an element in modelDescription.xml.
@@ -67,27 +70,47 @@ impl<'a> Subject<'a> {
 
     /// A message about an element: its line, its name and what is wrong.
     fn about(&self, node: Node, text: &str) -> String {
-        let name = node.attribute("name").map(|name| format!(" \"{name}\"")).unwrap_or_default();
+        let name = node.attr("name").map(|name| format!(" \"{name}\"")).unwrap_or_default();
         format!("line {}: <{}>{name} {text}", self.line(node), node.tag_name().name())
     }
 
-    /// Messages on the elements of a name that a check objects to.
+    /// Messages on the elements of a name that a check objects to, unless the schema does.
     fn each_element(
         &self,
-        name: &'static str,
+        name: &str,
         check: impl Fn(Node<'a, 'a>) -> Option<String>,
     ) -> Vec<String> {
         self.elements(name)
+            .filter(|node| !self.reading.breaks(*node))
             .filter_map(|node| check(node).map(|text| self.about(node, &text)))
             .collect()
     }
 
+    /// The variables, each with its index from 1, which the schema does not object to.
+    fn variables(&self) -> impl Iterator<Item = (usize, &'a Variable)> {
+        let described = self.description.into_iter().flat_map(|it| &it.variables).enumerate();
+        described
+            .map(|(position, variable)| (position + 1, variable))
+            .filter(|(index, _)| !self.is_broken(*index))
+    }
+
+    /// Whether the schema objects to the variable of an index from 1: what a reader made of it is
+    /// a guess.
+    fn is_broken(&self, index: usize) -> bool {
+        self.variable_node(index).is_some_and(|node| self.reading.breaks(node))
+    }
+
+    /// The element of the variable of an index from 1.
+    fn variable_node(&self, index: usize) -> Option<Node<'a, 'a>> {
+        self.reading.elements("ScalarVariable").get(index.checked_sub(1)?).copied()
+    }
+
     /// Messages on the variables that a check objects to.
     fn each_variable(&self, check: impl Fn(&Variable) -> Option<String>) -> Vec<String> {
-        self.description
-            .iter()
-            .flat_map(|description| &description.variables)
-            .filter_map(|variable| check(variable).map(|text| format!("{}: {text}", variable.name)))
+        self.variables()
+            .filter_map(|(_, variable)| {
+                check(variable).map(|text| format!("variable \"{}\" {text}", variable.name))
+            })
             .collect()
     }
 }
@@ -110,13 +133,16 @@ use table;
 pub fn rules() -> impl Iterator<Item = &'static Rule> {
     [
         archive::RULES,
+        xml::RULES,
         binaries::RULES,
         schema::RULES,
         identity::RULES,
+        kit::RULES,
         capabilities::RULES,
         quantities::RULES,
         names::RULES,
         variables::RULES,
+        aliases::RULES,
         values::RULES,
         structure::RULES,
     ]
@@ -130,18 +156,21 @@ pub fn rules() -> impl Iterator<Item = &'static Rule> {
 /// The file cannot be read at all.
 pub fn check(path: &Path) -> Result<Vec<Finding>, Unreadable> {
     let contents = Contents::read(path)?;
-    let text = contents.description.as_deref().and_then(|bytes| std::str::from_utf8(bytes).ok());
-    let text = text.map(|text| text.strip_prefix('\u{feff}').unwrap_or(text));
-    let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
+    let text = contents.text();
+    let options = ParsingOptions {
+        allow_dtd: false,
+        nodes_limit: crate::description::MAX_NODES,
+        ..ParsingOptions::default()
+    };
     let parsed = text.map(|text| Document::parse_with_options(text, options));
-    let description = text.and_then(|text| Description::parse(text).ok());
+    let described = text.map(Description::parse);
     let document = parsed.as_ref().and_then(|parsed| parsed.as_ref().ok());
     let subject = Subject {
         contents: &contents,
         document,
         malformed: parsed.as_ref().and_then(|parsed| parsed.as_ref().err()),
-        description: description.as_ref(),
-        violations: document.map(schema::violations).unwrap_or_default(),
+        description: described.as_ref().and_then(|described| described.as_ref().ok()),
+        reading: document.map(schema::read).unwrap_or_default(),
     };
     let mut findings: Vec<Finding> = rules()
         .flat_map(|rule| {
@@ -149,8 +178,29 @@ pub fn check(path: &Path) -> Result<Vec<Finding>, Unreadable> {
             (rule.check)(&subject).into_iter().map(message)
         })
         .collect();
+    let errors = findings.iter().any(|finding| finding.severity == Severity::Error);
+    if let Some(Err(error)) = described.filter(|_| !errors) {
+        // the rules are meant to explain every refusal; if they do not, the refusal itself counts
+        let message = format!("the description cannot be used: {error}");
+        findings.push(Finding { rule: "description-xml", severity: Severity::Error, message });
+    }
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Ok(findings)
+}
+
+/// The first names of a list in quotes, and how many more there are.
+fn several<T: std::fmt::Display>(names: &[T]) -> String {
+    const SHOWN: usize = 5;
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|name| format!("\"{name}\"")).collect();
+    match names.len().saturating_sub(SHOWN) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
+/// A word in singular or plural with its number: "1 file", "3 files".
+fn counted(count: usize, word: &str) -> String {
+    format!("{count} {word}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The items that occur more than once, each once.

@@ -1,31 +1,33 @@
 //! Rules on the names of variables (FMI 2.0.5, sections 2.2.7 and 2.2.9).
 
 use super::{Subject, doubled, table};
+use crate::xml::Plain as _;
 
 table! {
     "variable-duplicate", "2.2.7", Error, "variables have different names", duplicates;
     "variable-empty", "2.2.7", Error, "variables have names", empty;
     "variable-flat", "2.2.9", Error, "names have no tab or line break", flat;
     "variable-structured", "2.2.9", Error, "structured names follow the grammar", structured;
+    "type-structured", "2.2.1", Warning, "with structured names, those of types follow the grammar too", types;
     "variable-der", "2.2.9", Error, "der(...) names a Real", der;
 }
 
 fn convention(subject: &Subject) -> &'static str {
     let root = subject.elements("fmiModelDescription").next();
-    match root.and_then(|root| root.attribute("variableNamingConvention")) {
+    match root.and_then(|root| root.attr("variableNamingConvention")) {
         Some("structured") => "structured",
         _ => "flat",
     }
 }
 
 fn duplicates(subject: &Subject) -> Vec<String> {
-    let names = subject.elements("ScalarVariable").filter_map(|node| node.attribute("name"));
+    let names = subject.elements("ScalarVariable").filter_map(|node| node.attr("name"));
     doubled(names).iter().map(|name| format!("there are two variables \"{name}\"")).collect()
 }
 
 fn empty(subject: &Subject) -> Vec<String> {
     subject.each_element("ScalarVariable", |node| {
-        let empty = node.attribute("name")?.trim().is_empty();
+        let empty = node.attr("name")?.is_empty();
         empty.then(|| "has no name".to_owned())
     })
 }
@@ -35,7 +37,7 @@ fn flat(subject: &Subject) -> Vec<String> {
         return Vec::new();
     }
     subject.each_element("ScalarVariable", |node| {
-        let control = node.attribute("name")?.contains(['\r', '\n', '\t']);
+        let control = node.attr("name")?.contains(['\r', '\n', '\t']);
         control.then(|| "has a tab or a line break in its name".to_owned())
     })
 }
@@ -45,8 +47,18 @@ fn structured(subject: &Subject) -> Vec<String> {
         return Vec::new();
     }
     subject.each_element("ScalarVariable", |node| {
-        let name = node.attribute("name")?;
-        (!is_structured(name)).then(|| "is not structured".to_owned())
+        let name = node.attr("name")?;
+        (!is_structured(name)).then(|| "has a name that is not structured".to_owned())
+    })
+}
+
+fn types(subject: &Subject) -> Vec<String> {
+    if convention(subject) != "structured" {
+        return Vec::new();
+    }
+    subject.each_element("SimpleType", |node| {
+        let name = node.attr("name")?;
+        (!is_structured(name)).then(|| "has a name that is not structured".to_owned())
     })
 }
 
@@ -55,8 +67,8 @@ fn der(subject: &Subject) -> Vec<String> {
         return Vec::new();
     }
     subject.each_element("ScalarVariable", |node| {
-        let derivative = node.attribute("name")?.starts_with("der(");
-        let real = node.children().any(|child| child.has_tag_name("Real"));
+        let derivative = node.attr("name")?.starts_with("der(");
+        let real = node.children().any(|child| child.is("Real"));
         (derivative && !real).then(|| "is a derivative, but no Real".to_owned())
     })
 }
@@ -66,7 +78,10 @@ fn is_structured(name: &str) -> bool {
     let Some(inner) = name.strip_prefix("der(") else { return identifier(name) == Some("") };
     let Some(rest) = identifier(inner) else { return false };
     let rest = match rest.strip_prefix(',') {
-        Some(order) => order.trim_start_matches(|c: char| c.is_ascii_digit()),
+        Some(order) => match after_digits(order) {
+            Some(rest) => rest,
+            None => return false,
+        },
         None => rest,
     };
     rest == ")"
@@ -93,10 +108,7 @@ fn part(text: &str) -> Option<&str> {
     };
     let Some(mut rest) = rest.strip_prefix('[') else { return Some(rest) };
     loop {
-        let digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
-        if digits.len() == rest.len() {
-            return None;
-        }
+        let digits = after_digits(rest)?;
         if let Some(after) = digits.strip_prefix(']') {
             return Some(after);
         }
@@ -104,14 +116,25 @@ fn part(text: &str) -> Option<&str> {
     }
 }
 
+/// What follows one or more digits.
+fn after_digits(text: &str) -> Option<&str> {
+    let rest = text.trim_start_matches(|c: char| c.is_ascii_digit());
+    (rest.len() < text.len()).then_some(rest)
+}
+
 /// What follows the closing quote; at least one character must be between the quotes.
 fn after_quoted(text: &str) -> Option<&str> {
+    /// What may follow a backslash.
+    const ESCAPES: &str = "'\"?\\abfnrtv";
+    /// What may stand between quotes besides letters, digits and the underscore.
+    const OTHERS: &str = "!#$%&()*+,-./:;<>=?@[]^{}|~ ";
     let mut characters = text.char_indices();
     while let Some((at, c)) = characters.next() {
         match c {
-            '\\' => drop(characters.next()?),
+            '\\' => drop(characters.next().filter(|(_, c)| ESCAPES.contains(*c))?),
             '\'' => return (at > 0).then(|| &text[at + 1..]),
-            c if c.is_ascii() && !c.is_ascii_control() => {}
+            '_' => {}
+            c if c.is_ascii_alphanumeric() || OTHERS.contains(c) => {}
             _ => return None,
         }
     }
@@ -124,13 +147,56 @@ mod tests {
 
     #[test]
     fn golden_structured_names() {
-        for name in
-            ["x", "_a1.b", "a.b.mod[3,4].'#123'.c", "der(x)", "der(a.b[1],2)", r"'a\'b'", "x[1].y"]
-        {
+        for name in [
+            "x",
+            "_a1.b",
+            "a.b.mod[3,4].'#123'.c",
+            "der(x)",
+            "der(a.b[1],2)",
+            "der(pipe[3,4].T[14],2)",
+            "robot.axis.'motor #234'",
+            r"'a\'b'",
+            r#"'\"\?\\\a\b\f\n\r\t\v'"#,
+            "'a b'[1].'c'",
+            "'der(x'",
+            "x[1].y",
+            "x[0]",
+            "der",
+        ] {
             assert!(is_structured(name), "{name}");
         }
-        for name in ["", "1x", "a.", "a b", "x[]", "x[1", "der(x", "der()", "''", "der(x),", "a-b"]
-        {
+        for name in [
+            "",
+            "1x",
+            "a.",
+            "a b",
+            "x[]",
+            "x[1",
+            "x[1, 2]",
+            "x[-1]",
+            "x[n]",
+            "der(x",
+            "der()",
+            "der(x,)",
+            "der(x,n)",
+            "der(x),",
+            "der(der(x))",
+            "a.der(x)",
+            "''",
+            "a-b",
+            "'a",
+            "a'",
+            "'a\"b'",
+            "'a`b'",
+            "'ä'",
+            "ä",
+            r"'\x'",
+            r"'a\'",
+            "'a''b'",
+            "x.[1]",
+            "x[1]y",
+            " x",
+        ] {
             assert!(!is_structured(name), "{name}");
         }
     }

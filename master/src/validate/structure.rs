@@ -4,22 +4,23 @@ use std::collections::{BTreeSet, HashSet};
 
 use roxmltree::Node;
 
-use super::{Subject, doubled, table};
-use crate::description::{Causality, Description, Initial, Type, Variable};
+use super::{Subject, counted, doubled, several, table};
+use crate::description::{Causality, Description, Initial, Type, Variability, Variable};
+use crate::xml::{Plain as _, number, words};
 
 table! {
     "structure-index", "2.2.8", Error, "indices refer to variables, counted from 1", index;
     "structure-duplicate", "2.2.8", Error, "no unknown is listed twice", duplicate;
     "outputs", "2.2.8", Error, "Outputs are exactly the outputs", outputs;
     "derivatives", "2.2.8", Error, "Derivatives are derivatives of continuous states", derivatives;
-    "initial-unknowns", "2.2.8", Warning, "InitialUnknowns are complete", initial_missing;
+    "initial-unknowns", "2.2.8", Error, "InitialUnknowns are complete", initial_missing;
     "initial-unknowns-excess", "2.2.8", Error, "InitialUnknowns hold only unknowns", initial_excess;
     "initial-unknowns-order", "2.2.8", Error, "InitialUnknowns are sorted by index", initial_order;
-    "dependencies-order", "2.2.8", Error, "dependencies are ascending, without doubles", order;
-    "dependencies-known", "2.2.8", Error, "dependencies are knowns: inputs, states, or what is set before", known;
+    "dependencies-order", "2.2.8", Error, "dependencies are ascending, none twice", order;
+    "dependencies-known", "2.2.8", Error, "dependencies are knowns: inputs, states, or initially what is exact", known;
     "dependencies-kind", "2.2.8", Error, "dependenciesKind has one word for each dependency", kinds;
     "dependencies-kind-initial", "2.2.8", Error, "in InitialUnknowns dependencies are dependent or constant", initial_kinds;
-    "dependencies-kind-type", "2.2.8", Warning, "only Reals depend by constant, fixed, tunable or discrete factors", kind_types;
+    "dependencies-kind-type", "2.2.8", Error, "only Reals depend by constant, fixed, tunable or discrete factors", kind_types;
 }
 
 const LISTS: [&str; 3] = ["Outputs", "Derivatives", "InitialUnknowns"];
@@ -34,18 +35,19 @@ struct Entry<'a> {
 
 impl<'a> Entry<'a> {
     fn kinds(&self) -> Option<Vec<&'a str>> {
-        Some(self.node.attribute("dependenciesKind")?.split_ascii_whitespace().collect())
+        Some(words(self.node.attr("dependenciesKind")?).collect())
     }
 }
 
-fn entries<'a>(subject: &Subject<'a>) -> impl Iterator<Item = Entry<'a>> + use<'a> {
-    subject.elements("Unknown").filter_map(|node| {
+/// The entries that the schema does not object to.
+fn entries<'a>(subject: &Subject<'a>) -> impl Iterator<Item = Entry<'a>> {
+    let sound = subject.elements("Unknown").filter(|node| !subject.reading.breaks(*node));
+    sound.filter_map(|node| {
         let parent = node.parent_element()?;
-        let list = LISTS.into_iter().find(|list| parent.has_tag_name(*list))?;
-        let index = node.attribute("index")?.trim().parse().ok()?;
-        let dependencies = node.attribute("dependencies").map(|text| {
-            text.split_ascii_whitespace().filter_map(|word| word.parse().ok()).collect()
-        });
+        let list = LISTS.into_iter().find(|list| parent.is(list))?;
+        let index = number(node.attr("index")?)?;
+        let dependencies =
+            node.attr("dependencies").map(|text| words(text).filter_map(number).collect());
         Some(Entry { list, node, index, dependencies })
     })
 }
@@ -59,7 +61,7 @@ fn each_entry<'a>(
         .filter_map(|entry| {
             let text = check(&entry)?;
             let line = subject.line(entry.node);
-            Some(format!("line {line}: {} of variable {}: {text}", entry.list, entry.index))
+            Some(format!("line {line}: variable {} in {}: {text}", entry.index, entry.list))
         })
         .collect()
 }
@@ -74,13 +76,13 @@ fn index(subject: &Subject) -> Vec<String> {
         let own = std::iter::once(&entry.index);
         let all = own.chain(entry.dependencies.iter().flatten());
         let odd = all.into_iter().find(|index| !(1..=count).contains(*index))?;
-        Some(format!("{odd} is no variable; there are variables 1 to {count}"))
+        Some(format!("there is no variable {odd}, only 1 to {count}"))
     })
 }
 
 fn duplicate(subject: &Subject) -> Vec<String> {
     let twice = doubled(entries(subject).map(|entry| (entry.list, entry.index)));
-    twice.iter().map(|(list, index)| format!("{list} has variable {index} twice")).collect()
+    twice.iter().map(|(list, index)| format!("{list} lists variable {index} twice")).collect()
 }
 
 /// Indices from 1 in a list.
@@ -89,46 +91,74 @@ fn listed(subject: &Subject, list: &str) -> BTreeSet<usize> {
 }
 
 /// Indices from 1 of the variables that a test accepts.
-fn all(description: &Description, test: impl Fn(&Variable) -> bool) -> BTreeSet<usize> {
-    let numbered = description.variables.iter().enumerate();
-    numbered.filter(|(_, variable)| test(variable)).map(|(index, _)| index + 1).collect()
+fn all(subject: &Subject, test: impl Fn(&Variable) -> bool) -> BTreeSet<usize> {
+    subject.variables().filter(|(_, variable)| test(variable)).map(|(index, _)| index).collect()
 }
 
-fn names(description: &Description, indices: impl Iterator<Item = usize>) -> Vec<&str> {
-    indices.filter_map(|it| variable(description, it)).map(|it| it.name.as_str()).collect()
+/// What a list should hold, as one message, and what it holds besides.
+fn compared(
+    subject: &Subject,
+    list: &'static str,
+    wanted: &BTreeSet<usize>,
+) -> (Option<String>, BTreeSet<usize>) {
+    // without a list, or in one that breaks the schema, the schema's rules say what is wrong
+    let Some(structure) = subject.elements("ModelStructure").next() else {
+        return (None, BTreeSet::new());
+    };
+    if subject.elements(list).any(|it| subject.reading.breaks(it)) {
+        return (None, BTreeSet::new());
+    }
+    let listed = listed(subject, list);
+    let lacks: Vec<&str> = wanted.difference(&listed).filter_map(|it| name(subject, *it)).collect();
+    let why = if subject.elements(list).next().is_some() { "lists" } else { "has no" };
+    let count = counted(lacks.len(), "variable");
+    let text = match why {
+        "lists" => format!("{list} lacks {count}: {}", several(&lacks)),
+        _ => format!("there is no <{list}>, which {count} should be in: {}", several(&lacks)),
+    };
+    let line = subject.line(structure);
+    let excess = listed.difference(wanted).copied().filter(|it| !subject.is_broken(*it)).collect();
+    ((!lacks.is_empty()).then(|| format!("line {line}: {text}")), excess)
+}
+
+fn name<'a>(subject: &Subject<'a>, index: usize) -> Option<&'a str> {
+    variable(subject.description?, index).map(|variable| variable.name.as_str())
 }
 
 fn outputs(subject: &Subject) -> Vec<String> {
-    let Some(description) = subject.description else { return Vec::new() };
-    let wanted = all(description, |variable| variable.causality == Causality::Output);
-    let listed = listed(subject, "Outputs");
-    let lacks = names(description, wanted.difference(&listed).copied());
-    let excess = names(description, listed.difference(&wanted).copied());
-    let lacks = lacks.into_iter().map(|name| format!("Outputs lack {name}"));
-    let excess = excess.into_iter().map(|name| format!("Outputs list {name}, which is no output"));
-    lacks.chain(excess).collect()
+    if subject.description.is_none() {
+        return Vec::new();
+    }
+    let wanted = all(subject, |variable| variable.causality == Causality::Output);
+    let (lacks, excess) = compared(subject, "Outputs", &wanted);
+    let excess = excess.into_iter().filter_map(|index| name(subject, index));
+    let excess = excess.map(|name| format!("Outputs lists \"{name}\", which is not an output"));
+    lacks.into_iter().chain(excess).collect()
 }
 
 fn derivatives(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     each_entry(subject, |entry| {
-        let variable = variable(description, entry.index)?;
-        (entry.list == "Derivatives" && variable.derivative_of.is_none())
-            .then(|| format!("\"{}\" has no attribute derivative", variable.name))
+        let variable =
+            variable(description, entry.index).filter(|_| entry.list == "Derivatives")?;
+        let node = subject.variable_node(entry.index)?;
+        let given = node.children().any(|child| child.attr("derivative").is_some());
+        if !given {
+            return Some(format!("\"{}\" has no attribute derivative", variable.name));
+        }
+        let state = description.variables.get(variable.derivative_of?)?;
+        let odd =
+            [variable, state].into_iter().find(|it| it.variability != Variability::Continuous);
+        odd.map(|it| format!("\"{}\" is not continuous", it.name))
     })
 }
 
-/// Variables that Derivatives and their states are: indices from 1.
+/// Derivatives that are listed, and their states: indices from 1.
 fn exposed_states(subject: &Subject, description: &Description) -> BTreeSet<usize> {
-    let mut indices = listed(subject, "Derivatives");
-    let states = names_of_states(description, &indices);
-    indices.extend(states);
-    indices
-}
-
-fn names_of_states(description: &Description, derivatives: &BTreeSet<usize>) -> Vec<usize> {
+    let derivatives = listed(subject, "Derivatives");
     let state = |index: &usize| Some(variable(description, *index)?.derivative_of? + 1);
-    derivatives.iter().filter_map(state).collect()
+    let states: Vec<usize> = derivatives.iter().filter_map(state).collect();
+    derivatives.into_iter().chain(states).collect()
 }
 
 fn guessed(variable: &Variable) -> bool {
@@ -137,7 +167,7 @@ fn guessed(variable: &Variable) -> bool {
 
 fn initial_wanted(subject: &Subject, description: &Description) -> BTreeSet<usize> {
     let states = exposed_states(subject, description);
-    let mut wanted = all(description, |variable| match variable.causality {
+    let mut wanted = all(subject, |variable| match variable.causality {
         Causality::Output => guessed(variable),
         Causality::CalculatedParameter => true,
         _ => false,
@@ -151,27 +181,16 @@ fn initial_wanted(subject: &Subject, description: &Description) -> BTreeSet<usiz
 fn initial_missing(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     let wanted = initial_wanted(subject, description);
-    let listed = listed(subject, "InitialUnknowns");
-    names(description, wanted.difference(&listed).copied())
-        .into_iter()
-        .map(|name| format!("InitialUnknowns lack {name}"))
-        .collect()
+    compared(subject, "InitialUnknowns", &wanted).0.into_iter().collect()
 }
 
 fn initial_excess(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
-    // states and their derivatives may be exposed without <Derivatives>
-    let state: HashSet<usize> =
-        description.variables.iter().filter_map(|it| Some(it.derivative_of? + 1)).collect();
     let wanted = initial_wanted(subject, description);
-    each_entry(subject, |entry| {
-        let variable = variable(description, entry.index)?;
-        let belongs = wanted.contains(&entry.index)
-            || (guessed(variable)
-                && (variable.derivative_of.is_some() || state.contains(&entry.index)));
-        (entry.list == "InitialUnknowns" && !belongs)
-            .then(|| format!("\"{}\" is no unknown of the initialization", variable.name))
-    })
+    let (_, excess) = compared(subject, "InitialUnknowns", &wanted);
+    let names = excess.into_iter().filter_map(|index| name(subject, index));
+    let text = "which is not an unknown of the initialization";
+    names.map(|name| format!("InitialUnknowns lists \"{name}\", {text}")).collect()
 }
 
 fn initial_order(subject: &Subject) -> Vec<String> {
@@ -180,7 +199,7 @@ fn initial_order(subject: &Subject) -> Vec<String> {
         .map(|entry| entry.index)
         .collect();
     let turn = list.windows(2).find(|pair| pair[0] > pair[1]);
-    turn.map(|pair| format!("InitialUnknowns have {} before {}", pair[0], pair[1]))
+    turn.map(|pair| format!("InitialUnknowns lists {} before {}", pair[0], pair[1]))
         .into_iter()
         .collect()
 }
@@ -189,7 +208,11 @@ fn order(subject: &Subject) -> Vec<String> {
     each_entry(subject, |entry| {
         let list = entry.dependencies.as_ref()?;
         let turn = list.windows(2).find(|pair| pair[0] >= pair[1])?;
-        Some(format!("dependency {} comes before {}", turn[0], turn[1]))
+        Some(if turn[0] == turn[1] {
+            format!("the dependency {} is listed twice", turn[0])
+        } else {
+            format!("the dependency {} comes before {}", turn[0], turn[1])
+        })
     })
 }
 
@@ -200,13 +223,13 @@ fn known(subject: &Subject) -> Vec<String> {
     each_entry(subject, |entry| {
         let mut dependencies = entry.dependencies.iter().flatten();
         dependencies.find_map(|&index| {
-            let variable = variable(description, index)?;
+            let variable = variable(description, index).filter(|_| !subject.is_broken(index))?;
             let known = matches!(variable.causality, Causality::Input | Causality::Independent)
-                || states.contains(&index)
-                || (entry.list == "InitialUnknowns"
-                    && (variable.initial == Some(Initial::Exact)
-                        || variable.causality == Causality::Parameter));
-            (!known).then(|| format!("it depends on \"{}\", which is no known", variable.name))
+                || match entry.list {
+                    "InitialUnknowns" => variable.initial == Some(Initial::Exact),
+                    _ => states.contains(&index),
+                };
+            (!known).then(|| format!("it depends on \"{}\", which is not a known", variable.name))
         })
     })
 }
@@ -234,6 +257,9 @@ fn kind_types(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     each_entry(subject, |entry| {
         let unknown = variable(description, entry.index)?;
+        if subject.is_broken(entry.index) {
+            return None;
+        }
         let kind = entry.kinds()?.into_iter().find(|kind| *kind != "dependent")?;
         let kind_of = unknown.kind;
         (kind_of != Type::Real)

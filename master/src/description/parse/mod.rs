@@ -13,10 +13,12 @@ use std::str::FromStr;
 use roxmltree::{Document, Node, ParsingOptions};
 use thiserror::Error;
 
+use crate::xml::{self, Plain as _};
+
 use super::{CoSimulation, DefaultExperiment, Description, Finding, Severity, Type};
 
 /// More XML nodes than this are refused: about 100 bytes of memory each.
-const MAX_NODES: u32 = 5_000_000;
+pub(crate) const MAX_NODES: u32 = 5_000_000;
 
 /// Why a description cannot be used.
 #[derive(Debug, Error)]
@@ -118,12 +120,12 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn read(mut self) -> Result<Description> {
         let root = self.document.root_element();
-        if root.tag_name().name() != "fmiModelDescription" {
+        if !root.is("fmiModelDescription") {
             return Err(DescriptionError::Root(root.tag_name().name().to_owned()));
         }
         let fmi_version = self.version(root)?;
         let co_simulation = self.co_simulation(root)?;
-        let text = |name: &str| root.attribute(name).map(str::to_owned);
+        let text = |name: &str| root.attr(name).map(str::to_owned);
         let model_name = text("modelName").unwrap_or_else(|| {
             let message = "the model has no name; its modelIdentifier stands in".to_owned();
             self.note("model-name", Severity::Error, message);
@@ -151,7 +153,7 @@ impl<'a> Reader<'a> {
             offers_model_exchange: child(root, "ModelExchange").is_some(),
             units: self.units(root)?,
             log_categories: children(root, "LogCategories", "Category")
-                .filter_map(|node| node.attribute("name").map(str::to_owned))
+                .filter_map(|node| node.attr("name").map(str::to_owned))
                 .collect(),
             default_experiment: self.experiment(root),
             enumerations,
@@ -198,10 +200,8 @@ impl<'a> Reader<'a> {
                 format!("modelIdentifier \"{model_identifier}\" is not a C identifier"),
             );
         }
-        let source_files = node
-            .descendants()
-            .filter(|file| file.has_tag_name("File"))
-            .filter_map(|file| file.attribute("name").map(str::to_owned))
+        let source_files = children(node, "SourceFiles", "File")
+            .filter_map(|file| file.attr("name").map(str::to_owned))
             .collect();
         let mut flag = |name| self.boolean(node, name).unwrap_or(false);
         let mut co_simulation = CoSimulation {
@@ -224,7 +224,7 @@ impl<'a> Reader<'a> {
             .optional(node, "maxOutputDerivativeOrder", "non-negative whole number")
             .unwrap_or(0);
         if co_simulation.needs_execution_tool {
-            let tool = root.attribute("generationTool").unwrap_or("it does not say which");
+            let tool = root.attr("generationTool").unwrap_or("it does not say which");
             let message = format!("the unit needs another program that must be installed ({tool})");
             self.note("execution-tool", Severity::Note, message);
         }
@@ -263,7 +263,7 @@ impl<'a> Reader<'a> {
     }
 
     fn required(&self, node: Node<'a, 'a>, attribute: &'static str) -> Result<&'a str> {
-        node.attribute(attribute).ok_or_else(|| self.missing(node, attribute))
+        node.attr(attribute).ok_or_else(|| self.missing(node, attribute))
     }
 
     fn missing(&self, node: Node<'a, 'a>, attribute: &'static str) -> DescriptionError {
@@ -280,7 +280,7 @@ impl<'a> Reader<'a> {
         DescriptionError::Invalid {
             element: node.tag_name().name().to_owned(),
             attribute: attribute.to_owned(),
-            value: node.attribute(attribute).unwrap_or_default().to_owned(),
+            value: node.attr(attribute).unwrap_or_default().to_owned(),
             expected,
             line: self.line(node),
         }
@@ -292,8 +292,8 @@ impl<'a> Reader<'a> {
         attribute: &str,
         expected: &'static str,
     ) -> Result<Option<T>> {
-        node.attribute(attribute)
-            .map(|text| text.trim().parse().map_err(|_| self.invalid(node, attribute, expected)))
+        node.attr(attribute)
+            .map(|text| xml::number(text).ok_or_else(|| self.invalid(node, attribute, expected)))
             .transpose()
     }
 
@@ -316,7 +316,7 @@ impl<'a> Reader<'a> {
 
     /// true or false; some exporters write True and False.
     fn boolean(&mut self, node: Node<'a, 'a>, attribute: &str) -> Option<bool> {
-        let text = node.attribute(attribute)?.trim();
+        let text = xml::trim(node.attr(attribute)?);
         match text {
             "true" | "1" => return Some(true),
             "false" | "0" => return Some(false),
@@ -333,6 +333,9 @@ impl<'a> Reader<'a> {
 }
 
 fn type_of(node: Node<'_, '_>) -> Option<Type> {
+    if node.tag_name().namespace().is_some() {
+        return None;
+    }
     match node.tag_name().name() {
         "Real" => Some(Type::Real),
         "Integer" => Some(Type::Integer),
@@ -344,7 +347,7 @@ fn type_of(node: Node<'_, '_>) -> Option<Type> {
 }
 
 fn child<'a>(node: Node<'a, 'a>, name: &'static str) -> Option<Node<'a, 'a>> {
-    node.children().find(|child| child.has_tag_name(name))
+    node.children().find(|child| child.is(name))
 }
 
 fn children<'a>(
@@ -355,5 +358,5 @@ fn children<'a>(
     child(node, list)
         .into_iter()
         .flat_map(|list| list.children())
-        .filter(move |child| child.has_tag_name(name))
+        .filter(move |child| child.is(name))
 }

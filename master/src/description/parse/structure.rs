@@ -4,6 +4,8 @@ use std::collections::HashSet;
 
 use roxmltree::Node;
 
+use crate::xml::{self, Plain as _};
+
 use super::{Reader, Result, child, children};
 use crate::description::{Causality, Initial, Severity, Unknown, Variable};
 
@@ -83,8 +85,8 @@ impl<'a> Reader<'a> {
         count: usize,
     ) -> Option<Vec<usize>> {
         let mut indices = Vec::new();
-        for word in node.attribute("dependencies")?.split_ascii_whitespace() {
-            let Ok(index) = word.parse::<usize>() else {
+        for word in xml::words(node.attr("dependencies")?) {
+            let Some(index) = xml::number::<usize>(word) else {
                 let error = self.invalid(node, "dependencies", "list of indices");
                 return self.ignored(&error);
             };

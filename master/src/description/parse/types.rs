@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
+use crate::xml::Plain as _;
+
 use super::{Reader, Result, child, children, type_of};
 use crate::description::units::BASE_NAMES;
 use crate::description::{BaseUnit, Enumeration, UnitDefinition};
@@ -18,7 +20,7 @@ impl<'a> Reader<'a> {
                 let base = child(node, "BaseUnit").map(|base| self.base_unit(base)).transpose()?;
                 let display_units = node
                     .children()
-                    .filter(|child| child.has_tag_name("DisplayUnit"))
+                    .filter(|child| child.is("DisplayUnit"))
                     .map(|display| {
                         let factor = self.number(display, "factor", "number")?.unwrap_or(1.0);
                         let offset = self.number(display, "offset", "number")?.unwrap_or(0.0);
@@ -53,7 +55,7 @@ impl<'a> Reader<'a> {
         children(root, "TypeDefinitions", "SimpleType")
             .filter_map(|node| {
                 let element = node.children().find(|child| type_of(*child).is_some())?;
-                Some((node.attribute("name")?, element))
+                Some((node.attr("name")?, element))
             })
             .collect()
     }
@@ -65,10 +67,10 @@ impl<'a> Reader<'a> {
             .map(|(node, element)| {
                 let items = element
                     .children()
-                    .filter(|item| item.has_tag_name("Item"))
+                    .filter(|item| item.is("Item"))
                     .filter_map(|item| {
                         let value = self.optional(item, "value", "whole number")?;
-                        Some((item.attribute("name")?.to_owned(), value))
+                        Some((item.attr("name")?.to_owned(), value))
                     })
                     .collect();
                 Ok(Enumeration { name: self.required(node, "name")?.to_owned(), items })

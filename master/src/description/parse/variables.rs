@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
+use crate::xml::Plain as _;
+
 use super::types::Types;
 use super::{DescriptionError, Reader, Result, children, type_of};
 use crate::description::{Causality, Initial, Severity, Type, Value, Variability, Variable};
@@ -41,7 +43,7 @@ impl<'a> Reader<'a> {
         let declared = self.declared(&name, element, types);
         // an attribute given by the variable wins over its type's
         let place = |attribute| match declared {
-            Some(declared) if element.attribute(attribute).is_none() => declared,
+            Some(declared) if element.attr(attribute).is_none() => declared,
             _ => element,
         };
         let causality = self.causality(node);
@@ -50,7 +52,7 @@ impl<'a> Reader<'a> {
         let value_reference = self
             .number(node, "valueReference", "non-negative whole number")?
             .ok_or_else(|| self.missing(node, "valueReference"))?;
-        let text = |attribute| place(attribute).attribute(attribute).map(str::to_owned);
+        let text = |attribute| place(attribute).attr(attribute).map(str::to_owned);
         Ok(Variable {
             value_reference,
             kind,
@@ -67,8 +69,8 @@ impl<'a> Reader<'a> {
             relative_quantity: self
                 .boolean(place("relativeQuantity"), "relativeQuantity")
                 .unwrap_or(false),
-            declared_type: element.attribute("declaredType").map(str::to_owned),
-            description: node.attribute("description").map(str::to_owned),
+            declared_type: element.attr("declaredType").map(str::to_owned),
+            description: node.attr("description").map(str::to_owned),
             derivative_of: self
                 .optional::<usize>(element, "derivative", "index of a variable")
                 .and_then(|index| index.checked_sub(1)),
@@ -83,7 +85,7 @@ impl<'a> Reader<'a> {
         element: Node<'a, 'a>,
         types: &Types<'a>,
     ) -> Option<Node<'a, 'a>> {
-        let wanted = element.attribute("declaredType")?;
+        let wanted = element.attr("declaredType")?;
         let declared = types.get(wanted).copied();
         let fits = declared.is_some_and(|it| it.tag_name().name() == element.tag_name().name());
         if !fits {
@@ -95,7 +97,7 @@ impl<'a> Reader<'a> {
     }
 
     fn start(&mut self, element: Node<'a, 'a>, kind: Type) -> Option<Value> {
-        let text = element.attribute("start")?;
+        let text = element.attr("start")?;
         match kind {
             Type::Real => self.optional(element, "start", "number").map(Value::Real),
             Type::Integer | Type::Enumeration => {
@@ -107,7 +109,7 @@ impl<'a> Reader<'a> {
     }
 
     fn causality(&mut self, node: Node<'a, 'a>) -> Causality {
-        match node.attribute("causality") {
+        match node.attr("causality") {
             None | Some("local") => Causality::Local,
             Some("parameter") => Causality::Parameter,
             Some("calculatedParameter") => Causality::CalculatedParameter,
@@ -125,7 +127,7 @@ impl<'a> Reader<'a> {
         // the standard's default is continuous, which only a Real can be
         let default =
             if kind == Type::Real { Variability::Continuous } else { Variability::Discrete };
-        match node.attribute("variability") {
+        match node.attr("variability") {
             None => default,
             Some("constant") => Variability::Constant,
             Some("fixed") => Variability::Fixed,
@@ -140,7 +142,7 @@ impl<'a> Reader<'a> {
     }
 
     fn initial(&mut self, node: Node<'a, 'a>) -> Option<Initial> {
-        match node.attribute("initial")? {
+        match node.attr("initial")? {
             "exact" => Some(Initial::Exact),
             "approx" => Some(Initial::Approx),
             "calculated" => Some(Initial::Calculated),
