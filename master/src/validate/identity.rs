@@ -13,9 +13,9 @@ table! {
     "model-name", "2.2.1", Warning, "the model's name is not empty", model_name;
     "model-identifier", "2.1.1", Error, "the modelIdentifier is a C identifier", identifier;
     "model-identifier-length", "2.1.1", Note, "the modelIdentifier is short, which file names need", length;
-    "generation-date", "2.2.1", Warning, "generationDateAndTime is in UTC, as YYYY-MM-DDThh:mm:ssZ", date;
+    "generation-date", "2.2.1", Note, "generationDateAndTime is in UTC, as YYYY-MM-DDThh:mm:ssZ", date;
     "log-categories", "2.2.4", Error, "log categories have different names", log_categories;
-    "experiment-interval", "2.2.5", Error, "the default experiment's stop follows its start", interval;
+    "experiment-interval", "2.2.5", Error, "the default experiment does not stop before its start", interval;
     "experiment-value", "2.2.5", Error, "tolerance and step of the default experiment are positive", positive;
     "experiment-step", "2.2.5", Warning, "the default experiment's step fits into its interval", step;
     "annotations", "2.2.6", Error, "a tool has one entry in a list of annotations", annotations;
@@ -105,8 +105,8 @@ fn interval(subject: &Subject) -> Vec<String> {
     if !start.is_finite() || stop.is_some_and(|stop| !stop.is_finite()) {
         return vec!["startTime and stopTime must be finite".to_owned()];
     }
-    let early = stop.filter(|stop| *stop <= start);
-    let text = |stop| format!("stopTime {stop} does not come after startTime {start}");
+    let early = stop.filter(|stop| *stop < start);
+    let text = |stop| format!("stopTime {stop} is before startTime {start}");
     early.map(text).into_iter().collect()
 }
 

@@ -17,7 +17,7 @@ table! {
     "initial-unknowns-excess", "2.2.8", Error, "InitialUnknowns hold only unknowns", initial_excess;
     "initial-unknowns-order", "2.2.8", Error, "InitialUnknowns are sorted by index", initial_order;
     "dependencies-order", "2.2.8", Error, "dependencies are ascending, none twice", order;
-    "dependencies-known", "2.2.8", Error, "dependencies are knowns: inputs, states, or initially what is exact", known;
+    "dependencies-known", "2.2.8", Warning, "dependencies are knowns: inputs, states, or initially what is exact", known;
     "dependencies-kind", "2.2.8", Error, "dependenciesKind has one word for each dependency", kinds;
     "dependencies-kind-initial", "2.2.8", Error, "in InitialUnknowns dependencies are dependent or constant", initial_kinds;
     "dependencies-kind-type", "2.2.8", Error, "only Reals depend by constant, fixed, tunable or discrete factors", kind_types;
