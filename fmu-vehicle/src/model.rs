@@ -115,9 +115,22 @@ impl Vehicle {
             ..Holding::default()
         };
         let track = values.reals(self.inputs.track_displacement);
+        // the same law, in the same bits, as that of the ems unit: what the equilibrium reckons with is
+        // what the magnets then do
+        let guided = values.boolean(self.parameters.lateral_guidance);
+        let width = values.real(self.parameters.pole_width);
+        let guidance = |load: f64, gap: f64, offset: f64| {
+            if !guided {
+                return [0.0; 2];
+            }
+            [
+                magnet::lateral_force(load, gap, offset, width),
+                magnet::lateral_stiffness(load, gap, offset, width),
+            ]
+        };
         let mut equilibrium = self
             .model
-            .equilibrium(track, &holding, &mut self.work)
+            .guided_equilibrium(track, &holding, &guidance, &mut self.work)
             .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
         equilibrium.state.time = time;
         Ok(equilibrium)
@@ -342,8 +355,7 @@ impl Export for Vehicle {
             }
             At::Equilibrium => {
                 let found = self.equilibrium(values, state.vehicle.time)?;
-                let lateral = vec![0.0; found.loads.len()];
-                let loads = Loads { vertical: &found.loads, lateral: &lateral };
+                let loads = Loads { vertical: &found.loads, lateral: &found.lateral };
                 modes::report(&self.model, &found.state, &loads, &options)
             }
         };

@@ -1,7 +1,7 @@
 //! The unit's variables, declared once: inputs, outputs, parameters, constants, and what depends on
 //! what.
 
-use fmi2_export::{Info, Interface, RealVar, RealVars, Row, Unit};
+use fmi2_export::{BooleanVar, Info, Interface, RealVar, RealVars, Row, Unit};
 use multibody::{JointKind, Model};
 
 /// What the unit says of itself.
@@ -63,6 +63,8 @@ pub(crate) struct Parameters {
     pub initial_position: RealVar,
     pub max_step: RealVar,
     pub holding_stiffness: RealVar,
+    pub lateral_guidance: BooleanVar,
+    pub pole_width: RealVar,
 }
 
 impl Inputs {
@@ -312,6 +314,25 @@ impl Parameters {
                      speeds the search without changing its result",
                 )
                 .done(),
+            lateral_guidance: interface
+                .boolean("lateral_guidance")
+                .parameter(true)
+                .description(
+                    "Whether the magnets hold the vehicle sideways in its static equilibrium, by the \
+                     law of the ems unit; set it as there",
+                )
+                .done(),
+            pole_width: interface
+                .real("pole_width")
+                .parameter(0.028)
+                .unit(Unit::METRE)
+                .display("mm")
+                .min(1e-6)
+                .description(
+                    "Width of one pole, for the lateral force in static equilibrium; set it as in the \
+                     ems unit",
+                )
+                .done(),
         }
     }
 }
@@ -374,34 +395,36 @@ pub(crate) fn depend(
             .collect()
     };
     let track = inputs.track_displacement.row();
-    let track_and = |more: &[Row]| -> Vec<Row> { [&[track], more].concat() };
+    // what the static equilibrium follows from
+    let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
+    let rest_and = |more: &[Row]| -> Vec<Row> { [&rest, more].concat() };
     for k in 0..magnets {
         let forces = forces_on(Some(model.magnet_component(k)));
         interface.depends(outputs.acceleration.get(k), &forces);
-        interface.initially_depends(outputs.acceleration.get(k), &track_and(&forces));
+        interface.initially_depends(outputs.acceleration.get(k), &rest_and(&forces));
     }
     for (k, body) in outputs.observed.iter().enumerate() {
         let forces = forces_on(model.observed_component(k));
         for row in body.accelerations() {
             interface.depends(row, &forces);
-            interface.initially_depends(row, &track_and(&forces));
+            interface.initially_depends(row, &rest_and(&forces));
         }
         for row in body.places() {
             interface.independent(row);
-            interface.initially_depends(row, &[track]);
+            interface.initially_depends(row, &rest);
         }
     }
     // the pose at the start is the equilibrium below the whole track, the motion is none
-    interface.initially_depends(outputs.gap, &[track]);
+    interface.initially_depends(outputs.gap, &rest);
     interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
     for row in
         [outputs.lateral_offset.row(), outputs.static_load.row(), outputs.joint_opening.row()]
     {
         interface.independent(row);
-        interface.initially_depends(row, &[track]);
+        interface.initially_depends(row, &rest);
     }
     interface.independent(outputs.position);
-    interface.initially_depends(outputs.position, &[track, parameters.initial_position.row()]);
+    interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
     interface.independent(outputs.speed);
     interface.initially_depends(outputs.speed, &[parameters.travel_speed]);
     for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {

@@ -381,3 +381,49 @@ fn invariant_wrong_requests_are_refused_with_their_reason() {
     }
     unit.step(0.0, 1e-3).unwrap();
 }
+
+/// A unit of a layout that differs from a shipped one.
+fn unit_of(description: &multibody::Description, name: &str) -> Instance {
+    let folder = std::env::temp_dir().join(format!("vehicle-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("vehicle.json"), description.to_json().unwrap()).unwrap();
+    let unit = Instance::new::<Vehicle>(&folder).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    unit
+}
+
+/// An equipment box 0.1 m aside: the magnets' guidance forces at the offsets that the unit starts with
+/// leave nothing unbalanced, whatever their poles' width, as long as the unit is told of it. The law
+/// without guidance is another equilibrium.
+#[test]
+fn issue_12_an_unequally_loaded_train_starts_where_its_magnets_hold_it() {
+    let mut description = train::two_car();
+    let index = description.bodies.iter().position(|b| b.name == "car_1_equipment_2").unwrap();
+    description.bodies[index].position[1] = 0.1;
+    for width in [0.028, 0.05] {
+        let mut unit = unit_of(&description, "unequal");
+        unit.set_real("pole_width", width).unwrap();
+        unit.enter_initialization(0.0).unwrap();
+        let loads = row(&mut unit, "static_load", 64);
+        let (gaps, offsets) = (row(&mut unit, "gap", 64), row(&mut unit, "lateral_offset", 64));
+        let forces: Vec<f64> =
+            (0..64).map(|k| magnet::lateral_force(loads[k], gaps[k], offsets[k], width)).collect();
+        set_row(&mut unit, "force", &loads);
+        set_row(&mut unit, "lateral_force", &forces);
+        unit.exit_initialization().unwrap();
+        let largest = offsets.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
+        assert!((1e-6..1e-4).contains(&largest), "{largest} m");
+        assert!(forces.iter().any(|f| f.abs() > 1.0), "no magnet pulls sideways");
+        for a in row(&mut unit, "acceleration", 64) {
+            assert!(a.abs() < 1e-9, "{width}: {a} m/s²");
+        }
+        for name in ["vertical", "lateral", "longitudinal"] {
+            let a = unit.real(&format!("car_1_{name}_acceleration")).unwrap();
+            assert!(a.abs() < 1e-9, "{width}: {name} {a} m/s²");
+        }
+    }
+    let mut unheld = unit_of(&description, "unheld");
+    unheld.set_boolean("lateral_guidance", false).unwrap();
+    let refusal = unheld.initialize(0.0).unwrap_err().to_string();
+    assert!(refusal.contains("nothing holds the vehicle sideways"), "{refusal}");
+}

@@ -152,9 +152,19 @@ impl System {
         let mut track = vec![0.0; self.loads.len()];
         scratch.bodies = self.vehicle.initial_state();
         for _ in 0..MOST_SWEEPS {
+            let pole_width = self.magnet.parameters().pole_width;
+            let guidance = |load: f64, gap: f64, offset: f64| {
+                pole_width.map_or([0.0; 2], |width| {
+                    [
+                        magnet::lateral_force(load, gap, offset, width),
+                        magnet::lateral_stiffness(load, gap, offset, width),
+                    ]
+                })
+            };
+            let holding = Holding::default();
             let found = self
                 .vehicle
-                .equilibrium(&track, &Holding::default(), &mut scratch.vehicle)
+                .guided_equilibrium(&track, &holding, &guidance, &mut scratch.vehicle)
                 .map_err(told)?;
             (scratch.bodies, self.loads) = (found.state, found.loads);
             scratch.magnets.clear();

@@ -20,6 +20,11 @@ pub fn lateral_force(force: f64, gap: f64, offset: f64, pole_width: f64) -> f64 
     -force * FRAC_2_PI * (gap / pole_width) * (offset / gap).atan()
 }
 
+/// −∂F_y/∂y, in N/m, of [`lateral_force`]: how fast the restoring force grows with the offset.
+pub fn lateral_stiffness(force: f64, gap: f64, offset: f64, pole_width: f64) -> f64 {
+    -lateral_gradient(force, gap, offset, pole_width)[2]
+}
+
 /// ∂F_y/∂F, ∂F_y/∂c at constant F (N/m), and ∂F_y/∂y (N/m).
 pub(crate) fn lateral_gradient(force: f64, gap: f64, offset: f64, pole_width: f64) -> [f64; 3] {
     let factor = -FRAC_2_PI / pole_width;

@@ -53,7 +53,7 @@ pub use error::Error;
 pub use exact::{LinearSystem, Workspace};
 pub use filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE, VELOCITY_SCALE};
 pub use inputs::{Course, Inputs, Taylor};
-pub use lateral::lateral_force;
+pub use lateral::{lateral_force, lateral_stiffness};
 pub use limits::Mode;
 pub use outputs::{InputRates, Outputs, Partials, Rates};
 pub use parameters::{

@@ -68,15 +68,30 @@ pub enum Error {
     /// No static equilibrium was found.
     #[error(
         "no static equilibrium after {iterations} iterations: the largest acceleration left is \
-         {acceleration:e} m/s² (or rad/s²) and the magnets are off their gap by {deviation:e} m; \
-         every body must be held by magnets, springs or joints, and magnet-carrying bodies that \
-         are tied rigidly to each other must be able to follow the track"
+         {acceleration:e} {}, {component} of `{body}` (unbalanced by {unbalanced:e} {}), and the magnets \
+         are off their gap by {deviation:e} m; every body must be held by magnets, springs or joints, \
+         and magnet-carrying bodies that are tied rigidly to each other must be able to follow the \
+         track{}",
+        if component.contains("about") { "rad/s²" } else { "m/s²" },
+        if component.contains("about") { "N·m" } else { "N" },
+        if *guided { "" } else {
+            "; nothing holds the vehicle sideways here: without lateral guidance one whose loads on the \
+             left and on the right differ has no stable place"
+        },
     )]
     Equilibrium {
         /// Iterations done.
         iterations: usize,
-        /// Largest acceleration component left.
+        /// The body with the largest acceleration component left; one of those that brackets tie together.
+        body: String,
+        /// Which component, for example `along y` or `about x`: world axes along, body axes about.
+        component: &'static str,
+        /// The largest acceleration component left, m/s² or rad/s².
         acceleration: f64,
+        /// Force or moment that it takes, N or N·m.
+        unbalanced: f64,
+        /// Whether a law of guidance holds the magnets sideways.
+        guided: bool,
         /// Largest fitted deviation of a magnet from its place, in m.
         deviation: f64,
     },

@@ -79,7 +79,7 @@ pub use description::{
     Observed, Spring,
 };
 pub use dynamics::{Loads, Workspace};
-pub use equilibrium::{Equilibrium, Holding};
+pub use equilibrium::{Equilibrium, Guidance, Holding};
 pub use error::{Error, Redundancy};
 pub use integrate::{LoadCourse, Scheme};
 pub use linearise::{BodyShape, Linearisation, MagnetSprings, damping_ratio, natural_frequency};

@@ -121,4 +121,23 @@ impl Levitation {
         let course = LoadCourse { vertical: &self.vertical, lateral: &self.lateral };
         model.step(state, h, 1e-3, &course, ws).unwrap();
     }
+    /// The same with lateral forces by a law of guidance (load, gap, offset), undamped.
+    pub fn step_guided(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        h: f64,
+        guidance: &dyn Fn(f64, f64, f64) -> [f64; 2],
+        ws: &mut Workspace,
+    ) {
+        for k in 0..self.loads.len() {
+            let motion = model.magnet(state, k);
+            let (d, v) = (motion.displacement, motion.velocity);
+            let force = self.loads[k] - 7e5 * d.z - 8e3 * v.z;
+            self.vertical[k][0] = force;
+            self.lateral[k][0] = guidance(force, model.nominal_gap() - d.z, d.y)[0];
+        }
+        let course = LoadCourse { vertical: &self.vertical, lateral: &self.lateral };
+        model.step(state, h, 1e-3, &course, ws).unwrap();
+    }
 }

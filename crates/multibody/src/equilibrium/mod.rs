@@ -8,16 +8,24 @@
 //! left are the loads alone, linear along each rigid body, hence of least norm where the body is
 //! statically indeterminate. On a curved track the body sits at the least-squares fit.
 //!
+//! Sideways a magnet pulls as its law of guidance says for the load that it carries. That force is part
+//! of Q and its stiffness part of H, so it does change the result: it is what holds a vehicle whose
+//! loads on the left and on the right differ.
+//!
 //! Each iteration is one Newton step in poses and multipliers, H δ + Φ_qᵀ λ = Q, Φ_q δ = −Φ, where H
 //! holds the elastic stiffness of all elements, K, and σ M. H leaves out the geometric stiffness of
 //! the loads, which is smaller than the elastic one wherever the vehicle is stable at all, and
 //! so stays positive definite; σ M (pseudo-transient) holds what nothing holds, such as the lateral
-//! place of the train, without changing where the iteration ends, since it acts on δ only.
+//! place of a train without guidance, without changing where the iteration ends, since it acts on δ
+//! only. It finds such a place only for a symmetric vehicle, which need not move there.
+
+mod search;
 
 use nalgebra::{DMatrix, DVector, Vector6};
 
+use self::search::Search;
 use crate::assembly::{add_jacobians, explain, mass_block, sizes};
-use crate::dynamics::{Loads, Workspace};
+use crate::dynamics::Workspace;
 use crate::elements::ElasticRow;
 use crate::error::Error;
 use crate::joint::Row;
@@ -25,6 +33,10 @@ use crate::math::Vec3;
 use crate::model::{Model, Places};
 use crate::ordering::{Ordering, SAFE_AT_REST, Sample, analyse};
 use crate::state::{Kinematics, State};
+
+/// Law of the lateral guidance: from the load (N), the gap (m) and the offset to the left (m) of a magnet
+/// its lateral force to the left (N) and how fast that falls with the offset (N/m).
+pub type Guidance<'a> = &'a dyn Fn(f64, f64, f64) -> [f64; 2];
 
 /// How the magnets are held while the equilibrium is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,20 +62,13 @@ pub struct Equilibrium {
     pub state: State,
     /// Upward force of each magnet, N.
     pub loads: Vec<f64>,
+    /// Guidance force of each magnet to the left, N; zeros where no law is given.
+    pub lateral: Vec<f64>,
     /// Iterations done.
     pub iterations: usize,
     /// Largest acceleration component left, m/s² or rad/s².
     pub acceleration: f64,
 }
-
-/// Below these the search ends at once.
-const GOAL_ACCELERATION: f64 = 1e-10;
-const GOAL_DEVIATION: f64 = 1e-13;
-/// Where rounding stops progress, this is still accepted.
-const ACCEPTED_ACCELERATION: f64 = 1e-8;
-const ACCEPTED_DEVIATION: f64 = 1e-10;
-/// Iterations without progress that count as the end of progress.
-const PATIENCE: usize = 8;
 
 /// Magnets of one body with the motions that they can tell apart.
 #[derive(Debug, Clone)]
@@ -123,7 +128,8 @@ impl Model {
             kin.set_pose(&composite.start);
         }
         let mut sample = Sample::new(sizes(bodies, &self.joints), bodies);
-        self.stiffness(&kin, &fits, holding, &mut |i, j, block| {
+        let restoring = vec![0.0; self.magnets.len()];
+        self.stiffness(&kin, &fits, holding, &restoring, &mut |i, j, block| {
             let block = DMatrix::from_column_slice(6, 6, block.as_slice());
             if i == j {
                 sample.diagonal[i] += block;
@@ -145,6 +151,7 @@ impl Model {
         kin: &[Kinematics],
         fits: &[Fit],
         holding: &Holding,
+        restoring: &[f64],
         add: &mut impl FnMut(usize, usize, nalgebra::Matrix6<f64>),
     ) {
         let bodies = self.composites.len();
@@ -168,13 +175,26 @@ impl Model {
             for column in fit.basis.column_iter() {
                 let mut gradient = Vector6::zeros();
                 for (weight, &k) in column.iter().zip(&fit.magnets) {
-                    let arm = kin[fit.body].turn(&self.magnets[k].local);
-                    let moment = kin[fit.body].a.tr_mul(&arm.cross(&Vec3::z()));
-                    gradient += Vector6::new(0.0, 0.0, 1.0, moment.x, moment.y, moment.z) * *weight;
+                    gradient += self.magnet_row(kin, k, &Vec3::z()) * *weight;
                 }
                 add(fit.body, fit.body, gradient * gradient.transpose() * holding.stiffness);
             }
         }
+        for (k, (magnet, restoring)) in self.magnets.iter().zip(restoring).enumerate() {
+            // a magnet that nothing loads pulls nowhere
+            if *restoring > 0.0 {
+                let row = self.magnet_row(kin, k, &Vec3::y());
+                add(magnet.body, magnet.body, row * row.transpose() * *restoring);
+            }
+        }
+    }
+
+    /// Gradient of a magnet's displacement along a direction of the world.
+    fn magnet_row(&self, kin: &[Kinematics], k: usize, along: &Vec3) -> Vector6<f64> {
+        let body = &kin[self.magnets[k].body];
+        let arm = body.turn(&self.magnets[k].local);
+        let moment = body.a.tr_mul(&arm.cross(along));
+        Vector6::new(along.x, along.y, along.z, moment.x, moment.y, moment.z)
     }
 
     fn elastic_rows(&self, kin: &[Kinematics], sink: &mut impl FnMut(ElasticRow)) {
@@ -203,7 +223,7 @@ impl Model {
     }
 
     /// Finds the static equilibrium with the magnets at the nominal gap below a track whose surface
-    /// stands at the heights `track` (m, one per magnet, up positive).
+    /// stands at the heights `track` (m, one per magnet, up positive), without guidance forces.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where nothing holds the vehicle, [`Error::Argument`] for a wrong
@@ -212,6 +232,20 @@ impl Model {
         &self,
         track: &[f64],
         holding: &Holding,
+        ws: &mut Workspace,
+    ) -> Result<Equilibrium, Error> {
+        self.guided_equilibrium(track, holding, &|_, _, _| [0.0; 2], ws)
+    }
+
+    /// The same with magnets that also pull sideways, each as `guidance` says for its load.
+    ///
+    /// # Errors
+    /// As [`Model::equilibrium`].
+    pub fn guided_equilibrium(
+        &self,
+        track: &[f64],
+        holding: &Holding,
+        guidance: Guidance,
         ws: &mut Workspace,
     ) -> Result<Equilibrium, Error> {
         let mut state = self.initial_state();
@@ -225,139 +259,14 @@ impl Model {
             model: self,
             holding,
             track,
+            guidance,
             loads: vec![0.0; track.len()],
             forces: vec![0.0; track.len()],
+            lateral: vec![0.0; track.len()],
+            restoring: vec![0.0; track.len()],
             factors: vec![0.0; statics.ordering.factorisation.storage],
             statics: &statics,
         };
         search.run(&mut state, ws)
-    }
-}
-
-struct Search<'a> {
-    model: &'a Model,
-    holding: &'a Holding,
-    track: &'a [f64],
-    statics: &'a Statics,
-    /// L.
-    loads: Vec<f64>,
-    /// L + K d.
-    forces: Vec<f64>,
-    factors: Vec<f64>,
-}
-
-impl Search<'_> {
-    fn run(&mut self, state: &mut State, ws: &mut Workspace) -> Result<Equilibrium, Error> {
-        let mut best = (f64::INFINITY, f64::INFINITY);
-        let mut stalled = 0;
-        for iteration in 1..=self.holding.iterations {
-            let move_size = self.newton(state, ws)?;
-            let deviation = self.hold(state);
-            self.loads.copy_from_slice(&self.forces);
-            // far from the goal the check is not worth its price
-            if move_size > 1e-8 {
-                continue;
-            }
-            let acceleration = self.acceleration(state, ws)?;
-            let done = acceleration <= GOAL_ACCELERATION && deviation <= GOAL_DEVIATION;
-            let better = acceleration < 0.5 * best.0 || deviation < 0.5 * best.1;
-            stalled = if better { 0 } else { stalled + 1 };
-            best = (acceleration.min(best.0), deviation.min(best.1));
-            let accepted = acceleration <= ACCEPTED_ACCELERATION && deviation <= ACCEPTED_DEVIATION;
-            if done || (accepted && stalled >= PATIENCE) {
-                return Ok(Equilibrium {
-                    state: state.clone(),
-                    loads: self.loads.clone(),
-                    iterations: iteration,
-                    acceleration,
-                });
-            }
-        }
-        let acceleration = self.acceleration(state, ws)?;
-        Err(Error::Equilibrium {
-            iterations: self.holding.iterations,
-            acceleration,
-            deviation: self.hold(state),
-        })
-    }
-
-    /// Sets the forces to L + K d; returns the largest component of d.
-    fn hold(&mut self, state: &State) -> f64 {
-        let mut largest = 0.0_f64;
-        self.forces.copy_from_slice(&self.loads);
-        for fit in &self.statics.fits {
-            let deviation = DVector::from_iterator(
-                fit.magnets.len(),
-                fit.magnets
-                    .iter()
-                    .map(|&k| self.track[k] - self.model.magnet(state, k).displacement.z),
-            );
-            let fitted = &fit.basis * (fit.basis.tr_mul(&deviation));
-            largest = largest.max(fitted.amax());
-            for (value, &k) in fitted.iter().zip(&fit.magnets) {
-                self.forces[k] += self.holding.stiffness * value;
-            }
-        }
-        largest
-    }
-
-    /// One Newton step; returns its largest component.
-    fn newton(&mut self, state: &mut State, ws: &mut Workspace) -> Result<f64, Error> {
-        self.hold(state);
-        let model = self.model;
-        ws.forget();
-        ws.vertical.copy_from_slice(&self.forces);
-        ws.lateral.fill(0.0);
-        model.set_kinematics(&state.bodies, ws);
-        model.apply_forces(ws);
-        model.residuals(ws);
-        self.assemble(ws);
-        let solver = &self.statics.ordering.factorisation;
-        solver.factor(&mut self.factors).map_err(|vanished| model.singular(vanished, 0.0))?;
-        let bodies = model.composites.len();
-        for k in 0..bodies {
-            let moment = ws.kin[k].a.tr_mul(&ws.wrenches[k].moment);
-            ws.solution[6 * k..6 * k + 3].copy_from_slice(ws.wrenches[k].force.as_slice());
-            ws.solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
-        }
-        for (target, value) in ws.solution[6 * bodies..].iter_mut().zip(&ws.residual) {
-            *target = -value;
-        }
-        solver.solve(&self.factors, &mut ws.solution);
-        let mut largest = 0.0_f64;
-        for (body, delta) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
-            largest = delta.iter().fold(largest, |m, d| m.max(d.abs()));
-            body.displace(delta);
-        }
-        if !largest.is_finite() {
-            return Err(Error::NotFinite { what: "the static equilibrium".to_owned(), time: 0.0 });
-        }
-        Ok(largest)
-    }
-
-    fn assemble(&mut self, ws: &Workspace) {
-        let (statics, factors) = (self.statics, &mut self.factors);
-        factors.fill(0.0);
-        self.model.stiffness(&ws.kin, &statics.fits, self.holding, &mut |i, j, block| {
-            // every pair that the initial pose couples has its place
-            let Some(place) = statics.ordering.place(i, j) else { return };
-            let target = &mut factors[place.offset as usize..][..36];
-            let block = if place.as_asked { block } else { block.transpose() };
-            for (t, value) in target.iter_mut().zip(block.iter()) {
-                *t += value;
-            }
-        });
-        for (joint, places) in self.model.joints.iter().zip(&statics.places.joints) {
-            joint.store_jacobian(&ws.kin, places, factors);
-        }
-    }
-
-    /// Largest acceleration under the loads alone.
-    fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
-        let lateral = vec![0.0; self.loads.len()];
-        let loads = Loads { vertical: &self.loads, lateral: &lateral };
-        self.model.accelerations(state, &loads, ws)?;
-        let n = 6 * self.model.composites.len();
-        Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))
     }
 }
