@@ -6,7 +6,9 @@ compared with results.csv, too.
 
 import base64
 import json
+import shutil
 import warnings
+import zipfile
 
 import numpy as np
 import pytest
@@ -273,6 +275,64 @@ def test_the_view_draws_what_was_recorded(usual, runs):
     })()""")
     # the girder's end is drawn 4 cm inside of its bearing
     assert heights[1] - heights[0] == pytest.approx(scale * expected[0], rel=0.01)
+
+
+# Tables at 0, L/4, L/2, 3L/4 and L: a wave, with its node where the middle is recorded, and an arch or a shape
+# with a node there, too
+TABLES = {"arch": [0, 0.7, 1, 0.7, 0], "node": [0, 0.5, 0, 0.5, 0]}
+
+
+@pytest.mark.parametrize("second", TABLES)
+def test_a_girder_with_tabulated_shapes_is_drawn(visit, runs, tmp_path, second):
+    """Issue 12: shapes whose nodes are where deflections are recorded were divided by zero, and drawn so."""
+    folder = tmp_path / "run"
+    shutil.copytree(runs / "usual", folder)
+    scenario = json.loads((folder / "scenario-as-run.json").read_text())
+    unit = scenario["units"]["guideway"]
+    with zipfile.ZipFile(unit if isinstance(unit, str) else unit["path"]) as old, zipfile.ZipFile(tmp_path / "guideway.fmu", "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "resources/guideway.json":
+                layout = json.loads(content)
+                girder = next(iter(layout["girders"].values()))
+                x = [k * girder["length"] / 4 for k in range(5)]
+                girder["shapes"] = [{"modal_mass": 3e4, "x": x, "phi": phi} for phi in ([0, 1, 0, -1, 0], TABLES[second])]
+                content = json.dumps(layout)
+            new.writestr(name, content)
+    scenario["units"]["guideway"] = str(tmp_path / "guideway.fmu")
+    (folder / "scenario-as-run.json").write_text(json.dumps(scenario))
+    maglev("report", folder, "--out", tmp_path / "tables.html")
+    it = visit(tmp_path / "tables.html", reduced_motion="reduce")
+    assert it.view().get_attribute("data-ready") == "3d"
+    factor = it.page.locator("#view .words").inner_text().split("deflection is drawn ")[1].split(" times")[0]
+    assert float(factor) >= 1
+    signals = results(folder)
+    it.ask(f"it.seek({STOP})")
+    drawn = it.ask("args.map((x) => it.model.deflection(x))", 12.5, 6.25)
+    middle, quarter = (signals[f"guideway.{place}_displacement_01"][-1] for place in ("midspan", "quarter"))
+    # 32-bit floats; without an arch the shapes cannot show the middle
+    assert drawn == pytest.approx([middle if second == "arch" else 0, quarter], rel=1e-4, abs=1e-10)
+    for camera in ("side", "quarter", "under", "magnet", "ahead"):
+        it.ask("it.look(args[0])", camera)
+        it.settle()
+        assert free_sight(it) > 0.5, camera
+        # a train, and not one shade of sky and ground
+        shades = np.unique(picture(it.page, STAGE)[..., :3].reshape(-1, 3) // 8, axis=0)
+        assert len(shades) > 100, f"{camera}: {len(shades)} shades"
+
+
+def free_sight(it):
+    """How far the camera is from what it looks at or stands in (m): the nearest surface around it."""
+    return it.ask("""(() => {
+        const { THREE, camera, scene } = it.stage;
+        const ray = new THREE.Raycaster();
+        const ways = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+        const hits = ways.flatMap((way) => {
+            ray.set(camera.position, new THREE.Vector3(...way));
+            return ray.intersectObjects(scene.children, true).map((hit) => hit.distance);
+        });
+        return Number.isFinite(camera.position.length()) ? Math.min(100, ...hits) : 0;
+    })()""")
 
 
 def where(it, k):

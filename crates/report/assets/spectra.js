@@ -45,7 +45,8 @@ function spectraOf(name, kind) {
 function firstSignals(names) {
   const roles = new Map(data.runs.flatMap((run) => run.signals.map((it) => [it.name, it.role])));
   const depth = (name) => Math.max(...data.runs.map((run) => -(run.summary?.signals?.[name]?.min ?? 0)));
-  const deflections = names.filter((name) => roles.get(name) === "deflection" && name.includes("midspan")).sort((a, b) => depth(b) - depth(a));
+  const of = (role) => names.filter((name) => roles.get(name) === role).sort((a, b) => depth(b) - depth(a));
+  const deflections = [...of("midspan"), ...of("quarter")];
   const gap = names.find((name) => roles.get(name) === "gap");
   const first = [deflections[0], gap].filter(Boolean);
   const drawn = allPlots().flatMap((plot) => plot.panels.flatMap((panel) => panel.signals)).filter((name) => names.includes(name));

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 use crate::knowledge::{Guideway, Target};
+use crate::names;
 use crate::run::Run;
 
 /// Distance of the profile's points (m): a tenth of the shortest wave that is usual, 0.5 m.
@@ -35,7 +36,10 @@ impl Irregularity {
     /// Of the first recorded irregularity whose magnet's position is recorded, too, and moves.
     pub fn of(run: &Run, guideway: Option<&Guideway>, arrays: &mut Arrays) -> Option<Self> {
         let (signal, places, heights) = run.table.names.iter().find_map(|signal| {
-            let number = signal.split_once(".irregularity_")?.1;
+            let (row, number) = signal.split_once('.')?.1.rsplit_once('_')?;
+            if row != names::IRREGULARITY {
+                return None;
+            }
             let places = position(run, number)?;
             Some((signal.clone(), places, run.table.column(signal)?))
         })?;
@@ -59,7 +63,7 @@ impl Irregularity {
 
 /// The recorded position of the magnet with that number.
 fn position<'a>(run: &'a Run, number: &str) -> Option<&'a [f64]> {
-    let ending = format!(".position_{number}");
+    let ending = format!(".{}_{number}", names::POSITION);
     let name = run.table.names.iter().find(|name| name.ends_with(&ending))?;
     run.table.column(name)
 }

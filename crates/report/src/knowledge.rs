@@ -3,14 +3,9 @@
 
 use serde::Serialize;
 
+use crate::names;
 use crate::run::{Run, Signal};
 use crate::unit::Unit;
-
-/// Names of the variables, `#` stands for a number.
-const GAP: &str = "gap_#";
-const DEFLECTIONS: [&str; 2] = ["midspan_displacement_#", "quarter_displacement_#"];
-/// File in the unit that is the guideway.
-const GUIDEWAY: &str = "guideway.json";
 
 /// What a signal is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -18,23 +13,21 @@ const GUIDEWAY: &str = "guideway.json";
 pub enum Role {
     /// The air gap of a magnet.
     Gap,
-    /// The deflection of a girder.
-    Deflection,
+    /// The deflection of a girder in the middle of its span.
+    Midspan,
+    /// The deflection of a girder at a quarter of its span.
+    Quarter,
 }
 
 /// What a signal `instance.variable` is, if it is known.
 #[must_use]
 pub fn role(signal: &str) -> Option<Role> {
     let (_, variable) = signal.split_once('.')?;
-    let stem = variable.trim_end_matches(|letter: char| letter.is_ascii_digit());
-    if stem.len() == variable.len() {
-        return None;
-    }
-    let pattern = format!("{stem}#");
-    if pattern == GAP {
-        Some(Role::Gap)
-    } else {
-        DEFLECTIONS.contains(&pattern.as_str()).then_some(Role::Deflection)
+    match names::row(variable)? {
+        names::GAP => Some(Role::Gap),
+        names::MIDSPAN => Some(Role::Midspan),
+        names::QUARTER => Some(Role::Quarter),
+        _ => None,
     }
 }
 
@@ -60,11 +53,7 @@ pub fn figures(run: &Run) -> Vec<Figure> {
         chosen.collect::<Vec<(&String, &Signal)>>()
     };
     let mut figures = Vec::new();
-    let deepest = of(Role::Deflection).into_iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min));
-    if let Some((name, it)) = deepest {
-        let note = moment(name, it.time_of_min);
-        figures.push(Figure { label: "Largest deflection", value: -it.min, unit: "m", note });
-    }
+    figures.extend(deflections(&of(Role::Midspan), &of(Role::Quarter)));
     let gaps = of(Role::Gap);
     if let (Some(low), Some(high)) = (
         gaps.iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min)),
@@ -91,6 +80,34 @@ pub fn figures(run: &Run) -> Vec<Figure> {
                 note: moment(high.0, high.1.time_of_max),
             },
         ]);
+    }
+    figures
+}
+
+/// The largest deflection in the middle of a span, and that at a quarter where it is larger or there is no
+/// other: each says of which place it is.
+fn deflections(middle: &[(&String, &Signal)], quarter: &[(&String, &Signal)]) -> Vec<Figure> {
+    let deepest = |of: &[(&String, &Signal)]| {
+        let it = of.iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min))?;
+        Some((-it.1.min, moment(it.0, it.1.time_of_min)))
+    };
+    let mut figures = Vec::new();
+    let in_the_middle = deepest(middle);
+    if let Some((value, note)) = in_the_middle.clone() {
+        figures.push(Figure { label: "Largest deflection at mid-span", value, unit: "m", note });
+    }
+    if let Some((value, mut note)) = deepest(quarter)
+        && in_the_middle.as_ref().is_none_or(|(middle, _)| value > *middle)
+    {
+        if in_the_middle.is_none() {
+            note += &format!("; {} is not recorded", names::MIDSPAN);
+        }
+        figures.push(Figure {
+            label: "Largest deflection at quarter span",
+            value,
+            unit: "m",
+            note,
+        });
     }
     figures
 }
@@ -146,34 +163,34 @@ impl Guideway {
     /// Of the first unit that is a guideway; `None` if there is none or its file has gone.
     #[must_use]
     pub fn of(run: &Run) -> Option<Self> {
-        let unit = Unit::find(run.scenario.as_ref()?, GUIDEWAY).ok()??;
+        let unit = Unit::find(run.scenario.as_ref()?, names::GUIDEWAY_FILE).ok()??;
         let number = |name: &str| unit.parameter(name).filter(|value| value.is_finite());
         let on = |name: &str| number(name).is_some_and(|value| value != 0.0);
-        let stiffness = number("stiffness_factor").unwrap_or(1.0);
-        let factor = (stiffness / number("mass_factor").unwrap_or(1.0)).sqrt();
-        let count = number("modes").unwrap_or(0.0);
-        let modes = (1..=99).take_while(|&k| f64::from(k) <= count).map_while(|k| {
-            let frequency = factor * number(&format!("frequency_{k:02}"))?;
-            Some(GirderMode { frequency, damping: number(&format!("damping_{k:02}")) })
+        let stiffness = number(names::STIFFNESS_FACTOR).unwrap_or(1.0);
+        let factor = (stiffness / number(names::MASS_FACTOR).unwrap_or(1.0)).sqrt();
+        let count = number(names::MODES).unwrap_or(0.0);
+        let modes = (1..=99_usize).take_while(|&k| k as f64 <= count).map_while(|k| {
+            let frequency = factor * number(&names::numbered(names::FREQUENCY, k, 99))?;
+            Some(GirderMode { frequency, damping: number(&names::numbered(names::DAMPING, k, 99)) })
         });
         let chirp = || {
-            let start = number("chirp_start")?;
-            Some(Chirp { start, end_frequency: number("chirp_end_frequency")? })
+            let start = number(names::CHIRP_START)?;
+            Some(Chirp { start, end_frequency: number(names::CHIRP_END_FREQUENCY)? })
         };
         let target = || {
             Some(Target {
-                amplitude: number("irregularity_amplitude")?,
-                shortest: number("irregularity_shortest_wave")?,
-                longest: number("irregularity_longest_wave")?,
+                amplitude: number(names::IRREGULARITY_AMPLITUDE)?,
+                shortest: number(names::IRREGULARITY_SHORTEST_WAVE)?,
+                longest: number(names::IRREGULARITY_LONGEST_WAVE)?,
             })
         };
-        let file = unit.value("irregularity_file");
+        let file = unit.value(names::IRREGULARITY_FILE);
         let from_file = file.is_some_and(|it| it.as_str().is_some_and(|name| !name.is_empty()));
         Some(Self {
             instance: unit.name().to_owned(),
             modes: modes.collect(),
-            chirp: if on("chirp_on") { chirp() } else { None },
-            irregularity: if on("irregularity_on") && !from_file { target() } else { None },
+            chirp: if on(names::CHIRP_ON) { chirp() } else { None },
+            irregularity: if on(names::IRREGULARITY_ON) && !from_file { target() } else { None },
         })
     }
 }
@@ -185,10 +202,43 @@ mod tests {
     #[test]
     fn analytic_roles_are_known_by_their_names() {
         assert_eq!(role("vehicle.gap_07"), Some(Role::Gap));
-        assert_eq!(role("guideway.midspan_displacement_12"), Some(Role::Deflection));
+        assert_eq!(role("guideway.midspan_displacement_12"), Some(Role::Midspan));
+        assert_eq!(role("guideway.quarter_displacement_12"), Some(Role::Quarter));
         for other in ["vehicle.gap_rate_07", "ems_01.gap", "gap_01", "a.b_1", "a."] {
             assert_eq!(role(other), None, "{other}");
         }
+    }
+
+    /// Without the middle the quarter point is no "largest deflection" by that name: the figure says what it
+    /// is, and that the middle is not there. Where both are recorded, the quarter is shown if it is larger.
+    #[test]
+    fn issue_12_a_deflection_says_of_which_place_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let shown = |middle: Option<f64>, quarter: Option<f64>| {
+            let signal = |row: &str, min: f64| {
+                format!(
+                    r#""g.{row}_displacement_1": {{"points": 2, "min": {min}, "time_of_min": 1.5}}"#
+                )
+            };
+            let all: Vec<String> = [("midspan", middle), ("quarter", quarter)]
+                .into_iter()
+                .filter_map(|(row, min)| Some(signal(row, min?)))
+                .collect();
+            let text = format!(r#"{{"signals": {{{}}}}}"#, all.join(","));
+            std::fs::write(folder.path().join("summary.json"), text).unwrap();
+            let figures = figures(&Run::read(folder.path()).unwrap());
+            figures.into_iter().map(|it| (it.label, it.value, it.note)).collect::<Vec<_>>()
+        };
+        let middle = "Largest deflection at mid-span";
+        let quarter = "Largest deflection at quarter span";
+        let note = |row: &str| format!("g.{row}_displacement_1 at 1.5 s");
+        let both = shown(Some(-3.538e-3), Some(-2.501e-3));
+        assert_eq!(both, [(middle, 3.538e-3, note("midspan"))]);
+        let alone = format!("{}; midspan_displacement is not recorded", note("quarter"));
+        assert_eq!(shown(None, Some(-2.501e-3)), [(quarter, 2.501e-3, alone)]);
+        let chirp = shown(Some(-1e-4), Some(-2e-4));
+        assert_eq!(chirp, [(middle, 1e-4, note("midspan")), (quarter, 2e-4, note("quarter"))]);
+        assert_eq!(shown(None, None), []);
     }
 
     #[test]

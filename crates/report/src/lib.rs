@@ -18,6 +18,7 @@ mod error;
 mod irregularity;
 pub mod knowledge;
 pub mod modes;
+mod names;
 pub mod page;
 pub mod pictures;
 mod run;

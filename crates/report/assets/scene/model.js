@@ -125,7 +125,8 @@ const scenes = {};
       for (const span of this.spans) {
         const peak = (n) => span.shapes[n].reduce((most, value) => Math.max(most, Math.abs(value)), 0);
         span.modes.forEach((mode, n) => {
-          for (const value of mode) largest = Math.max(largest, Math.abs(value) * peak(n));
+          // a run that blew up has values beyond all numbers
+          for (const value of mode) if (Number.isFinite(value)) largest = Math.max(largest, Math.abs(value) * peak(n));
         });
       }
       return largest;

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::Channel;
 use super::bodies::{Bodies, Kind};
 use crate::embed::{ArrayRef, Arrays};
+use crate::names::{self, numbered};
 use crate::table::Table;
 use crate::unit::Unit;
 
@@ -124,7 +125,9 @@ impl Motion {
         let position = travelled(vehicle, layout, source, &time);
         let position = source.arrays.f32(&position);
         let gaps: Vec<Channel> = (1..=layout.magnets.len())
-            .map(|k| source.channel(&vehicle.variable(&numbered("gap", k, layout))))
+            .map(|k| {
+                source.channel(&vehicle.variable(&numbered(names::GAP, k, layout.magnets.len())))
+            })
             .collect();
         let unknown = gaps.iter().filter(|it| it.is_none()).count();
         if unknown > 0 {
@@ -147,12 +150,6 @@ impl Motion {
     }
 }
 
-/// Name of a magnet's variable, `gap_01` … `gap_64`: as many digits as the last one has, at least 2.
-pub(super) fn numbered(row: &str, k: usize, layout: &Description) -> String {
-    let digits = layout.magnets.len().to_string().len().max(2);
-    format!("{row}_{k:0digits$}")
-}
-
 /// Where x = 0 of the vehicle file is along the track, from any recorded position of a magnet, or
 /// from where the vehicle starts and how fast it shall go.
 fn travelled(
@@ -162,15 +159,15 @@ fn travelled(
     time: &[f64],
 ) -> Vec<f64> {
     for (k, magnet) in layout.magnets.iter().enumerate() {
-        let name = vehicle.variable(&numbered("position", k + 1, layout));
+        let name = vehicle.variable(&numbered(names::POSITION, k + 1, layout.magnets.len()));
         if let Some(values) = source.signal(&name) {
             return values.iter().map(|x| x - magnet.position[0]).collect();
         }
     }
-    let start = vehicle.parameter("initial_position").unwrap_or(0.0);
-    let speed = vehicle.parameter("travel_speed").unwrap_or(0.0);
+    let start = vehicle.parameter(names::INITIAL_POSITION).unwrap_or(0.0);
+    let speed = vehicle.parameter(names::TRAVEL_SPEED).unwrap_or(0.0);
     if speed != 0.0 {
-        let name = vehicle.variable("position_NN");
+        let name = vehicle.variable(&format!("{}_NN", names::POSITION));
         source.missing.push(format!("no {name} is recorded: the train moves with travel_speed"));
     }
     let begin = source.table.time.first().copied().unwrap_or(0.0);
@@ -181,11 +178,11 @@ fn travelled(
 fn car(vehicle: &Unit<'_>, name: &str, source: &mut Source<'_>) -> Pose {
     let mut channel = |what: &str| source.channel(&vehicle.variable(&format!("{name}_{what}")));
     Pose {
-        lateral: channel("lateral_displacement"),
-        vertical: channel("vertical_displacement"),
-        roll: channel("roll"),
-        pitch: channel("pitch"),
-        yaw: channel("yaw"),
+        lateral: channel(names::LATERAL_DISPLACEMENT),
+        vertical: channel(names::VERTICAL_DISPLACEMENT),
+        roll: channel(names::ROLL),
+        pitch: channel(names::PITCH),
+        yaw: channel(names::YAW),
     }
 }
 
@@ -199,7 +196,7 @@ fn frame(
 ) -> Pose {
     let mut offsets = Vec::new();
     for (k, magnet) in bodies.magnets.iter().enumerate().filter(|(_, it)| it.group == group) {
-        let name = vehicle.variable(&numbered("lateral_offset", k + 1, layout));
+        let name = vehicle.variable(&numbered(names::LATERAL_OFFSET, k + 1, layout.magnets.len()));
         if let Some(values) = source.signal(&name) {
             offsets.push((magnet.position[0] - bodies.groups[group].center[0], values));
         }
@@ -223,11 +220,11 @@ fn say_what_stands_still(bodies: &Bodies, poses: &Vec<Pose>, missing: &mut Vec<S
     let of = |kind| bodies.groups.iter().zip(poses).filter(move |(it, _)| it.kind == kind);
     for (group, pose) in of(Kind::Car) {
         let parts = [
-            ("vertical_displacement", pose.vertical),
-            ("lateral_displacement", pose.lateral),
-            ("roll", pose.roll),
-            ("pitch", pose.pitch),
-            ("yaw", pose.yaw),
+            (names::VERTICAL_DISPLACEMENT, pose.vertical),
+            (names::LATERAL_DISPLACEMENT, pose.lateral),
+            (names::ROLL, pose.roll),
+            (names::PITCH, pose.pitch),
+            (names::YAW, pose.yaw),
         ];
         let absent: Vec<String> = parts
             .iter()

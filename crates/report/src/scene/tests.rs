@@ -31,10 +31,16 @@ const DESCRIPTION: &str = r#"<fmiModelDescription><ModelVariables>
 /// Times of the runs below (s).
 const TIMES: [f64; 3] = [0.0, 0.5, 1.0];
 
+const GUIDEWAY: &str = include_str!("../../../../fmu-guideway/resources/one-bogie/guideway.json");
+
 /// One bogie on one span, with some signals.
 fn run(folder: &Path, signals: &[(&str, [f64; 3])], parameters: &Value) -> Run {
+    run_on(GUIDEWAY, folder, signals, parameters)
+}
+
+/// The same on a guideway of one's own.
+fn run_on(guideway: &str, folder: &Path, signals: &[(&str, [f64; 3])], parameters: &Value) -> Run {
     let vehicle = train::one_bogie().to_json().unwrap();
-    let guideway = include_str!("../../../../fmu-guideway/resources/one-bogie/guideway.json");
     let vehicle =
         [("resources/vehicle.json", vehicle.as_str()), ("modelDescription.xml", DESCRIPTION)];
     let vehicle = archive(&folder.join("v.fmu"), &vehicle);
@@ -96,6 +102,52 @@ fn analytic_two_recorded_points_tell_two_modes() {
             assert!((value.as_f64().unwrap() - phi).abs() < 1e-12);
         }
     }
+}
+
+/// Tables may have their nodes where the deflection is recorded: there is no dividing by those. Shapes by
+/// their values at 0, L/4, L/2, 3L/4 and L.
+#[test]
+fn issue_12_tabulated_shapes_are_drawn_by_what_the_points_tell() {
+    let folder = tempfile::tempdir().unwrap();
+    let (u, w) = ([-2e-3, -1e-3, 0.0], [-1e-3, 1e-4, 3e-4]);
+    let middle = ("bridge.midspan_displacement_01", u);
+    let quarter = ("bridge.quarter_displacement_01", w);
+    let drawn = |first: [f64; 5], second: [f64; 5], signals: &[(&str, [f64; 3])]| {
+        let mut guideway: Value = serde_json::from_str(GUIDEWAY).unwrap();
+        let girder = guideway["girders"].as_object_mut().unwrap().values_mut().next().unwrap();
+        let length = girder["length"].as_f64().unwrap();
+        let x: Vec<f64> = (0..5).map(|k| f64::from(k) * length / 4.0).collect();
+        let shape = |phi: [f64; 5]| json!({"modal_mass": 3e4, "x": x, "phi": phi});
+        girder["shapes"] = json!([shape(first), shape(second)]);
+        girder.as_object_mut().unwrap().remove("mass_per_length");
+        let run = run_on(&guideway.to_string(), folder.path(), signals, &json!({}));
+        let (scene, arrays) = seen(&run);
+        let span = scene["spans"][0].clone();
+        let modes = span["modes"].as_array().unwrap().iter().map(|it| arrays.read(it)).collect();
+        let shapes = span["shapes"].as_array().unwrap().clone();
+        let at_quarter: Vec<f64> = shapes.iter().map(|it| it[16].as_f64().unwrap()).collect();
+        let values: Vec<Vec<f64>> = modes;
+        (values, at_quarter, scene["missing"].to_string())
+    };
+    let (wave, arch, nodes) =
+        ([0.0, 1.0, 0.0, -1.0, 0.0], [0.0, 0.7, 1.0, 0.7, 0.0], [0.0, 0.5, 0.0, 0.5, 0.0]);
+    // a wave first: the middle tells the arch, the quarter what is left
+    let (modes, _, missing) = drawn(wave, arch, &[middle, quarter]);
+    assert_close(&modes[0], &std::array::from_fn::<f64, 3, _>(|k| w[k] - 0.7 * u[k]));
+    assert_close(&modes[1], &u);
+    assert!(!missing.contains("modes"), "{missing}");
+    // the middle alone tells nothing of the wave
+    let (modes, shapes, missing) = drawn(wave, arch, &[middle]);
+    assert_eq!((modes.len(), shapes), (1, vec![0.7]));
+    assert_close(&modes[0], &u);
+    assert!(missing.contains("1 of 2 modes, those that do not have their nodes"), "{missing}");
+    // both have a node in the middle: the quarter tells the lower one
+    let (modes, shapes, _) = drawn(wave, nodes, &[middle, quarter]);
+    assert_eq!((modes.len(), shapes), (1, vec![1.0]));
+    assert_close(&modes[0], &w);
+    // and the middle alone tells nothing at all
+    let (modes, _, missing) = drawn(wave, nodes, &[middle]);
+    assert!(modes.is_empty() && missing.contains("drawn straight"), "{missing}");
 }
 
 /// With mid-span alone it is the first mode, and the view says so; with nothing it is straight.

@@ -6,19 +6,22 @@ use guideway::{Guideway, State, Workspace};
 use multibody::Description as Vehicle;
 use serde::Serialize;
 
-use super::motion::{Source, numbered};
+use super::motion::Source;
 use crate::embed::ArrayRef;
 use crate::error::ReportError;
+use crate::names::{self, numbered};
 use crate::unit::Unit;
 
 /// Points of a mode shape along a span.
 const POINTS: usize = 65;
+/// A shape is seen at a point where it is this part of its largest value.
+const VISIBLE: f64 = 0.2;
 /// Distance of the points of the drawn irregularity (m): a fifth of the shortest wave.
 const GRID: f64 = 0.1;
 /// Pole length (m) where no guideway tells one.
 const POLE_LENGTH: f64 = 0.65;
 /// Where a span's deflection is an output: row of the output, and part of the span's length.
-const MEASURED: [(&str, f64); 2] = [("midspan_displacement", 0.5), ("quarter_displacement", 0.25)];
+const MEASURED: [(&str, f64); 2] = [(names::MIDSPAN, 0.5), (names::QUARTER, 0.25)];
 
 /// The girders and the surface on them.
 #[derive(Debug, Serialize)]
@@ -64,18 +67,18 @@ impl Track {
         let mut description = unit.layout(guideway::Description::from_json)?;
         // only shapes are wanted; making a profile takes time
         description.irregularity.on = false;
-        let modes = unit.parameter("modes");
+        let modes = unit.parameter(names::MODES);
         for girder in description.girders.values_mut() {
             let wanted = modes.map_or(girder.modes, |it| it as usize);
             girder.modes = girder.modes.min(wanted).max(1);
         }
-        let pole = unit.parameter("pole_length").unwrap_or(description.pole.length);
+        let pole = unit.parameter(names::POLE_LENGTH).unwrap_or(description.pole.length);
         let guideway =
             Guideway::new(&description, None).map_err(|error| unit.unusable(&error.to_string()))?;
         let mut shapes = Shapes::new(&guideway);
         let spans = (0..guideway.spans().len()).map(|k| shapes.span(k, unit, source)).collect();
         let irregularity = irregularity(unit, vehicle, layout, source);
-        if irregularity.is_none() && unit.parameter("irregularity_on") == Some(1.0) {
+        if irregularity.is_none() && unit.parameter(names::IRREGULARITY_ON) == Some(1.0) {
             source.missing.push(
                 "the track is drawn smooth: no irregularity_NN with its position_NN is recorded"
                     .to_owned(),
@@ -86,6 +89,17 @@ impl Track {
     }
 }
 
+/// Why a span is drawn with some of its modes only.
+#[derive(Debug, Clone, Copy)]
+struct Partly {
+    drawn: usize,
+    there: usize,
+    /// Whether those drawn are the lowest.
+    lowest: bool,
+    /// Points of it that are recorded.
+    points: usize,
+}
+
 /// Evaluates mode shapes.
 struct Shapes<'a> {
     guideway: &'a Guideway,
@@ -94,8 +108,8 @@ struct Shapes<'a> {
     alone: State,
     /// Spans of which nothing is known, and those of which only some modes are.
     unknown: usize,
-    /// Modes drawn and modes there, of a span with fewer drawn than there.
-    partly: Option<(usize, usize)>,
+    /// A span with fewer modes drawn than there are.
+    partly: Option<Partly>,
 }
 
 impl<'a> Shapes<'a> {
@@ -115,70 +129,90 @@ impl<'a> Shapes<'a> {
         y.displacement
     }
 
-    /// A span with as many modes, the lowest ones, as points of it are recorded.
+    /// φₙ at even distances from end to end of span `k`.
+    fn table(&mut self, k: usize, mode: usize) -> Vec<f64> {
+        (0..POINTS).map(|n| self.shape(k, mode, n as f64 / (POINTS - 1) as f64)).collect()
+    }
+
+    /// A span with as many modes as its recorded points tell apart.
     fn span(&mut self, k: usize, unit: &Unit<'_>, source: &mut Source<'_>) -> Span {
         let place = self.guideway.spans()[k];
         let count = self.guideway.girders()[place.girder].modes().len();
-        let digits = self.guideway.spans().len().to_string().len().max(2);
-        let mut known: Vec<(f64, Vec<f64>)> = MEASURED
-            .iter()
-            .filter_map(|(row, part)| {
-                let name = unit.variable(&format!("{row}_{:0digits$}", k + 1));
-                Some((*part, source.signal(&name)?))
-            })
-            .collect();
-        known.truncate(count);
-        let coordinates = self.coordinates(k, &known);
-        self.unknown += usize::from(coordinates.is_empty());
-        if !coordinates.is_empty() && coordinates.len() < count {
-            self.partly = Some((coordinates.len(), count));
+        let spans = self.guideway.spans().len();
+        let mut known: Vec<(f64, Vec<f64>)> = Vec::new();
+        for (row, part) in MEASURED {
+            let name = unit.variable(&numbered(row, k + 1, spans));
+            known.extend(source.signal(&name).map(|values| (part, values)));
         }
-        let along = |n: usize| n as f64 / (POINTS - 1) as f64;
-        let shapes = (0..coordinates.len())
-            .map(|mode| (0..POINTS).map(|n| self.shape(k, mode, along(n))).collect())
-            .collect();
-        let modes = coordinates.iter().map(|values| source.arrays.f32(values)).collect();
+        let tables: Vec<Vec<f64>> = (0..count).map(|mode| self.table(k, mode)).collect();
+        let found = coordinates(&tables, &known);
+        self.unknown += usize::from(found.is_empty());
+        if !found.is_empty() && found.len() < count {
+            let lowest = found.iter().enumerate().all(|(n, (mode, _))| *mode == n);
+            self.partly =
+                Some(Partly { drawn: found.len(), there: count, lowest, points: known.len() });
+        }
+        let modes = found.iter().map(|(_, values)| source.arrays.f32(values)).collect();
+        let shapes = found.into_iter().map(|(mode, _)| tables[mode].clone()).collect();
         Span { start: place.start, end: place.end, shapes, modes }
-    }
-
-    /// Solves Σ φₙ(xᵢ)·qₙ = uᵢ for one or two points.
-    fn coordinates(&mut self, k: usize, known: &[(f64, Vec<f64>)]) -> Vec<Vec<f64>> {
-        match known {
-            [] => Vec::new(),
-            [(part, u)] => {
-                let phi = self.shape(k, 0, *part);
-                vec![u.iter().map(|u| u / phi).collect()]
-            }
-            [(x, u), (y, w), ..] => {
-                let [a, b] = [self.shape(k, 0, *x), self.shape(k, 1, *x)];
-                let [c, d] = [self.shape(k, 0, *y), self.shape(k, 1, *y)];
-                let det = a * d - b * c;
-                let pairs = || u.iter().zip(w);
-                vec![
-                    pairs().map(|(u, w)| (d * u - b * w) / det).collect(),
-                    pairs().map(|(u, w)| (a * w - c * u) / det).collect(),
-                ]
-            }
-        }
     }
 
     fn say_what_is_left_out(&self, missing: &mut Vec<String>) {
         if self.unknown > 0 {
             missing.push(format!(
-                "{} of {} spans are drawn straight: their midspan_displacement is not recorded",
+                "{} of {} spans are drawn straight: their {} is not recorded, or it is a node of all \
+                 modes",
                 self.unknown,
-                self.guideway.spans().len()
+                self.guideway.spans().len(),
+                names::MIDSPAN
             ));
         }
-        if let Some((drawn, there)) = self.partly {
-            let why = if drawn == 1 {
-                "; record quarter_displacement for the second"
+        if let Some(Partly { drawn, there, lowest, points }) = self.partly {
+            let why = if !lowest {
+                ", those that do not have their nodes at the recorded points".to_owned()
+            } else if points < MEASURED.len() {
+                format!("; record {} and {} for two", names::MIDSPAN, names::QUARTER)
             } else {
-                ", as far as mid-span and quarter tell them"
+                ", as far as mid-span and quarter tell them".to_owned()
             };
             missing.push(format!("girders are drawn with {drawn} of {there} modes{why}"));
         }
     }
+}
+
+/// Value of an even table at a part of its length, a quarter or a half, where a point of it is.
+fn at(table: &[f64], part: f64) -> f64 {
+    table[(part * (POINTS - 1) as f64).round() as usize]
+}
+
+/// The lowest modes that the points tell apart, with their coordinates over time: Σ φₙ(xᵢ)·qₙ = uᵢ.
+///
+/// Tabulated shapes may have a node at any point, of which that point then tells nothing: dividing by such a
+/// φ would draw what is not there.
+fn coordinates(tables: &[Vec<f64>], known: &[(f64, Vec<f64>)]) -> Vec<(usize, Vec<f64>)> {
+    let peaks: Vec<f64> =
+        tables.iter().map(|table| table.iter().fold(0.0_f64, |m, x| m.max(x.abs()))).collect();
+    if let [(x, u), (y, w)] = known {
+        for (j, second) in tables.iter().enumerate() {
+            for (i, first) in tables.iter().enumerate().take(j) {
+                let [a, b, c, d] = [at(first, *x), at(second, *x), at(first, *y), at(second, *y)];
+                let det = a * d - b * c;
+                if det.abs() > VISIBLE * peaks[i] * peaks[j] {
+                    let pairs = || u.iter().zip(w);
+                    let p = pairs().map(|(u, w)| (d * u - b * w) / det).collect();
+                    let q = pairs().map(|(u, w)| (a * w - c * u) / det).collect();
+                    return vec![(i, p), (j, q)];
+                }
+            }
+        }
+    }
+    for (mode, table) in tables.iter().enumerate() {
+        let seen = |part: f64| at(table, part).abs() > VISIBLE * peaks[mode];
+        if let Some((part, u)) = known.iter().find(|(part, _)| seen(*part)) {
+            return vec![(mode, u.iter().map(|u| u / at(table, *part)).collect())];
+        }
+    }
+    Vec::new()
 }
 
 /// The surface as the magnets with a recorded irregularity met it, at the places where they were.
@@ -190,8 +224,8 @@ fn irregularity(
 ) -> Option<Irregularity> {
     let mut cells: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
     for k in 1..=layout.magnets.len() {
-        let height = unit.variable(&numbered("irregularity", k, layout));
-        let place = vehicle.variable(&numbered("position", k, layout));
+        let height = unit.variable(&numbered(names::IRREGULARITY, k, layout.magnets.len()));
+        let place = vehicle.variable(&numbered(names::POSITION, k, layout.magnets.len()));
         let columns = (source.table.column(&height), source.table.column(&place));
         let (Some(heights), Some(places)) = columns else { continue };
         for (z, x) in heights.iter().zip(places).filter(|(z, x)| z.is_finite() && x.is_finite()) {

@@ -1,0 +1,139 @@
+//! Every name of a unit's variable that the report knows, in one place.
+//!
+//! A signal by another name is drawn like any signal, but is no gap and no deflection. That these names
+//! are those of the units is what the test below holds: it reads the units' own descriptions.
+
+/// Rows with one variable per magnet, the vehicle's outputs.
+pub(crate) const GAP: &str = "gap";
+pub(crate) const POSITION: &str = "position";
+pub(crate) const LATERAL_OFFSET: &str = "lateral_offset";
+/// Of each observed body, after its name: the vehicle's outputs.
+pub(crate) const VERTICAL_DISPLACEMENT: &str = "vertical_displacement";
+pub(crate) const LATERAL_DISPLACEMENT: &str = "lateral_displacement";
+pub(crate) const ROLL: &str = "roll";
+pub(crate) const PITCH: &str = "pitch";
+pub(crate) const YAW: &str = "yaw";
+/// The vehicle's parameters.
+pub(crate) const INITIAL_POSITION: &str = "initial_position";
+pub(crate) const TRAVEL_SPEED: &str = "travel_speed";
+
+/// Rows with one variable per span, the guideway's outputs.
+pub(crate) const MIDSPAN: &str = "midspan_displacement";
+pub(crate) const QUARTER: &str = "quarter_displacement";
+/// A row with one variable per magnet, the guideway's outputs.
+pub(crate) const IRREGULARITY: &str = "irregularity";
+/// The guideway's parameters.
+pub(crate) const MODES: &str = "modes";
+pub(crate) const POLE_LENGTH: &str = "pole_length";
+pub(crate) const STIFFNESS_FACTOR: &str = "stiffness_factor";
+pub(crate) const MASS_FACTOR: &str = "mass_factor";
+pub(crate) const CHIRP_ON: &str = "chirp_on";
+pub(crate) const CHIRP_START: &str = "chirp_start";
+pub(crate) const CHIRP_END_FREQUENCY: &str = "chirp_end_frequency";
+pub(crate) const IRREGULARITY_ON: &str = "irregularity_on";
+pub(crate) const IRREGULARITY_FILE: &str = "irregularity_file";
+pub(crate) const IRREGULARITY_AMPLITUDE: &str = "irregularity_amplitude";
+pub(crate) const IRREGULARITY_SHORTEST_WAVE: &str = "irregularity_shortest_wave";
+pub(crate) const IRREGULARITY_LONGEST_WAVE: &str = "irregularity_longest_wave";
+/// Rows with one parameter per mode of the guideway.
+pub(crate) const FREQUENCY: &str = "frequency";
+pub(crate) const DAMPING: &str = "damping";
+
+/// Files that make a unit a vehicle or a guideway.
+pub(crate) const VEHICLE_FILE: &str = "vehicle.json";
+pub(crate) const GUIDEWAY_FILE: &str = "guideway.json";
+
+/// A variable of a row of `size`, `gap_01` … `gap_64`: as many digits as the last one has, at least 2.
+pub(crate) fn numbered(row: &str, k: usize, size: usize) -> String {
+    let digits = size.to_string().len().max(2);
+    format!("{row}_{k:0digits$}")
+}
+
+/// The row of a numbered variable.
+pub(crate) fn row(variable: &str) -> Option<&str> {
+    let stem = variable.trim_end_matches(|letter: char| letter.is_ascii_digit());
+    if stem.len() == variable.len() { None } else { stem.strip_suffix('_') }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Names and causalities of all variables in a unit's committed description, which another test
+    /// holds against the unit's table.
+    fn variables(unit: &str) -> Vec<(String, String)> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../modelDescription");
+        let text = std::fs::read_to_string(folder.join(format!("{unit}.xml"))).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let all = document.descendants().filter(|it| it.has_tag_name("ScalarVariable"));
+        all.map(|it| {
+            let of = |name| it.attribute(name).unwrap_or_default().to_owned();
+            (of("name"), of("causality"))
+        })
+        .collect()
+    }
+
+    fn assert_known(unit: &str, causality: &str, names: &[String]) {
+        let variables = variables(unit);
+        for name in names {
+            let there = variables.iter().any(|(it, kind)| it == name && kind == causality);
+            assert!(there, "{unit} has no {causality} {name}, which the report looks for");
+        }
+    }
+
+    fn of_row(rows: &[&str], count: usize) -> Vec<String> {
+        rows.iter().flat_map(|row| (1..=count).map(|k| numbered(row, k, count))).collect()
+    }
+
+    fn owned(names: &[&str]) -> Vec<String> {
+        names.iter().map(|&name| name.to_owned()).collect()
+    }
+
+    /// A name changed here or in a unit's table would silence a figure or a part of the 3D view.
+    #[test]
+    fn issue_12_names_are_those_of_the_units() {
+        assert_known("vehicle", "output", &of_row(&[GAP, POSITION, LATERAL_OFFSET], 64));
+        let observed = [VERTICAL_DISPLACEMENT, LATERAL_DISPLACEMENT, ROLL, PITCH, YAW];
+        let of_cars = ["car_1", "car_2"];
+        let of_cars = of_cars.iter().flat_map(|car| observed.map(|what| format!("{car}_{what}")));
+        assert_known("vehicle", "output", &of_cars.collect::<Vec<_>>());
+        assert_known("vehicle", "parameter", &owned(&[INITIAL_POSITION, TRAVEL_SPEED]));
+        assert_known("guideway", "output", &of_row(&[MIDSPAN, QUARTER], 3));
+        assert_known("guideway", "output", &of_row(&[IRREGULARITY], 64));
+        let parameters = [
+            MODES,
+            POLE_LENGTH,
+            STIFFNESS_FACTOR,
+            MASS_FACTOR,
+            CHIRP_ON,
+            CHIRP_START,
+            CHIRP_END_FREQUENCY,
+            IRREGULARITY_ON,
+            IRREGULARITY_FILE,
+            IRREGULARITY_AMPLITUDE,
+            IRREGULARITY_SHORTEST_WAVE,
+            IRREGULARITY_LONGEST_WAVE,
+        ];
+        assert_known("guideway", "parameter", &owned(&parameters));
+        assert_known("guideway", "parameter", &of_row(&[FREQUENCY, DAMPING], 2));
+    }
+
+    /// A wrong name is found out, otherwise the test above proved nothing.
+    #[test]
+    #[should_panic(expected = "guideway has no output middle_displacement_01")]
+    fn issue_12_a_name_that_no_unit_has_is_found() {
+        assert_known("guideway", "output", &of_row(&["middle_displacement"], 1));
+    }
+
+    #[test]
+    fn analytic_numbers_and_rows() {
+        assert_eq!(numbered("gap", 7, 8), "gap_07");
+        assert_eq!(numbered("gap", 7, 160), "gap_007");
+        assert_eq!(
+            (row("gap_07"), row("gap_rate_7"), row("gap"), row("7")),
+            (Some("gap"), Some("gap_rate"), None, None)
+        );
+    }
+}
