@@ -171,3 +171,38 @@ fn invariant_modes_need_units_that_tell_their_linearisation() {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(text.contains("ems_01") && text.contains("sampled"), "{text}");
 }
+
+/// The nonlinear law with a gap gain of 12 is unstable on every girder (damping ratios down to −0.0098), but
+/// the low-speed scenario starts on rigid ground, where no girder has a part in it: stability there is
+/// called what it is.
+#[test]
+fn issue_12_stability_says_where_it_holds_and_what_takes_no_part() {
+    let file = system_tests::scenario("low-speed.json").display().to_string();
+    let asked = |more: &[&str]| {
+        let mut all = vec!["modes", &file];
+        all.extend(["--set", "ems_[01..64].nonlinear=true", "--set", "ems_[01..64].gain_gap=12"]);
+        all.extend(more);
+        let output = start(&all).unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let (status, text) = asked(&[]);
+    assert_eq!(status, Some(0), "{text}");
+    assert!(text.contains("t = 0 s, the start of the scenario"), "{text}");
+    assert!(text.contains("stable at this operating point, WITHOUT guideway"), "{text}");
+    assert!(text.contains("none of its 12 states is coupled"), "{text}");
+    // where the magnets are
+    assert!(text.contains("position_# -25.70"), "{text}");
+    let (_, text) = asked(&["--json"]);
+    let report: Value = serde_json::from_str(&text).unwrap();
+    let apart = report["modes"]["apart"].as_array().unwrap();
+    assert_eq!((apart.len(), &apart[0]["instance"]), (1, &Value::from("guideway")));
+    assert_eq!(apart[0]["states"].as_array().unwrap().len(), 12);
+    assert_eq!(report["modes"]["operating_point"]["time"], 0.0);
+
+    let girder = ["--set", "vehicle.initial_position=37.5", "--set", "vehicle.travel_speed=0"];
+    let (status, text) = asked(&girder);
+    assert_eq!(status, Some(1), "{text}");
+    assert!(text.contains("UNSTABLE at this operating point"), "{text}");
+    // the outer spans carry nothing: two modes each
+    assert!(text.contains("8 of 12 states of guideway are coupled with no other unit"), "{text}");
+}

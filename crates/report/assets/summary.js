@@ -31,7 +31,7 @@ function figuresOf(run) {
   }
   if (mode) {
     const { damping_ratio: damping, frequency_hz: frequency } = mode.continuous;
-    list.push({ label: "Least damped coupled mode", value: 100 * damping, unit: "%", note: `at ${number(frequency, 4)} Hz, about the start: ${shares(mode.participation)}` });
+    list.push({ label: "Least damped coupled mode", value: 100 * damping, unit: "%", note: `at ${number(frequency, 4)} Hz, about the start${uncoupled(run) ? `, without ${uncoupled(run)}` : ""}: ${shares(mode.participation)}` });
   }
   return list;
 }
@@ -77,14 +77,30 @@ function shares(participation) {
   return list.map(([key, it]) => `${it.count > 1 ? `${key} (${it.count})` : it.name} ${(100 * it.share).toFixed(0)} %`).join(", ");
 }
 
+/** Names of the units that take no part in any coupled mode; empty if all do. */
+function uncoupled(run) {
+  return (run.modes?.apart ?? []).filter((it) => it.states.length === it.of).map((it) => it.instance).join(", ");
+}
+
+/** What of a unit is not coupled where the modes are taken. */
+function apartFrom({ instance, of, states }) {
+  if (states.length === of) {
+    return `${instance} takes no part: none of its ${of} states is coupled with another unit at this point. Its modes are those of the unit alone, and stability with ${instance} is not shown.`;
+  }
+  return `${states.length} of ${of} states of ${instance} are coupled with no other unit at this point: ${states.slice(0, 6).join(", ")}${states.length > 6 ? ", …" : ""}.`;
+}
+
 function modesSection() {
   const runs = data.runs.filter((run) => run.modes);
   if (runs.length === 0) return;
   const it = section("modes", "Modes of the coupled system");
   for (const run of runs) {
-    const { modes, stable, stepped_stable: stepped, step } = run.modes;
-    const says = (flag) => (flag ? "stable" : "UNSTABLE");
-    it.append(element("p", {}, `${runPrefix(run)}${says(stable)} as the equations have it, ${says(stepped)} as stepped with ${number(step)} s; ${modes.length} modes about the start of the run.`));
+    const { modes, stable, stepped_stable: stepped, step, operating_point: point } = run.modes;
+    const missing = uncoupled(run);
+    const without = missing ? `, without ${missing}` : "";
+    const says = (flag) => (flag ? `stable${without}` : "UNSTABLE");
+    it.append(element("p", {}, `${runPrefix(run)}At this operating point (t = ${number(point.time)} s, the start of the run) ${says(stable)} as the equations have it, ${says(stepped)} as stepped with ${number(step)} s; ${modes.length} modes.`));
+    for (const apart of run.modes.apart) it.append(element("p", { class: apart.states.length === apart.of ? "error" : "hint" }, apartFrom(apart)));
     const columns = [
       { title: "frequency (Hz)", numeric: true, of: (row) => row.continuous.frequency_hz, text: (row) => number(row.continuous.frequency_hz, 5) },
       { title: "damping ratio", numeric: true, of: (row) => row.continuous.damping_ratio, text: (row) => number(row.continuous.damping_ratio, 3) },

@@ -29,8 +29,32 @@ pub struct Modes {
     pub stepped_stable: bool,
     /// Communication step (s).
     pub step: f64,
+    /// Where the system is linearised.
+    pub operating_point: OperatingPoint,
+    /// Units with states that are in no mode together with another unit's there.
+    pub apart: Vec<Apart>,
     /// The modes, least damped first.
     pub modes: Vec<Mode>,
+}
+
+/// The point of linearisation.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct OperatingPoint {
+    /// Time (s).
+    pub time: f64,
+}
+
+/// A unit with states that are coupled with no other unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Apart {
+    /// Name of the instance.
+    pub instance: String,
+    /// Number of its states.
+    pub of: usize,
+    /// Names of those states.
+    pub states: Vec<String>,
 }
 
 /// One mode.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use master::error::Error;
-use master::modes::{Eigenvalue, Mode, Modes};
+use master::modes::{Apart, Eigenvalue, Family, Mode, Modes};
 use master::record::write_whole;
 use master::run::Setup;
 use master::scenario::{AlgorithmName, Scenario};
@@ -21,6 +21,8 @@ Examples:
   maglev modes scenarios/one-magnet.json
   maglev modes scenarios/low-speed.json --set vehicle.travel_speed=0 --set vehicle.initial_position=37.5
   maglev modes scenarios/one-magnet.json --algorithm jacobi --extrapolation 0 --step 0.005
+
+The verdict holds at the start of the scenario only, and says which units take no part in it there.
 
 Exit status: 0 all modes die away, as the equations have them and as stepped; 1 some grow; 2 bad input.";
 
@@ -114,16 +116,79 @@ fn as_json(modes: &Modes, scenario: &Scenario) -> String {
 // writing to a String cannot fail, so the results of writeln! are dropped
 fn page(modes: &Modes, algorithm: &str, arguments: &Arguments) -> String {
     let mut text = String::new();
-    let says = |stable: bool| if stable { "stable" } else { "UNSTABLE" };
     let _ = writeln!(text, "{} states, {} modes", modes.states, modes.modes.len());
-    let _ = writeln!(text, "as the equations have them    {}", says(modes.stable));
+    let _ = writeln!(
+        text,
+        "linearised at                 t = {} s, the start of the scenario",
+        modes.operating_point.time
+    );
+    let _ = writeln!(text, "as the equations have them    {}", verdict(modes.stable, &modes.apart));
     let _ = writeln!(
         text,
         "as stepped                    {} ({algorithm}, {} s; the coupling's own largest multiplier: {:.3})",
-        says(modes.stepped_stable),
+        verdict(modes.stepped_stable, &modes.apart),
         modes.step,
         modes.coupling_multiplier
     );
+    for apart in &modes.apart {
+        let _ = writeln!(text, "\n{}", uncoupled(apart));
+        let received = modes.operating_point.inputs.get(&apart.instance);
+        let inputs: Vec<String> = received.into_iter().flatten().map(span).collect();
+        if !inputs.is_empty() {
+            let _ = writeln!(text, "  inputs of {} here: {}", apart.instance, inputs.join(", "));
+        }
+    }
+    list(&mut text, modes, arguments);
+    text
+}
+
+/// What the eigenvalues say, and of what they say nothing.
+fn verdict(stable: bool, apart: &[Apart]) -> String {
+    let missing: Vec<&str> =
+        apart.iter().filter(|it| it.entirely()).map(|it| it.instance.as_str()).collect();
+    match (stable, missing.as_slice()) {
+        (false, _) => "UNSTABLE at this operating point".to_owned(),
+        (true, []) => "stable at this operating point".to_owned(),
+        (true, _) => {
+            format!("stable at this operating point, WITHOUT {}", missing.join(", "))
+        }
+    }
+}
+
+/// Names of states shown of a unit that takes part with others of its states.
+const NAMED: usize = 6;
+
+fn uncoupled(apart: &Apart) -> String {
+    let Apart { instance, of, states } = apart;
+    if apart.entirely() {
+        return format!(
+            "{instance} takes no part: none of its {of} states is coupled with another unit at this \
+             point. Its modes below are\nthose of the unit alone, and stability with {instance} is not \
+             shown: start the scenario where it is coupled."
+        );
+    }
+    let more = if states.len() > NAMED { ", …" } else { "" };
+    let named = &states[..states.len().min(NAMED)];
+    format!(
+        "{} of {of} states of {instance} are coupled with no other unit at this point: {}{more}",
+        states.len(),
+        named.join(", ")
+    )
+}
+
+/// A family of inputs with the range of its values.
+fn span(family: &Family) -> String {
+    let Family { name, min, max, unit, .. } = family;
+    let unit = unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    if min == max {
+        format!("{name} {min:.4}{unit}")
+    } else {
+        format!("{name} {min:.4} … {max:.4}{unit}")
+    }
+}
+
+/// The table of modes.
+fn list(text: &mut String, modes: &Modes, arguments: &Arguments) {
     let _ = writeln!(
         text,
         "\n{:>9} {:>9}  {:>9} {:>9} {:>9}  {:<24} takes part",
@@ -158,7 +223,6 @@ fn page(modes: &Modes, algorithm: &str, arguments: &Arguments) -> String {
             shown(families(parts))
         );
     }
-    text
 }
 
 fn percent(part: f64) -> String {

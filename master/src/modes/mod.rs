@@ -8,11 +8,16 @@
 //! communication point to the next and its multipliers z; ln z/h is what a mode has become by the
 //! coupling. Multipliers that belong to no λ are the coupling's own; one beyond the unit circle makes
 //! the run unstable whatever the equations say.
+//!
+//! All this holds at one point, the start of the scenario ([`OperatingPoint`]). What is in no loop with
+//! another unit there is named ([`Apart`]): that it is stable says nothing of what it does once coupled.
 
 mod continuous;
 mod linear_unit;
+mod operating_point;
 mod state_space;
 mod stepped;
+mod structure;
 
 use faer::prelude::c64;
 use indexmap::IndexMap;
@@ -22,10 +27,13 @@ use thiserror::Error;
 use crate::coupling::{Blueprint, Links};
 use crate::error::Error;
 use crate::instance::UnitError;
+use crate::participant::Participant;
 use crate::run::Setup;
 use continuous::upper;
+pub use operating_point::{Family, OperatingPoint};
 use state_space::{Linear, StateSpace};
 use stepped::Stepped;
+pub use structure::Apart;
 
 /// Shares below this are left out.
 const LEAST_SHARE: f64 = 1e-3;
@@ -59,6 +67,15 @@ pub enum ModesError {
         instance: String,
         /// Which output.
         output: String,
+    },
+    /// A unit does not return its inputs.
+    #[error("cannot read the inputs of {instance} at the point of linearisation")]
+    Inputs {
+        /// Which instance.
+        instance: String,
+        /// Why.
+        #[source]
+        source: UnitError,
     },
     /// An algebraic loop without a solution.
     #[error("the linearised system has an algebraic loop that cannot be solved")]
@@ -127,6 +144,10 @@ pub struct Modes {
     pub modes: Vec<Mode>,
     /// Size of the coupling's own largest multiplier: below one it dies away.
     pub coupling_multiplier: f64,
+    /// Where the system is linearised: all else holds at this point only.
+    pub operating_point: OperatingPoint,
+    /// Units with states that are in no mode together with another unit's at this point.
+    pub apart: Vec<Apart>,
     /// Whether all modes die away as the equations have them.
     pub stable: bool,
     /// Whether everything dies away as the master steps it.
@@ -141,10 +162,27 @@ impl Modes {
     pub fn find(setup: &Setup) -> Result<Self, Error> {
         let mut simulation = setup.start()?;
         let (participants, exchange, blueprint) = simulation.parts();
-        let links = exchange.links();
-        let mut units = Vec::with_capacity(participants.len());
-        let mut names = Vec::with_capacity(participants.len());
+        let system = Linearised::new(participants, setup.scenario().experiment.start)?;
+        let degree = setup.scenario().algorithm.degree();
+        let step = setup.scenario().experiment.step;
+        Ok(of(system, exchange.links(), degree, blueprint, step)?)
+    }
+}
+
+/// All units about one point.
+struct Linearised {
+    units: Vec<Linear>,
+    /// Instance and states of each unit.
+    names: Vec<(String, Vec<String>)>,
+    point: OperatingPoint,
+}
+
+impl Linearised {
+    fn new(participants: &mut [Participant], time: f64) -> Result<Self, ModesError> {
+        let point = OperatingPoint { time, inputs: IndexMap::new() };
+        let mut system = Self { units: Vec::new(), names: Vec::new(), point };
         for participant in participants {
+            let received = operating_point::inputs(participant)?;
             let (inputs, outputs) = participant.exchanged_reals();
             let instance = participant.instance_mut();
             let name = instance.name().to_owned();
@@ -153,24 +191,23 @@ impl Modes {
                 .map_err(|source| ModesError::Silent { instance: name.clone(), source })?;
             let report = StateSpace::read(&name, &text)?;
             let description = instance.package().description();
-            units.push(report.between(&name, description, &inputs, &outputs)?);
-            names.push(name);
+            system.units.push(report.between(&name, description, &inputs, &outputs)?);
+            system.point.inputs.insert(name.clone(), received);
+            system.names.push((name, report.states));
         }
-        let degree = setup.scenario().algorithm.degree();
-        let step = setup.scenario().experiment.step;
-        Ok(of(&units, &names, links, degree, blueprint, step)?)
+        Ok(system)
     }
 }
 
 /// The modes of linear units.
 fn of(
-    units: &[Linear],
-    names: &[String],
+    system: Linearised,
     links: Vec<Links>,
     degree: usize,
     blueprint: &Blueprint,
     step: f64,
 ) -> Result<Modes, ModesError> {
+    let Linearised { units, names, point } = system;
     let connections: Vec<Link> = links
         .iter()
         .enumerate()
@@ -184,8 +221,9 @@ fn of(
             })
         })
         .collect();
-    let found = continuous::eigen(&continuous::coupled(units, &connections)?)?;
-    let multipliers = Stepped::new(units, links, degree, blueprint, step).multipliers()?;
+    let matrix = continuous::coupled(&units, &connections)?;
+    let found = continuous::eigen(&matrix)?;
+    let multipliers = Stepped::new(&units, links, degree, blueprint, step).multipliers()?;
     let values: Vec<c64> = found.iter().map(|eigen| eigen.value).collect();
     let (belonging, own) = assign(&values, &multipliers, step);
     let mut modes: Vec<Mode> = found
@@ -195,7 +233,7 @@ fn of(
             continuous: Eigenvalue::new(eigen.value),
             stepped: stepped.map(Eigenvalue::new),
             relative_error: stepped.map(|it| (it - eigen.value).norm() / eigen.value.norm()),
-            participation: participation(units, names, &eigen.shares),
+            participation: participation(&units, &names, &eigen.shares),
         })
         .collect();
     modes.sort_by(|a, b| {
@@ -208,6 +246,8 @@ fn of(
         states: units.iter().map(|unit| unit.states).sum(),
         step,
         coupling_multiplier: own,
+        apart: structure::apart(&matrix, &units, &names),
+        operating_point: point,
         stable: values.iter().all(|value| value.re < 0.0),
         stepped_stable: multipliers.iter().all(|z| z.norm() < 1.0),
         modes,
@@ -252,10 +292,14 @@ fn assign(values: &[c64], multipliers: &[c64], step: f64) -> (Vec<Option<c64>>, 
 }
 
 /// Shares by instance, the largest first.
-fn participation(units: &[Linear], names: &[String], shares: &[f64]) -> IndexMap<String, f64> {
+fn participation(
+    units: &[Linear],
+    names: &[(String, Vec<String>)],
+    shares: &[f64],
+) -> IndexMap<String, f64> {
     let mut rest = shares;
     let mut all: Vec<(String, f64)> = Vec::new();
-    for (unit, name) in units.iter().zip(names) {
+    for (unit, (name, _)) in units.iter().zip(names) {
         let (mine, others) = rest.split_at(unit.states);
         rest = others;
         let share: f64 = mine.iter().sum();

@@ -1,0 +1,64 @@
+//! Where a system is linearised: the time, and what its units receive there.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use super::ModesError;
+use crate::participant::Participant;
+
+/// The point of linearisation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperatingPoint {
+    /// Time (s): the start of the scenario.
+    pub time: f64,
+    /// The connected Real inputs of each instance.
+    pub inputs: IndexMap<String, Vec<Family>>,
+}
+
+/// Inputs whose names differ in a number only, such as `position_01` to `position_64`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Family {
+    /// Their name with `#` for the number.
+    pub name: String,
+    /// How many.
+    pub count: usize,
+    /// The smallest value of them.
+    pub min: f64,
+    /// The largest value of them.
+    pub max: f64,
+    /// Unit of measurement, if there is one.
+    pub unit: Option<String>,
+}
+
+/// What one participant receives.
+pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<Family>, ModesError> {
+    let (inputs, _) = participant.exchanged_reals();
+    let instance = participant.instance_mut();
+    let name = instance.name().to_owned();
+    let variables: Vec<(String, u32, Option<String>)> = inputs
+        .iter()
+        .map(|&k| &instance.package().description().variables[k])
+        .map(|it| (it.name.clone(), it.value_reference, it.unit.clone()))
+        .collect();
+    let references: Vec<u32> = variables.iter().map(|it| it.1).collect();
+    let mut values = vec![0.0; references.len()];
+    instance
+        .get_real(&references, &mut values)
+        .map_err(|source| ModesError::Inputs { instance: name, source })?;
+    let mut families: IndexMap<String, Family> = IndexMap::new();
+    for ((name, _, unit), value) in variables.into_iter().zip(values) {
+        let key = family(&name);
+        let new = || Family { name: key.clone(), count: 0, min: value, max: value, unit };
+        let it = families.entry(key.clone()).or_insert_with(new);
+        it.count += 1;
+        it.min = it.min.min(value);
+        it.max = it.max.max(value);
+    }
+    Ok(families.into_values().collect())
+}
+
+/// A name with `#` for its last number.
+fn family(name: &str) -> String {
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    if stem.len() == name.len() { name.to_owned() } else { format!("{stem}#") }
+}

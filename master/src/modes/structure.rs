@@ -1,0 +1,149 @@
+//! What takes part in the coupling at the point of linearisation, and what does not.
+//!
+//! States influence each other directly where the coupled matrix has an entry. A mode of its own belongs
+//! to every strongly connected component of that graph: the matrix can be ordered into blocks whose
+//! diagonal ones are the components, and its eigenvalues are theirs. A component with states of one unit
+//! only therefore has modes of that unit alone, whatever else is connected to it.
+
+use faer::Mat;
+use serde::Serialize;
+
+use super::continuous::balanced;
+use super::state_space::Linear;
+use crate::graph::Graph;
+
+/// Entries below this share of the largest in their row and column, after balancing, are rounding.
+const NOTHING: f64 = 1e-13;
+
+/// A unit with states that are in no loop with another unit's.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Apart {
+    /// Which instance.
+    pub instance: String,
+    /// Number of its states.
+    pub of: usize,
+    /// Names of those that no other unit shares a mode with.
+    pub states: Vec<String>,
+}
+
+impl Apart {
+    /// Whether none of its states is coupled.
+    #[must_use]
+    pub fn entirely(&self) -> bool {
+        self.states.len() == self.of
+    }
+}
+
+/// The units with such states, in their order. `names` holds instance and states of each unit. A system of
+/// one unit has nothing to be coupled with.
+pub(super) fn apart(
+    matrix: &Mat<f64>,
+    units: &[Linear],
+    names: &[(String, Vec<String>)],
+) -> Vec<Apart> {
+    if units.iter().filter(|unit| unit.states > 0).count() < 2 {
+        return Vec::new();
+    }
+    let owners: Vec<usize> =
+        units.iter().enumerate().flat_map(|(k, unit)| vec![k; unit.states]).collect();
+    let mut alone = vec![false; owners.len()];
+    for component in influences(matrix).components() {
+        let own = component.iter().all(|&state| owners[state] == owners[component[0]]);
+        component.iter().for_each(|&state| alone[state] = own);
+    }
+    let mut first = 0;
+    let mut found = Vec::new();
+    for (unit, (instance, states)) in units.iter().zip(names) {
+        let mine = &alone[first..first + unit.states];
+        first += unit.states;
+        let states: Vec<String> = states
+            .iter()
+            .zip(mine)
+            .filter(|(_, alone)| **alone)
+            .map(|(name, _)| name.clone())
+            .collect();
+        if !states.is_empty() {
+            found.push(Apart { instance: instance.clone(), of: unit.states, states });
+        }
+    }
+    found
+}
+
+/// Which state's rate depends on which state.
+fn influences(matrix: &Mat<f64>) -> Graph {
+    let matrix = balanced(matrix);
+    let n = matrix.nrows();
+    let (mut rows, mut columns) = (vec![0.0_f64; n], vec![0.0_f64; n]);
+    for i in 0..n {
+        for j in 0..n {
+            let size = matrix[(i, j)].abs();
+            rows[i] = rows[i].max(size);
+            columns[j] = columns[j].max(size);
+        }
+    }
+    let mut graph = Graph::new(n);
+    for i in 0..n {
+        for j in 0..n {
+            let size = matrix[(i, j)].abs();
+            if size > NOTHING * rows[i].max(columns[j]) {
+                graph.edge(j, i);
+            }
+        }
+    }
+    graph
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(states: usize) -> Linear {
+        Linear { states, ..Linear::default() }
+    }
+
+    fn named(instance: &str, states: &[&str]) -> (String, Vec<String>) {
+        (instance.to_owned(), states.iter().map(|it| (*it).to_owned()).collect())
+    }
+
+    /// Two oscillators: coupled by springs both are in every mode; with one direction only, or with an
+    /// entry at the level of rounding, the modes are those of each alone.
+    #[test]
+    fn issue_12_units_without_a_loop_between_them_are_apart() {
+        let units = [unit(2), unit(2)];
+        let names = [named("a", &["x", "v"]), named("b", &["x", "v"])];
+        let system = |ab: f64, ba: f64| {
+            let rows = [
+                [0.0, 1.0, 0.0, 0.0],
+                [-4.0, -0.1, ab, 0.0],
+                [0.0, 0.0, 0.0, 1.0],
+                [ba, 0.0, -9.0, -0.2],
+            ];
+            Mat::from_fn(4, 4, |i, j| rows[i][j])
+        };
+        let found = |ab, ba| apart(&system(ab, ba), &units, &names);
+        assert_eq!(found(1.0, 1.0), []);
+        for (ab, ba) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1e-17)] {
+            let both = found(ab, ba);
+            assert_eq!(both.len(), 2, "{ab} {ba}");
+            assert!(both.iter().all(Apart::entirely));
+            assert_eq!((both[1].instance.as_str(), both[1].of), ("b", 2));
+        }
+    }
+
+    /// A third oscillator inside of b that a does not reach is named, the rest of b takes part.
+    #[test]
+    fn issue_12_states_that_nothing_reaches_are_named() {
+        let units = [unit(1), unit(2)];
+        let names = [named("a", &["x"]), named("b", &["near", "far"])];
+        let rows = [[-1.0, 0.5, 0.0], [0.5, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        let found = apart(&Mat::from_fn(3, 3, |i, j| rows[i][j]), &units, &names);
+        assert_eq!(
+            found,
+            [Apart { instance: "b".to_owned(), of: 2, states: vec!["far".to_owned()] }]
+        );
+        assert!(!found[0].entirely());
+        // a unit on its own has nothing to be apart from
+        let alone = Mat::from_fn(1, 1, |_, _| -1.0);
+        assert_eq!(apart(&alone, &units[..1], &names[..1]), []);
+    }
+}
