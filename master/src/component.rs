@@ -5,6 +5,8 @@
 //! step needs has methods of its own, everything else is a [`Request`].
 
 use std::ffi::{CStr, CString, c_void};
+use std::fmt::Debug;
+use std::ptr::{null, null_mut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -14,6 +16,7 @@ use sys::fmi2Status as Status;
 
 use crate::library::{Call, Functions};
 use crate::logger::Sink;
+use crate::trace::{Line, Traced, Tracer};
 
 /// What came back from a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,7 +83,7 @@ type Setter<T> = unsafe extern "C" fn(*mut c_void, *const u32, usize, *const T) 
 
 /// A type whose values are plain numbers in C.
 pub(crate) trait Numeric {
-    type Value: Copy + Default;
+    type Value: Copy + Default + Debug;
     const KIND: Kind;
     const GET: Call;
     const SET: Call;
@@ -129,7 +132,7 @@ numeric! {
 }
 
 /// Which values to ask for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(crate) enum Kind {
     Real,
     Integer,
@@ -141,9 +144,12 @@ pub(crate) enum Kind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Request {
     SetupExperiment {
+        tolerance: Option<f64>,
         start: f64,
         stop: f64,
     },
+    /// of these categories
+    SetDebugLogging(Vec<CString>),
     EnterInitializationMode,
     ExitInitializationMode,
     Terminate,
@@ -262,6 +268,8 @@ pub(crate) struct Identity {
     pub(crate) name: CString,
     pub(crate) guid: CString,
     pub(crate) resources: CString,
+    pub(crate) logging: bool,
+    pub(crate) trace: Option<Traced>,
 }
 
 /// The mark of a component that is in no call.
@@ -280,6 +288,37 @@ pub(crate) struct Component {
     dead: Arc<AtomicBool>,
     /// says which call is going on to whoever must explain a crash
     mark: &'static AtomicU32,
+    trace: Option<Box<Tracer>>,
+}
+
+/// Makes a call, with a line in the trace before and after it if there is one.
+macro_rules! traced {
+    ($self:ident, $call:expr, $tell:expr, $run:expr) => {
+        traced!($self, $call, $tell, $run, |_| {})
+    };
+    ($self:ident, $call:expr, $tell:expr, $run:expr, $brings:expr) => {
+        match &$self.trace {
+            None => $run,
+            Some(trace) => {
+                let begin = trace.before($call, $tell);
+                let answer = $run;
+                trace.after(answer, begin, $brings);
+                answer
+            }
+        }
+    };
+}
+
+/// A call of a function that the trace tells no more of than its arguments in words.
+macro_rules! request {
+    ($self:ident, $field:ident, $call:ident, [$($words:tt)*] $(, $argument:expr)* $(,)?) => {
+        traced!(
+            $self,
+            Call::$call,
+            |it| it.item(format_args!($($words)*)),
+            invoke!($self, $field, $call $(, $argument)*)
+        )
+    };
 }
 
 macro_rules! invoke {
@@ -309,6 +348,16 @@ impl Component {
         mark: &'static AtomicU32,
     ) -> Option<Self> {
         let callbacks = Box::new(sink.callbacks());
+        // a worker that cannot open the file, which its master could, works without
+        let trace = identity.trace.as_ref().and_then(|it| Tracer::open(it).ok()).map(Box::new);
+        let begin = trace.as_ref().map(|it| {
+            it.before(Call::fmi2Instantiate, |line| {
+                let Identity { name, guid, resources, logging, .. } = identity;
+                line.item(format_args!(
+                    "{name:?}, fmi2CoSimulation, {guid:?}, {resources:?}, loggingOn {logging}"
+                ));
+            })
+        });
         mark.store(Call::fmi2Instantiate as u32, Ordering::Relaxed);
         // SAFETY: all pointers are valid C strings; the callbacks are boxed and stay where they
         // are until the instance is freed
@@ -320,10 +369,17 @@ impl Component {
                 identity.resources.as_ptr(),
                 &raw const *callbacks,
                 0,
-                0,
+                identity.logging.into(),
             )
         };
         mark.store(IDLE, Ordering::Relaxed);
+        if let (Some(trace), Some(begin)) = (&trace, begin) {
+            let answer = Answer::good(Call::fmi2Instantiate);
+            let null = pointer.is_null();
+            trace.after(answer, begin, |it| {
+                it.item(format_args!("{}", if null { "null" } else { "an instance" }));
+            });
+        }
         if pointer.is_null() {
             return None;
         }
@@ -335,6 +391,7 @@ impl Component {
             states: Vec::new(),
             dead: Arc::clone(dead),
             mark,
+            trace,
         })
     }
 
@@ -346,20 +403,31 @@ impl Component {
         values: &mut [K::Value],
     ) -> Answer {
         let n = references.len().min(values.len());
-        self.transfer(K::GET, K::getter(&self.functions), |component, get| {
-            // SAFETY: a live component; both pointers are good for n values
-            unsafe { get(component, references.as_ptr(), n, values.as_mut_ptr()) }
-        })
+        traced!(
+            self,
+            K::GET,
+            |it| it.variables(K::KIND, references),
+            self.transfer(K::GET, K::getter(&self.functions), |component, get| {
+                // SAFETY: a live component; both pointers are good for n values
+                unsafe { get(component, references.as_ptr(), n, values.as_mut_ptr()) }
+            }),
+            |it| it.values(K::KIND, references, values)
+        )
     }
 
     /// Sets values of one type.
     #[inline]
     pub(crate) fn set<K: Numeric>(&mut self, references: &[u32], values: &[K::Value]) -> Answer {
         let n = references.len().min(values.len());
-        self.transfer(K::SET, K::setter(&self.functions), |component, set| {
-            // SAFETY: a live component; both pointers are good for n values
-            unsafe { set(component, references.as_ptr(), n, values.as_ptr()) }
-        })
+        traced!(
+            self,
+            K::SET,
+            |it| it.values(K::KIND, references, values),
+            self.transfer(K::SET, K::setter(&self.functions), |component, set| {
+                // SAFETY: a live component; both pointers are good for n values
+                unsafe { set(component, references.as_ptr(), n, values.as_ptr()) }
+            })
+        )
     }
 
     #[inline]
@@ -378,9 +446,17 @@ impl Component {
 
     /// Reads one String; null reads as empty.
     pub(crate) fn get_string(&mut self, reference: u32) -> (Answer, CString) {
-        let mut pointer: sys::fmi2String = std::ptr::null();
-        let answer =
-            invoke!(self, get_string, fmi2GetString, &raw const reference, 1, &raw mut pointer);
+        let mut pointer: sys::fmi2String = null();
+        let answer = traced!(
+            self,
+            Call::fmi2GetString,
+            |it| it.variables(Kind::String, &[reference]),
+            invoke!(self, get_string, fmi2GetString, &raw const reference, 1, &raw mut pointer),
+            |it| if !pointer.is_null() {
+                // SAFETY: not null; the standard keeps the string alive until the next call
+                it.values(Kind::String, &[reference], &[unsafe { CStr::from_ptr(pointer) }]);
+            }
+        );
         if pointer.is_null() || !answer.goes_on() {
             return (answer, CString::default());
         }
@@ -391,7 +467,12 @@ impl Component {
     /// Sets one String.
     pub(crate) fn set_string(&mut self, reference: u32, value: &CStr) -> Answer {
         let pointer = value.as_ptr();
-        invoke!(self, set_string, fmi2SetString, &raw const reference, 1, &raw const pointer)
+        traced!(
+            self,
+            Call::fmi2SetString,
+            |it| it.values(Kind::String, &[reference], &[value]),
+            invoke!(self, set_string, fmi2SetString, &raw const reference, 1, &raw const pointer)
+        )
     }
 
     /// Sets derivatives of inputs for the coming step.
@@ -403,14 +484,19 @@ impl Component {
         values: &[f64],
     ) -> Answer {
         let n = references.len().min(orders.len()).min(values.len());
-        invoke!(
+        traced!(
             self,
-            set_real_input_derivatives,
-            fmi2SetRealInputDerivatives,
-            references.as_ptr(),
-            n,
-            orders.as_ptr(),
-            values.as_ptr()
+            Call::fmi2SetRealInputDerivatives,
+            |it| it.derivatives(references, orders, values),
+            invoke!(
+                self,
+                set_real_input_derivatives,
+                fmi2SetRealInputDerivatives,
+                references.as_ptr(),
+                n,
+                orders.as_ptr(),
+                values.as_ptr()
+            )
         )
     }
 
@@ -423,14 +509,20 @@ impl Component {
         values: &mut [f64],
     ) -> Answer {
         let n = references.len().min(orders.len()).min(values.len());
-        invoke!(
+        traced!(
             self,
-            get_real_output_derivatives,
-            fmi2GetRealOutputDerivatives,
-            references.as_ptr(),
-            n,
-            orders.as_ptr(),
-            values.as_mut_ptr()
+            Call::fmi2GetRealOutputDerivatives,
+            |it| it.derivatives(references, orders, &[]),
+            invoke!(
+                self,
+                get_real_output_derivatives,
+                fmi2GetRealOutputDerivatives,
+                references.as_ptr(),
+                n,
+                orders.as_ptr(),
+                values.as_mut_ptr()
+            ),
+            |it| it.derivatives(references, orders, values)
         )
     }
 
@@ -479,14 +571,20 @@ impl Component {
     /// Steps from `time` over `size`.
     #[inline]
     pub(crate) fn do_step(&mut self, time: f64, size: f64) -> Answer {
-        invoke!(self, do_step, fmi2DoStep, time, size, 1)
+        traced!(
+            self,
+            Call::fmi2DoStep,
+            |it| it.item(format_args!("from {time:?} over {size:?}, noSetFMUStatePrior true")),
+            invoke!(self, do_step, fmi2DoStep, time, size, 1)
+        )
     }
 
     /// Saves the state into a slot, whose memory the unit uses again; a slot beyond the last is a
     /// new one.
     pub(crate) fn save_state(&mut self, slot: usize) -> Answer {
-        let mut state = self.states.get(slot).copied().unwrap_or(std::ptr::null_mut());
-        let answer = invoke!(self, get_fmu_state, fmi2GetFMUstate, &raw mut state);
+        let mut state = self.states.get(slot).copied().unwrap_or(null_mut());
+        let answer =
+            request!(self, get_fmu_state, fmi2GetFMUstate, ["state {slot}"], &raw mut state);
         if answer.goes_on() {
             self.put_state(slot, state);
         }
@@ -507,18 +605,30 @@ impl Component {
     /// Answers a request.
     pub(crate) fn perform(&mut self, request: &Request) -> Reply {
         let answer = match request {
-            &Request::SetupExperiment { start, stop } => {
-                invoke!(self, setup_experiment, fmi2SetupExperiment, 0, 0.0, start, 1, stop)
+            &Request::SetupExperiment { tolerance, start, stop } => {
+                let (defined, value) = (i32::from(tolerance.is_some()), tolerance.unwrap_or(0.0));
+                request!(
+                    self,
+                    setup_experiment,
+                    fmi2SetupExperiment,
+                    ["tolerance {tolerance:?}, start {start:?}, stop {stop:?}"],
+                    defined,
+                    value,
+                    start,
+                    1,
+                    stop
+                )
             }
+            Request::SetDebugLogging(categories) => self.set_debug_logging(categories),
             Request::EnterInitializationMode => {
-                invoke!(self, enter_initialization_mode, fmi2EnterInitializationMode)
+                request!(self, enter_initialization_mode, fmi2EnterInitializationMode, [""])
             }
             Request::ExitInitializationMode => {
-                invoke!(self, exit_initialization_mode, fmi2ExitInitializationMode)
+                request!(self, exit_initialization_mode, fmi2ExitInitializationMode, [""])
             }
-            Request::Terminate => invoke!(self, terminate, fmi2Terminate),
-            Request::Reset => invoke!(self, reset, fmi2Reset),
-            Request::CancelStep => invoke!(self, cancel_step, fmi2CancelStep),
+            Request::Terminate => request!(self, terminate, fmi2Terminate, [""]),
+            Request::Reset => request!(self, reset, fmi2Reset, [""]),
+            Request::CancelStep => request!(self, cancel_step, fmi2CancelStep, [""]),
             Request::Set(references, values) => self.set_any(references, values),
             Request::SetRealInputDerivatives(references, orders, values) => {
                 self.set_derivatives(references, orders, values)
@@ -526,6 +636,20 @@ impl Component {
             _ => return self.ask(request),
         };
         Reply { answer, data: Data::None }
+    }
+
+    /// Turns debug messages of these categories on.
+    fn set_debug_logging(&mut self, categories: &[CString]) -> Answer {
+        let names: Vec<_> = categories.iter().map(|it| it.as_ptr()).collect();
+        request!(
+            self,
+            set_debug_logging,
+            fmi2SetDebugLogging,
+            ["true, {categories:?}"],
+            1,
+            names.len(),
+            names.as_ptr()
+        )
     }
 
     fn set_any(&mut self, references: &[u32], values: &Values) -> Answer {
@@ -563,20 +687,37 @@ impl Component {
             Request::GetStepStatus => {
                 let mut status = Status::fmi2Pending;
                 let kind = sys::fmi2StatusKind::fmi2DoStepStatus;
-                let answer = invoke!(self, get_status, fmi2GetStatus, kind, &raw mut status);
+                let answer = traced!(
+                    self,
+                    Call::fmi2GetStatus,
+                    |it| it.item(format_args!("fmi2DoStepStatus")),
+                    invoke!(self, get_status, fmi2GetStatus, kind, &raw mut status),
+                    |it| it.item(format_args!("{status}"))
+                );
                 Reply { answer, data: Data::Status(status.0) }
             }
             Request::GetLastSuccessfulTime => {
                 let mut time = f64::NAN;
                 let kind = sys::fmi2StatusKind::fmi2LastSuccessfulTime;
-                let answer = invoke!(self, get_real_status, fmi2GetRealStatus, kind, &raw mut time);
+                let answer = traced!(
+                    self,
+                    Call::fmi2GetRealStatus,
+                    |it| it.item(format_args!("fmi2LastSuccessfulTime")),
+                    invoke!(self, get_real_status, fmi2GetRealStatus, kind, &raw mut time),
+                    |it| it.item(format_args!("{time:?}"))
+                );
                 Reply { answer, data: Data::Number(time) }
             }
             Request::GetTerminated => {
                 let mut ended = 0;
                 let kind = sys::fmi2StatusKind::fmi2Terminated;
-                let answer =
-                    invoke!(self, get_boolean_status, fmi2GetBooleanStatus, kind, &raw mut ended);
+                let answer = traced!(
+                    self,
+                    Call::fmi2GetBooleanStatus,
+                    |it| it.item(format_args!("fmi2Terminated")),
+                    invoke!(self, get_boolean_status, fmi2GetBooleanStatus, kind, &raw mut ended),
+                    |it| it.item(format_args!("{ended}"))
+                );
                 Reply { answer, data: Data::Number(f64::from(ended)) }
             }
             Request::Report(text) => {
@@ -625,16 +766,26 @@ impl Component {
         seed: &[f64],
         out: &mut [f64],
     ) -> Answer {
-        invoke!(
+        traced!(
             self,
-            get_directional_derivative,
-            fmi2GetDirectionalDerivative,
-            unknowns.as_ptr(),
-            unknowns.len().min(out.len()),
-            knowns.as_ptr(),
-            knowns.len().min(seed.len()),
-            seed.as_ptr(),
-            out.as_mut_ptr()
+            Call::fmi2GetDirectionalDerivative,
+            |it| {
+                it.variables(Kind::Real, unknowns);
+                it.item(format_args!("along"));
+                it.values(Kind::Real, knowns, seed);
+            },
+            invoke!(
+                self,
+                get_directional_derivative,
+                fmi2GetDirectionalDerivative,
+                unknowns.as_ptr(),
+                unknowns.len().min(out.len()),
+                knowns.as_ptr(),
+                knowns.len().min(seed.len()),
+                seed.as_ptr(),
+                out.as_mut_ptr()
+            ),
+            |it| it.values(Kind::Real, unknowns, out)
         )
     }
 
@@ -647,11 +798,12 @@ impl Component {
                 Reply { answer: self.save_state(slot), data: Data::Slot(slot) }
             }
             Request::DeserializeState(ref bytes) => {
-                let mut state = std::ptr::null_mut();
-                let answer = invoke!(
+                let mut state = null_mut();
+                let answer = request!(
                     self,
                     deserialize_fmu_state,
                     fmi2DeSerializeFMUstate,
+                    ["{} bytes", bytes.len()],
                     bytes.as_ptr().cast(),
                     bytes.len(),
                     &raw mut state
@@ -664,15 +816,22 @@ impl Component {
             }
             Request::RestoreState(slot) => match held(slot) {
                 Some(state) => {
-                    let answer = invoke!(self, set_fmu_state, fmi2SetFMUstate, state);
+                    let answer =
+                        request!(self, set_fmu_state, fmi2SetFMUstate, ["state {slot}"], state);
                     Reply { answer, data: Data::None }
                 }
                 None => no_state(Call::fmi2SetFMUstate),
             },
             Request::FreeState(slot) => match held(slot) {
                 Some(mut state) => {
-                    self.states[slot] = std::ptr::null_mut();
-                    let answer = invoke!(self, free_fmu_state, fmi2FreeFMUstate, &raw mut state);
+                    self.states[slot] = null_mut();
+                    let answer = request!(
+                        self,
+                        free_fmu_state,
+                        fmi2FreeFMUstate,
+                        ["state {slot}"],
+                        &raw mut state
+                    );
                     Reply { answer, data: Data::None }
                 }
                 None => no_state(Call::fmi2FreeFMUstate),
@@ -687,12 +846,18 @@ impl Component {
 
     fn serialize(&mut self, state: sys::fmi2FMUstate) -> Reply {
         let mut size = 0;
-        let answer = invoke!(
+        let answer = traced!(
             self,
-            serialized_fmu_state_size,
-            fmi2SerializedFMUstateSize,
-            state,
-            &raw mut size
+            Call::fmi2SerializedFMUstateSize,
+            |_| {},
+            invoke!(
+                self,
+                serialized_fmu_state_size,
+                fmi2SerializedFMUstateSize,
+                state,
+                &raw mut size
+            ),
+            |it| it.item(format_args!("{size} bytes"))
         );
         if !answer.goes_on() {
             return Reply { answer, data: Data::None };
@@ -703,7 +868,15 @@ impl Component {
         }
         bytes.resize(size, 0_u8);
         let place = bytes.as_mut_ptr().cast();
-        let written = invoke!(self, serialize_fmu_state, fmi2SerializeFMUstate, state, place, size);
+        let written = request!(
+            self,
+            serialize_fmu_state,
+            fmi2SerializeFMUstate,
+            ["{size} bytes"],
+            state,
+            place,
+            size
+        );
         Reply { answer: answer.then(written), data: Data::Bytes(bytes) }
     }
 
@@ -740,15 +913,27 @@ impl Drop for Component {
         }
         if let Some(free) = self.functions.free_fmu_state {
             self.mark.store(Call::fmi2FreeFMUstate as u32, Ordering::Relaxed);
-            for mut state in self.states.drain(..).filter(|state| !state.is_null()) {
-                // SAFETY: the component is alive, the state is one of its own and freed once
-                unsafe { free(self.pointer, &raw mut state) };
+            for (slot, mut state) in self.states.drain(..).enumerate() {
+                if state.is_null() {
+                    continue;
+                }
+                let mut call = || {
+                    // SAFETY: the component is alive, the state is one of its own and freed once
+                    let status = unsafe { free(self.pointer, &raw mut state) };
+                    Answer::new(Call::fmi2FreeFMUstate, status)
+                };
+                let words = |it: &mut Line<'_>| it.item(format_args!("state {slot}"));
+                let _ = traced!(self, Call::fmi2FreeFMUstate, words, call());
             }
         }
         if let Some(free) = self.functions.free_instance {
             self.mark.store(Call::fmi2FreeInstance as u32, Ordering::Relaxed);
-            // SAFETY: the component is alive and not used after this
-            unsafe { free(self.pointer) };
+            let call = || {
+                // SAFETY: the component is alive and not used after this
+                unsafe { free(self.pointer) };
+                Answer::good(Call::fmi2FreeInstance)
+            };
+            let _ = traced!(self, Call::fmi2FreeInstance, |_| {}, call());
         }
         self.mark.store(IDLE, Ordering::Relaxed);
     }

@@ -82,6 +82,15 @@ pub enum Error {
         #[source]
         source: Option<UnitError>,
     },
+    /// The trace of calls cannot be begun.
+    #[error("the trace of calls cannot be written to {path}")]
+    Trace {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
     /// Results cannot be written.
     #[error("the results cannot be written to {path}")]
     Output {
@@ -208,6 +217,7 @@ impl Error {
                 "use the algorithm \"newton\" (or \"iterated\"), which solves such loops in every \
                  step; a smaller step does not help"
             }
+            Self::Trace { .. } => "choose another file with --trace",
             Self::Parquet { .. } => "free space on the disk",
             Self::NoCheckpoints { .. } => {
                 "run it without checkpoints, or ask who exported the units for serialized states"
@@ -249,11 +259,19 @@ fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
         ScenarioError::StepDoesNotDivide { .. } => {
             "choose stop and step such that stop - start is a whole number of steps"
         }
+        ScenarioError::Suggestions { source, .. } => return package_help(source),
+        ScenarioError::NotSuggested { key: "stop", .. } => {
+            "give \"stop\" under \"experiment\", or --stop"
+        }
+        ScenarioError::NotSuggested { .. } => "give \"step\" under \"experiment\", or --step",
         ScenarioError::Interval { .. } => "choose a recording interval of a whole number of steps",
         ScenarioError::Experiment { .. } => "stop must be greater than start, and step positive",
         ScenarioError::NothingIsolated => {
             "a step without end can only be stopped in a process of its own: add --isolate, or \
              \"isolate\": true to instances in the scenario"
+        }
+        ScenarioError::Every { .. } => {
+            "let stop - start be a whole number of times \"every\" communication steps, of equal size"
         }
         ScenarioError::Range { .. } => return None,
     })
@@ -312,6 +330,9 @@ fn system_help(error: &SystemError) -> Option<&'static str> {
         SystemError::Causality { .. } => "connections go from an output to an input",
         SystemError::Pattern { .. } => {
             "both sides of a connection must stand for equally many signals, or the source for one"
+        }
+        SystemError::File { .. } => {
+            "paths of the form {\"path\": \"...\"} are relative to the scenario file that has them"
         }
         SystemError::Form { .. } => "write instance.variable, such as motor.speed",
         _ => return None,

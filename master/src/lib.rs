@@ -19,8 +19,9 @@
 //! From the file to the results: [`scenario`] is read, its units are opened ([`archive`],
 //! [`description`], [`package`]), the [`system`] is checked ([`pattern`], [`graph`]), the
 //! binaries are loaded ([`library`], [`logger`], [`instance`]), here or in processes of their own
-//! ([`isolate`]), [`initialize`]d, stepped by a [`coupling`] algorithm ([`participant`]), and written
-//! ([`record`], [`plot`], [`summary`]) by [`run`]; [`interrupt`] ends runs early. [`witness`] has the last words when a unit crashes
+//! ([`isolate`], each call noted in a [`trace`] on demand), [`initialize`]d, stepped by a [`coupling`]
+//! algorithm ([`participant`]), and written ([`record`], [`plot`], [`summary`]) by [`run`];
+//! [`interrupt`] ends runs early. [`witness`] has the last words when a unit crashes
 //! in this process. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them.
 //! Nothing in here knows what the units model.
 
@@ -54,6 +55,7 @@ pub mod scenario;
 mod span;
 pub mod summary;
 pub mod system;
+pub mod trace;
 pub mod validate;
 pub mod witness;
 mod xml;

@@ -140,6 +140,17 @@ impl Package {
         Ok(Self { path: path.to_owned(), description, files, findings, folder })
     }
 
+    /// Reads the description of a .fmu file and leaves the rest packed.
+    ///
+    /// # Errors
+    /// The archive or its description is unusable.
+    pub fn describe(path: &Path) -> Result<Description, PackageError> {
+        let archived = |source| PackageError::Archive { path: path.to_owned(), source };
+        let text = Archive::open(path).and_then(|mut it| it.description()).map_err(archived)?;
+        Description::parse(&text)
+            .map_err(|source| PackageError::Description { path: path.to_owned(), source })
+    }
+
     /// Refuses a unit in which `maglev validate` finds an error: something that the standard forbids.
     ///
     /// # Errors

@@ -69,6 +69,9 @@ pub struct UnitSummary {
 pub struct InstanceSummary {
     /// Its unit's name in the scenario.
     pub unit: String,
+    /// Relative tolerance that it was told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// Finished steps, also those that others took back, and each part of a step made in parts.
     pub steps: u64,
     /// Steps that it discarded, and that were tried again in parts.
@@ -136,6 +139,9 @@ pub struct WallTime {
 pub struct SignalSummary {
     /// Its unit, in SI base units where the description defines it.
     pub unit: Option<String>,
+    /// Of a String, which has no statistics, the last text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_text: Option<String>,
     /// Statistics over every communication point.
     #[serde(flatten)]
     pub statistics: Option<Statistics>,

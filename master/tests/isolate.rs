@@ -31,7 +31,7 @@ fn pair(bench: &Bench) -> [Instance; 2] {
     let elsewhere = Instance::isolated(&package, &isolation(), "a").unwrap();
     assert!(elsewhere.is_isolated() && !here.is_isolated());
     [here, elsewhere].map(|mut unit| {
-        unit.setup_experiment(0.0, 1.0).unwrap();
+        unit.setup_experiment(None, 0.0, 1.0).unwrap();
         unit.set_real(&[4], &[1.5]).unwrap();
         unit.enter_initialization_mode().unwrap();
         unit.set_real(&[0], &[0.1]).unwrap();

@@ -66,7 +66,7 @@ def test_first_runs_python_reads_results(tmp_path):
 
 def shortened(options, folder):
     """A run's options with an early stop, without a report, and results in `folder` where they are named relative to the project."""
-    options = [str(ROOT / option) if option.startswith("scenarios/") else option for option in options] + ["--no-report"]
+    options = [str(ROOT / option) if option.startswith(("scenarios/", "target/")) else option for option in options] + ["--no-report"]
     out = options.index("--out") + 1 if "--out" in options else None
     if out is None:
         options += ["--out", str(folder / "out")]

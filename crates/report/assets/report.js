@@ -11,6 +11,7 @@ modesSection();
 irregularitySection();
 rideSection();
 statisticsSection();
+textsSection();
 informationSection();
 theme.apply();
 if (location.hash) document.getElementById(location.hash.slice(1))?.scrollIntoView();

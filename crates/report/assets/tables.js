@@ -27,6 +27,20 @@ function sortable(caption, columns, rows) {
   return { table, filter: (keep) => fill(rows.filter(keep)) };
 }
 
+/** Strings have no numbers: what they were at the end. */
+function textsSection() {
+  const rows = data.runs.flatMap((run) => Object.entries(run.summary?.signals ?? {})
+    .filter(([, it]) => it.final_text != null)
+    .map(([name, it]) => ({ run: run.name, name, text: it.final_text })));
+  if (rows.length === 0) return;
+  const columns = [
+    { title: "signal", of: (row) => row.name },
+    ...(data.runs.length > 1 ? [{ title: "run", of: (row) => row.run }] : []),
+    { title: "last text", of: (row) => row.text },
+  ];
+  section("texts", "Texts", element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Texts" }, sortable("Recorded Strings at the end", columns, rows).table));
+}
+
 function statisticsSection() {
   const rows = data.runs.flatMap((run) => Object.entries(run.summary?.signals ?? {})
     .filter(([, it]) => it.points)

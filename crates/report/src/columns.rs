@@ -11,7 +11,7 @@ use parquet::file::reader::{FileReader as _, RowGroupReader, SerializedFileReade
 use crate::error::ReportError;
 use crate::table::Table;
 
-/// Reads a table of 64-bit floats whose first column is `time`.
+/// Reads a table of 64-bit floats whose first column is `time`; columns of texts are passed over.
 pub(crate) fn read_parquet(path: &Path) -> Result<Table, ReportError> {
     let read = |source| ReportError::Read { path: path.to_owned(), source };
     let file = File::open(path).map_err(read)?;
@@ -37,11 +37,14 @@ pub(crate) fn read_parquet(path: &Path) -> Result<Table, ReportError> {
 fn columns(file: File) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
     let reader = SerializedFileReader::new(file)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    let names = schema.columns().iter().map(|it| it.name().to_owned());
-    let mut columns: Vec<(String, Vec<f64>)> = names.map(|name| (name, Vec::new())).collect();
+    let numeric =
+        |k: &usize| schema.column(*k).physical_type() != parquet::basic::Type::BYTE_ARRAY;
+    let places: Vec<usize> = (0..schema.num_columns()).filter(numeric).collect();
+    let mut columns: Vec<(String, Vec<f64>)> =
+        places.iter().map(|&k| (schema.column(k).name().to_owned(), Vec::new())).collect();
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group)?;
-        for (k, (_, values)) in columns.iter_mut().enumerate() {
+        for (&k, (_, values)) in places.iter().zip(&mut columns) {
             values.extend(column(group.as_ref(), k)?);
         }
     }

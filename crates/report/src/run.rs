@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -55,15 +55,25 @@ pub struct Signal {
     /// Number of communication points; 0 of a run that did not start.
     pub points: u64,
     /// Smallest value.
+    #[serde(deserialize_with = "number")]
     pub min: f64,
     /// Time of the smallest value (s).
+    #[serde(deserialize_with = "number")]
     pub time_of_min: f64,
     /// Largest value.
+    #[serde(deserialize_with = "number")]
     pub max: f64,
     /// Time of the largest value (s).
+    #[serde(deserialize_with = "number")]
     pub time_of_max: f64,
     /// Root of the mean square.
+    #[serde(deserialize_with = "number")]
     pub rms: f64,
+}
+
+/// A number; JSON has none for those that are not finite, and null stands for them.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 /// What a report needs of a unit's entry.
@@ -176,6 +186,15 @@ mod tests {
         let odd = folder(&[("summary.json", "{\"signals\": 3}"), ("results.csv", "time\n")]);
         let error = Run::read(odd.path()).unwrap_err().to_string();
         assert!(error.contains("summary.json") && error.contains("invalid type"), "{error}");
+    }
+
+    /// The mean square of a value beyond 1e154 is beyond all numbers.
+    #[test]
+    fn issue_a_statistic_that_is_no_number_is_read() {
+        let text = r#"{"signals": {"a.x": {"points": 2, "min": 1e300, "rms": null}}}"#;
+        let folder = folder(&[("summary.json", text), ("results.csv", "time,a.x\n0,1e300\n")]);
+        let signals = Run::read(folder.path()).unwrap().summary.signals;
+        assert!(signals["a.x"].min == 1e300 && signals["a.x"].rms.is_nan());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::error::ReportError;
 /// Text that one thread reads at a time (bytes).
 const PART: usize = 1 << 20;
 
-/// Recorded signals over time; NaN where a signal was not due.
+/// Recorded signals over time, without those that are texts; NaN where a signal was not due.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Names of the signals, `instance.variable`.
@@ -79,8 +79,9 @@ fn read_csv(path: &Path, growing: bool) -> Result<Table, ReportError> {
     }
     let begin = usize::try_from(reader.position().byte()).unwrap_or(usize::MAX);
     let body = text.get(begin..).unwrap_or_default();
+    let texts = quoted(body, header.len());
     let parts: Vec<Result<Vec<f64>, Misfit>> =
-        split(body).par_iter().map(|part| numbers(part, &header)).collect();
+        split(body).par_iter().map(|part| numbers(part, &header, &texts)).collect();
     let mut columns = vec![Vec::new(); header.len()];
     for part in parts {
         let row = 2 + columns[0].len();
@@ -91,8 +92,36 @@ fn read_csv(path: &Path, growing: bool) -> Result<Table, ReportError> {
     }
     let mut columns = columns.into_iter();
     let time = columns.next().unwrap_or_default();
-    let names = header.iter().skip(1).map(str::to_owned).collect();
-    Ok(Table { names, time, columns: columns.collect() })
+    let names = header.iter().skip(1).map(str::to_owned);
+    let numeric = names.zip(columns).zip(texts.iter().skip(1)).filter(|(_, is_text)| !**is_text);
+    let (names, columns) = numeric.map(|(column, _)| column).unzip();
+    Ok(Table { names, time, columns })
+}
+
+/// Which fields of a table's first row are quoted. Those are texts: a run quotes all of them, and no
+/// number; and in the first row every signal is due.
+fn quoted(body: &[u8], fields: usize) -> Vec<bool> {
+    let mut quoted = vec![false; fields];
+    let (mut field, mut begins, mut inside) = (0, true, false);
+    for &byte in body {
+        match byte {
+            b'\n' if !inside => break,
+            b',' if !inside => {
+                field += 1;
+                begins = true;
+                continue;
+            }
+            b'"' => {
+                if let Some(it) = quoted.get_mut(field).filter(|_| begins) {
+                    *it = true;
+                }
+                inside = !inside;
+            }
+            _ => {}
+        }
+        begins = false;
+    }
+    quoted
 }
 
 /// What is wrong in a part of a table.
@@ -116,8 +145,8 @@ fn split(mut body: &[u8]) -> Vec<&[u8]> {
     parts
 }
 
-/// All numbers of a part, row after row; NaN for an empty field.
-fn numbers(part: &[u8], header: &csv::StringRecord) -> Result<Vec<f64>, Misfit> {
+/// All numbers of a part, row after row; NaN for an empty field and for a text.
+fn numbers(part: &[u8], header: &csv::StringRecord, texts: &[bool]) -> Result<Vec<f64>, Misfit> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(part);
     let mut record = csv::ByteRecord::new();
     let mut values = Vec::with_capacity(part.len() / 12);
@@ -137,6 +166,10 @@ fn numbers(part: &[u8], header: &csv::StringRecord) -> Result<Vec<f64>, Misfit> 
             return Err(Misfit { row, column: name(record.len()), message });
         }
         for (k, field) in record.iter().enumerate() {
+            if texts[k] {
+                values.push(f64::NAN);
+                continue;
+            }
             let number = std::str::from_utf8(field).ok().and_then(|text| text.parse().ok());
             match number {
                 Some(number) => values.push(number),
@@ -196,6 +229,16 @@ mod tests {
         assert_eq!(table.time, [0.0, 1.0]);
         let empty = read("time,a.x\n", "results.csv.partial").unwrap();
         assert!(empty.time.is_empty() && empty.columns == [[0.0; 0]]);
+    }
+
+    #[test]
+    fn issue_texts_are_passed_over() {
+        let text = "time,a.s,a.x,\"a,t\"\n0,\"x, \"\"1\"\"\",1,\"\"\n1,,2,\"7\"\n";
+        let table = read(text, "results.csv").unwrap();
+        assert_eq!((table.names, table.columns), (vec!["a.x".to_owned()], vec![vec![1.0, 2.0]]));
+        // a number that is not one is an error all the same
+        let error = read("time,a.s,a.x\n0,\"x\",y\n", "results.csv").unwrap_err().to_string();
+        assert!(error.contains("row 2, column a.x: \"y\" is no number"), "{error}");
     }
 
     #[test]

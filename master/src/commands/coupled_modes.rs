@@ -6,10 +6,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use master::error::Error;
-use master::modes::{Apart, Eigenvalue, Family, Mode, Modes};
+use master::modes::{Apart, Eigenvalue, Family, Mode, Modes, ModesError};
 use master::record::write_whole;
 use master::run::Setup;
-use master::scenario::{AlgorithmName, Scenario};
+use master::scenario::{AlgorithmName, Given, Scenario};
 use master::system::Override;
 use serde_json::json;
 
@@ -63,8 +63,8 @@ pub struct Arguments {
 
 /// Finds the modes and prints them.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let mut scenario = Scenario::load(&arguments.scenario)?;
-    scenario.experiment.step = arguments.step.unwrap_or(scenario.experiment.step);
+    let given = Given { step: arguments.step, ..Given::default() };
+    let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
     scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
     let degree = scenario.algorithm.extrapolation;
     scenario.algorithm.extrapolation = arguments.extrapolation.or(degree);
@@ -84,6 +84,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// The modes of a scenario at its start.
 fn find(scenario: &mut Scenario, overrides: &[Override]) -> Result<Modes, Error> {
+    if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
+        return Err(ModesError::Slow { instance: name.clone() }.into());
+    }
     // what is found holds for any span of time: the step need not divide the scenario's
     scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
     scenario.record.interval = None;

@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use master::error::Error;
 use master::interrupt::{self, Outcome};
 use master::run::{Checkpoint, Observer};
+use master::scenario::LogLevel;
 use master::summary::{Status, Summary};
 use report::Run;
 
@@ -25,6 +26,8 @@ pub struct End<'a> {
     pub quiet: bool,
     /// Whether a report is made.
     pub report: bool,
+    /// Which messages are shown; notes are none of `Error`.
+    pub level: LogLevel,
 }
 
 /// Runs with progress on the terminal until the end or Ctrl-C, and tells how it went.
@@ -37,7 +40,7 @@ pub fn watch(
     let handler = Handler { stop: Arc::clone(&stop), folder: folder.to_owned(), quiet };
     // without a handler the run still works, only Ctrl-C ends it at once
     let handled = ctrlc::set_handler(move || handler.heed()).is_ok();
-    let mut display = Display { bar: None, stop, quiet };
+    let mut display = Display { bar: None, stop, quiet, level: end.level };
     if !handled {
         display.notice("Ctrl-C will lose the results of this run");
     }
@@ -157,6 +160,7 @@ struct Display {
     bar: Option<ProgressBar>,
     stop: Arc<AtomicBool>,
     quiet: bool,
+    level: LogLevel,
 }
 
 impl Display {
@@ -190,6 +194,12 @@ impl Observer for Display {
     }
 
     fn notice(&mut self, text: &str) {
+        if self.level > LogLevel::Error {
+            self.message(text);
+        }
+    }
+
+    fn message(&mut self, text: &str) {
         match &self.bar {
             _ if self.quiet => {}
             Some(bar) => bar.suspend(|| eprintln!("note: {text}")),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use master::description::{Causality, Description, Value, Variability, Variable};
+use master::description::{Causality, DefaultExperiment, Description, Value, Variability, Variable};
 use master::error::Error;
 use master::package::Package;
 
@@ -107,12 +107,23 @@ fn identity(package: &Package) -> String {
     ] {
         let _ = writeln!(text, "  {name:<12}{value}");
     }
-    let experiment = &description.default_experiment;
-    if let (Some(stop), Some(step)) = (experiment.stop_time, experiment.step_size) {
-        let begin = experiment.start_time.unwrap_or(0.0);
-        let _ = writeln!(text, "  {:<12}{begin} s to {stop} s, step {step} s", "experiment");
+    if let Some(experiment) = experiment(&description.default_experiment) {
+        let _ = writeln!(text, "  {:<12}{experiment}", "experiment");
     }
     text
+}
+
+/// The run that the unit suggests, as far as it does.
+fn experiment(suggested: &DefaultExperiment) -> Option<String> {
+    let DefaultExperiment { start_time, stop_time, tolerance, step_size } = *suggested;
+    let parts = [
+        start_time.map(|it| format!("start {it} s")),
+        stop_time.map(|it| format!("stop {it} s")),
+        step_size.map(|it| format!("step {it} s")),
+        tolerance.map(|it| format!("tolerance {it:e}")),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 fn capabilities(description: &Description) -> String {

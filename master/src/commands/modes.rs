@@ -25,7 +25,7 @@ pub fn run(package: Package, options: Option<&str>, json: bool) -> Result<ExitCo
     let mut unit =
         Instance::new(&Arc::new(package), functions, &dead, &name).map_err(Error::Instantiate)?;
     let started = |e| Error::Initialize(InitializeError::Unit(e));
-    unit.setup_experiment(0.0, 1.0).map_err(started)?;
+    unit.setup_experiment(None, 0.0, 1.0).map_err(started)?;
     unit.enter_initialization_mode().map_err(started)?;
     unit.exit_initialization_mode().map_err(started)?;
     let request = options.map_or_else(|| "modes".to_owned(), |options| format!("modes {options}"));

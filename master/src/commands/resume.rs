@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use master::error::Error;
+use master::scenario::LogLevel;
 
 use super::display::{End, watch};
 
@@ -33,6 +34,7 @@ pub struct Arguments {
 /// Goes on with the run.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
-    let end = End { folder, quiet: arguments.quiet, report: !arguments.no_report };
+    let level = LogLevel::default();
+    let end = End { folder, quiet: arguments.quiet, report: !arguments.no_report, level };
     watch(&end, |observer| master::run::resume(folder, observer))
 }

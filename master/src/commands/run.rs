@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use master::error::Error;
-use master::run::Job;
-use master::scenario::{AlgorithmName, Checkpoints, Format, Scenario};
+use master::run::{Alone, Job};
+use master::scenario::{AlgorithmName, Checkpoints, Format, Given, LogLevel, Scenario};
 use master::system::Override;
 
 use super::display::{End, watch};
@@ -17,6 +17,7 @@ Examples:
   maglev run scenarios/one-bogie.json --set 'ems_*.gain_gap=6' --set vehicle.travel_speed=2
 
   maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
+  maglev run target/fmu/ems.fmu --stop 2 --set gap=0.009
 
 Writes results.csv or results.parquet (recorded signals), events.csv (warnings, messages), summary.json
 (statistics, times, units), the scenario's pictures and report.html (all of it to look at). Ctrl-C ends a run after its step and keeps what
@@ -26,13 +27,14 @@ was recorded; with checkpoints, `maglev resume` goes on from there. A second Ctr
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario: a .json file that names units, connections and what to record.
+    /// The scenario: a .json file that names units, connections and what to record; or a unit
+    /// (.fmu) to run alone, with its outputs recorded.
     scenario: PathBuf,
-    /// Folder for the results [default: results/ and the name of the scenario].
+    /// Folder for the results [default: results/ and the name of the scenario or unit].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Set a parameter or start value, of several by a pattern (m_*.gain=7, m_[01..04].gain=7);
-    /// may be given repeatedly.
+    /// may be given repeatedly. Of a unit alone, VARIABLE=VALUE is enough.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
     /// Stop time (s) instead of the scenario's.
@@ -41,6 +43,9 @@ pub struct Arguments {
     /// Communication step (s) instead of the scenario's.
     #[arg(long, value_name = "H")]
     step: Option<f64>,
+    /// Relative tolerance that units are told for their own integration, instead of the scenario's.
+    #[arg(long, value_name = "TOL")]
+    tolerance: Option<f64>,
     /// Coupling algorithm instead of the scenario's: jacobi, gauss-seidel, iterated, newton.
     #[arg(long, value_name = "NAME")]
     algorithm: Option<AlgorithmName>,
@@ -71,6 +76,14 @@ pub struct Arguments {
     /// Refuse units in which `maglev validate` finds an error, instead of warning.
     #[arg(long)]
     strict: bool,
+    /// Messages of units to show: error (status fmi2Error or fmi2Fatal), warning (the first of each
+    /// instance that is worse than fmi2OK; the default), info (all), debug (all, with debug messages
+    /// turned on). events.csv has all that arrive.
+    #[arg(long, value_name = "LEVEL")]
+    log_level: Option<LogLevel>,
+    /// Write every C call to every unit to this file: time, instance, arguments, status, duration.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Make no report (report.html) at the end.
     #[arg(long)]
     no_report: bool,
@@ -93,15 +106,39 @@ pub(super) fn parse_override(text: &str) -> Result<Override, String> {
     Ok(Override { target: target.trim().to_owned(), value: value.trim().to_owned() })
 }
 
-/// Runs the scenario.
+/// Runs the scenario, or the unit.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let mut scenario = Scenario::load(&arguments.scenario)?;
+    let given = Given { stop: arguments.stop, step: arguments.step };
+    let Alone { mut scenario, overrides } = if is_unit(&arguments.scenario) {
+        Alone::new(&arguments.scenario, given, &arguments.set)?
+    } else {
+        let scenario = Scenario::load_with(&arguments.scenario, given)?;
+        Alone { scenario, overrides: arguments.set.clone() }
+    };
+    change(&mut scenario, arguments);
+    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
+    let job = Job { scenario: &scenario, name: &name, overrides: &overrides, folder: &folder };
+    let end = End {
+        folder: &folder,
+        quiet: arguments.quiet,
+        report: !arguments.no_report,
+        level: scenario.log_level,
+    };
+    watch(&end, |observer| job.run(observer))
+}
+
+/// Whether the file is a unit rather than a scenario.
+fn is_unit(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("fmu"))
+}
+
+/// Puts what the command line says in the place of what the scenario says.
+fn change(scenario: &mut Scenario, arguments: &Arguments) {
     scenario.strict |= arguments.strict;
-    if let Some(stop) = arguments.stop {
-        scenario.experiment.stop = stop;
-    }
-    if let Some(step) = arguments.step {
-        scenario.experiment.step = step;
+    if let Some(tolerance) = arguments.tolerance {
+        scenario.experiment.tolerance = Some(tolerance);
+        scenario.instances.values_mut().for_each(|instance| instance.tolerance = None);
     }
     if let Some(name) = arguments.algorithm {
         scenario.algorithm.name = name;
@@ -118,6 +155,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(every) = arguments.checkpoint_every {
         scenario.checkpoint = Some(Checkpoints { every });
     }
+    scenario.log_level = arguments.log_level.unwrap_or(scenario.log_level);
+    if arguments.trace.is_some() {
+        scenario.trace.clone_from(&arguments.trace);
+    }
     scenario.real_time = arguments.real_time.or(scenario.real_time);
     if !arguments.format.is_empty() {
         scenario.record.format.clone_from(&arguments.format);
@@ -129,9 +170,4 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(limit) = arguments.step_timeout {
         scenario.isolation.step_timeout = Some(limit);
     }
-    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
-    let job = Job { scenario: &scenario, name: &name, overrides: &arguments.set, folder: &folder };
-    let end = End { folder: &folder, quiet: arguments.quiet, report: !arguments.no_report };
-    watch(&end, |observer| job.run(observer))
 }

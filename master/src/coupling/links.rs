@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::signal::Taylor;
 
 /// Inputs of one unit for one step, in the order of its [`Links`].
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// Real inputs as polynomials over the step.
     pub reals: Vec<Taylor>,
@@ -18,6 +18,25 @@ pub struct Inputs {
     pub booleans: Vec<i32>,
     /// String inputs, held.
     pub strings: Vec<CString>,
+}
+
+impl Clone for Inputs {
+    fn clone(&self) -> Self {
+        Self {
+            reals: self.reals.clone(),
+            integers: self.integers.clone(),
+            booleans: self.booleans.clone(),
+            strings: self.strings.clone(),
+        }
+    }
+
+    // keeps the memory, unlike the derived one: steps do not allocate
+    fn clone_from(&mut self, other: &Self) {
+        self.reals.clone_from(&other.reals);
+        self.integers.clone_from(&other.integers);
+        self.booleans.clone_from(&other.booleans);
+        self.strings.clone_from(&other.strings);
+    }
 }
 
 /// Outputs of one unit that feed inputs.

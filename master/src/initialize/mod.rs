@@ -74,7 +74,7 @@ pub fn initialize(
     settings: Initialization,
 ) -> Result<Initialized, InitializeError> {
     for (plan, instance) in system.instances.iter().zip(instances.iter_mut()) {
-        instance.setup_experiment(experiment.start, experiment.stop)?;
+        instance.setup_experiment(plan.tolerance, experiment.start, experiment.stop)?;
         for (variable, value) in &plan.parameters {
             instance.set(*variable, value)?;
         }

@@ -6,6 +6,7 @@
 //! in this process, or in a [worker process](crate::isolate), where a crash is caught.
 
 mod fault;
+mod options;
 mod state;
 mod step;
 
@@ -30,6 +31,7 @@ use fault::fail;
 #[cfg(unix)]
 pub(crate) use fault::signal_name;
 pub use fault::{UnitError, UnitFault};
+pub use options::Options;
 pub use state::StateId;
 
 /// A step that is still pending after this time counts as hanging, unless another limit is set.
@@ -82,13 +84,28 @@ impl Instance {
         dead: &Arc<AtomicBool>,
         name: &str,
     ) -> Result<Self, UnitError> {
-        let identity = identity(package, name)?;
+        Self::with_options(package, functions, dead, name, &Options::default())
+    }
+
+    /// The same with options.
+    ///
+    /// # Errors
+    /// The unit refuses, or does not take its log categories.
+    pub fn with_options(
+        package: &Arc<Package>,
+        functions: Functions,
+        dead: &Arc<AtomicBool>,
+        name: &str,
+        options: &Options,
+    ) -> Result<Self, UnitError> {
+        let identity = identity(package, name, options)?;
         let sink = Arc::new(Sink::default());
         let place = Place::new(name);
         place.enter();
         match Component::new(functions, dead, &identity, &sink, &CALL) {
             Some(component) => {
-                Ok(Self::with(package, place, name, dead, Backend::Here { component, sink }))
+                let backend = Backend::Here { component, sink };
+                Self::with(package, place, name, dead, backend).asked_for(options)
             }
             None => fail(UnitFault::Refused {
                 instance: name.to_owned(),
@@ -107,10 +124,36 @@ impl Instance {
         isolation: &Isolation,
         name: &str,
     ) -> Result<Self, UnitError> {
-        let identity = identity(package, name)?;
+        Self::isolated_with_options(package, isolation, name, &Options::default())
+    }
+
+    /// The same with options.
+    ///
+    /// # Errors
+    /// As without, or the unit does not take its log categories.
+    pub fn isolated_with_options(
+        package: &Arc<Package>,
+        isolation: &Isolation,
+        name: &str,
+        options: &Options,
+    ) -> Result<Self, UnitError> {
+        let identity = identity(package, name, options)?;
         let worker = Worker::start(package, isolation, &identity, name)?;
         let backend = Backend::Elsewhere(Box::new(worker));
-        Ok(Self::with(package, Place::new(name), name, &Arc::default(), backend))
+        Self::with(package, Place::new(name), name, &Arc::default(), backend).asked_for(options)
+    }
+
+    /// Asks for the debug messages of single categories.
+    fn asked_for(mut self, options: &Options) -> Result<Self, UnitError> {
+        let Some(categories) = options.debug_log.as_ref().filter(|it| !it.is_empty()) else {
+            return Ok(self);
+        };
+        let c_string = |text: &String| {
+            CString::new(text.as_str()).map_err(|_| self.zero_byte("a log category").into())
+        };
+        let categories: Result<Vec<CString>, UnitError> = categories.iter().map(c_string).collect();
+        self.order(&Request::SetDebugLogging(categories?))?;
+        Ok(self)
     }
 
     fn with(
@@ -173,12 +216,18 @@ impl Instance {
         self.pending_limit = limit;
     }
 
-    /// Tells the unit about the span of time.
+    /// Tells the unit about the span of time, and the relative tolerance for its own integration if
+    /// there is one.
     ///
     /// # Errors
     /// The unit's.
-    pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), UnitError> {
-        self.order(&Request::SetupExperiment { start, stop })
+    pub fn setup_experiment(
+        &mut self,
+        tolerance: Option<f64>,
+        start: f64,
+        stop: f64,
+    ) -> Result<(), UnitError> {
+        self.order(&Request::SetupExperiment { tolerance, start, stop })
     }
 
     /// Begins initialization.
@@ -544,7 +593,7 @@ impl Drop for Instance {
     }
 }
 
-fn identity(package: &Package, name: &str) -> Result<Identity, UnitError> {
+fn identity(package: &Package, name: &str, options: &Options) -> Result<Identity, UnitError> {
     let text = |what: &str, text: &str| {
         CString::new(text).map_err(|_| {
             UnitError::from(UnitFault::ZeroByte {
@@ -557,5 +606,7 @@ fn identity(package: &Package, name: &str) -> Result<Identity, UnitError> {
         name: text("its name", name)?,
         guid: text("the GUID", &package.description().guid)?,
         resources: text("the resource location", &package.resource_location())?,
+        logging: options.debug_log.is_some(),
+        trace: options.trace.as_ref().map(|it| it.of(name, package.description())),
     })
 }

@@ -52,6 +52,12 @@ pub enum ModesError {
         #[source]
         source: UnitError,
     },
+    /// A unit steps in some communication steps only.
+    #[error("{instance} does not step in every communication step (\"every\"): modes are of equal steps")]
+    Slow {
+        /// Which instance.
+        instance: String,
+    },
     /// A report cannot be used.
     #[error("the linearisation that {instance} reports cannot be used: {message}")]
     Report {

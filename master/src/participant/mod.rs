@@ -3,8 +3,10 @@
 mod equal;
 mod rate;
 mod retry;
+mod slow;
 
 use std::collections::HashMap;
+use std::ffi::{CStr, CString};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -17,6 +19,8 @@ use equal::Equal;
 use rate::Rate;
 use retry::Retry;
 pub use retry::{MAX_PARTS, Rejection};
+pub use slow::Between;
+use slow::Slow;
 
 /// Every so many steps are timed: reading the clock costs as much as a small unit's step. A prime,
 /// so that it does not beat with a unit's own rhythm.
@@ -127,13 +131,14 @@ pub struct Participant {
     sent: Buffers,
     received: Buffers,
     string_inputs: Vec<u32>,
-    string_outputs: Vec<u32>,
     // variables read: outputs that feed inputs come first, then what is only watched
     reals: Vec<usize>,
     integers: Vec<usize>,
     booleans: Vec<usize>,
+    strings: Vec<usize>,
     rate: Option<Rate>,
     equal: Option<Equal>,
+    slow: Option<Slow>,
     retry: Option<Retry>,
     rejections: Vec<Rejection>,
 }
@@ -145,6 +150,7 @@ struct Buffers {
     integers: Vec<i32>,
     booleans: Vec<i32>,
     derivatives: Vec<f64>,
+    strings: Vec<CString>,
 }
 
 impl Buffers {
@@ -154,6 +160,7 @@ impl Buffers {
             integers: vec![0; integers],
             booleans: vec![0; booleans],
             derivatives: Vec::new(),
+            strings: Vec::new(),
         }
     }
 }
@@ -167,6 +174,8 @@ pub enum Slot {
     Integer(usize),
     /// Position among the Booleans.
     Boolean(usize),
+    /// Position among the Strings.
+    String(usize),
 }
 
 impl Participant {
@@ -190,6 +199,7 @@ impl Participant {
         let integers =
             with_watched(traffic.integer_outputs.clone(), &[Type::Integer, Type::Enumeration]);
         let booleans = with_watched(traffic.boolean_outputs.clone(), &[Type::Boolean]);
+        let strings = with_watched(traffic.string_outputs.clone(), &[Type::String]);
         let layout = Layout {
             set_reals: traffic
                 .real_inputs
@@ -209,14 +219,17 @@ impl Participant {
                 layout.set_integers.len(),
                 layout.set_booleans.len(),
             ),
-            received: Buffers::new(reals.len(), integers.len(), booleans.len()),
+            received: Buffers {
+                strings: vec![CString::default(); strings.len()],
+                ..Buffers::new(reals.len(), integers.len(), booleans.len())
+            },
             string_inputs: references(&traffic.string_inputs),
-            string_outputs: references(&traffic.string_outputs),
             layout,
             laid_out: false,
             reals,
             integers,
             booleans,
+            strings,
             capabilities: declared(&instance),
             states: [None; PLACES],
             instance,
@@ -224,6 +237,7 @@ impl Participant {
             timing: Timing::default(),
             rate: None,
             equal: None,
+            slow: None,
             retry: None,
             rejections: Vec::new(),
         };
@@ -392,9 +406,19 @@ impl Participant {
             .map(Slot::Real)
             .or_else(|| place(&self.integers).map(Slot::Integer))
             .or_else(|| place(&self.booleans).map(Slot::Boolean))
+            .or_else(|| place(&self.strings).map(Slot::String))
     }
 
-    /// A watched variable's latest value; true counts as 1.
+    /// A watched String's latest value.
+    #[must_use]
+    pub fn text(&self, slot: Slot) -> Option<&CStr> {
+        match slot {
+            Slot::String(k) => Some(&self.received.strings[k]),
+            _ => None,
+        }
+    }
+
+    /// A watched variable's latest value; true counts as 1, and a text is not a number.
     #[inline]
     #[must_use]
     pub fn value(&self, slot: Slot) -> f64 {
@@ -402,6 +426,7 @@ impl Participant {
             Slot::Real(k) => self.received.reals[k],
             Slot::Integer(k) => f64::from(self.received.integers[k]),
             Slot::Boolean(k) => f64::from(u8::from(self.received.booleans[k] != 0)),
+            Slot::String(_) => f64::NAN,
         }
     }
 }
@@ -425,10 +450,16 @@ impl Unit for Participant {
 
     fn save(&mut self, place: usize) -> Result<(), UnitError> {
         self.states[place] = Some(self.instance.save_state(self.states[place])?);
+        if let Some(slow) = &mut self.slow {
+            slow.save(place);
+        }
         Ok(())
     }
 
     fn restore(&mut self, place: usize) -> Result<(), UnitError> {
+        if let Some(slow) = &mut self.slow {
+            slow.restore(place);
+        }
         match self.states[place] {
             Some(state) => self.instance.restore_state(state),
             None => Ok(()),
@@ -457,29 +488,19 @@ impl Unit for Participant {
 
     fn send(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
         self.timing.begin_step();
-        self.sent.integers.copy_from_slice(&inputs.integers);
-        self.sent.booleans.copy_from_slice(&inputs.booleans);
-        match &mut self.rate {
-            Some(rate) => rate.take(&inputs.reals),
-            None => self.fill(|k, _| inputs.reals[k]),
+        match &mut self.slow {
+            Some(slow) => {
+                slow.take(inputs);
+                Ok(())
+            }
+            None => self.send_inputs(inputs),
         }
-        if let Some(retry) = &mut self.retry {
-            retry.inputs.copy_from_slice(&inputs.reals);
-        }
-        let begin = self.timing.begin();
-        for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
-            self.instance.set_string(reference, text)?;
-        }
-        if self.rate.is_none() {
-            self.send_values()?;
-        }
-        if let Some(begin) = begin {
-            self.timing.exchanging += begin.elapsed();
-        }
-        Ok(())
     }
 
     fn begin_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        if self.slow.is_some() {
+            return self.begin_slow_step(time, size);
+        }
         match self.rate {
             // its own steps need inputs in between
             Some(_) => Ok(()),
@@ -489,9 +510,12 @@ impl Unit for Participant {
 
     fn step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
         let begin = self.timing.begin();
-        match self.rate {
-            Some(_) => self.own_steps(time, size)?,
-            None => self.one_step(time, size)?,
+        if self.slow.is_some() {
+            self.slow_step(time, size)?;
+        } else if self.rate.is_some() {
+            self.own_steps(time, size)?;
+        } else {
+            self.one_step(time, size)?;
         }
         if let Some(begin) = begin {
             self.timing.stepping += begin.elapsed();
@@ -501,9 +525,13 @@ impl Unit for Participant {
 
     fn receive(&mut self, time: f64, outputs: &mut Outputs) -> Result<(), UnitError> {
         let begin = self.timing.begin();
-        self.receive_values(time)?;
-        for (text, &reference) in outputs.strings.iter_mut().zip(&self.string_outputs) {
-            *text = self.instance.get_string(reference)?;
+        // between its own points, a slow unit's outputs are held
+        if !self.slow.as_ref().is_some_and(Slow::waits) {
+            self.receive_values(time)?;
+            self.receive_strings()?;
+        }
+        for (text, received) in outputs.strings.iter_mut().zip(&self.received.strings) {
+            text.clone_from(received);
         }
         if let Some(begin) = begin {
             self.timing.exchanging += begin.elapsed();
@@ -542,6 +570,29 @@ impl Unit for Participant {
 }
 
 impl Participant {
+    fn send_inputs(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
+        self.sent.integers.copy_from_slice(&inputs.integers);
+        self.sent.booleans.copy_from_slice(&inputs.booleans);
+        match &mut self.rate {
+            Some(rate) => rate.take(&inputs.reals),
+            None => self.fill(|k, _| inputs.reals[k]),
+        }
+        if let Some(retry) = &mut self.retry {
+            retry.inputs.copy_from_slice(&inputs.reals);
+        }
+        let begin = self.timing.begin();
+        for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
+            self.instance.set_string(reference, text)?;
+        }
+        if self.rate.is_none() {
+            self.send_values()?;
+        }
+        if let Some(begin) = begin {
+            self.timing.exchanging += begin.elapsed();
+        }
+        Ok(())
+    }
+
     #[inline]
     fn one_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
         let size = self.own_size(time, size);
@@ -579,7 +630,7 @@ impl Participant {
                 }
             }
         }
-        let Buffers { reals, integers, booleans, .. } = &mut self.received;
+        let Buffers { reals, integers, booleans, strings, .. } = &mut self.received;
         let traffic = &self.traffic;
         let values = inputs.reals.iter().map(|p| p[0]);
         let variables = traffic.real_inputs.iter().map(|(variable, _)| *variable);
@@ -588,6 +639,8 @@ impl Participant {
         put(&self.integers, integers, variables.zip(inputs.integers.iter().copied()));
         let variables = traffic.boolean_inputs.iter().copied();
         put(&self.booleans, booleans, variables.zip(inputs.booleans.iter().copied()));
+        let variables = traffic.string_inputs.iter().copied();
+        put(&self.strings, strings, variables.zip(inputs.strings.iter().cloned()));
     }
 
     fn tell_layout(&mut self) -> Result<(), UnitError> {
@@ -601,7 +654,7 @@ impl Participant {
         if !self.laid_out {
             self.tell_layout()?;
         }
-        let Buffers { reals, integers, booleans, derivatives } = &self.sent;
+        let Buffers { reals, integers, booleans, derivatives, .. } = &self.sent;
         self.instance.send(&self.layout, &Sent { reals, integers, booleans, derivatives })
     }
 
@@ -610,8 +663,18 @@ impl Participant {
         if !self.laid_out {
             self.tell_layout()?;
         }
-        let Buffers { reals, integers, booleans, derivatives } = &mut self.received;
+        let Buffers { reals, integers, booleans, derivatives, .. } = &mut self.received;
         let mut received = Received { reals, integers, booleans, derivatives };
         self.instance.receive(&self.layout, &mut received, time)
+    }
+
+    /// Strings one by one, as a unit may use the memory of one for the next.
+    #[inline]
+    fn receive_strings(&mut self) -> Result<(), UnitError> {
+        for (text, &variable) in self.received.strings.iter_mut().zip(&self.strings) {
+            let variables = &self.instance.package().description().variables;
+            *text = self.instance.get_string(variables[variable].value_reference)?;
+        }
+        Ok(())
     }
 }

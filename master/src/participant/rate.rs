@@ -64,11 +64,11 @@ impl Participant {
         self.rate = (steps > 1).then_some(Rate { steps, inputs });
     }
 
-    /// Whether the unit makes several steps per communication step, for which it is given all
-    /// derivatives of its inputs, whatever it takes itself.
+    /// Whether the unit's steps are not the communication steps; then it is given all derivatives of
+    /// its inputs, whatever it takes itself.
     #[must_use]
     pub fn has_own_steps(&self) -> bool {
-        self.rate.is_some()
+        self.rate.is_some() || self.slow.is_some()
     }
 
     /// Makes the unit's own steps over a communication step.

@@ -1,4 +1,5 @@
-//! results.parquet: a copy of results.csv in columns of 64-bit floats, which read many times faster.
+//! results.parquet: a copy of results.csv in columns of 64-bit floats, which read many times faster,
+//! and of texts in UTF-8 where signals are Strings.
 //!
 //! It is made from the complete table, so its content is that of results.csv bit for bit, a resumed
 //! run gives the same file as an uninterrupted one, and a run that is killed leaves text that can be
@@ -10,8 +11,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use parquet::basic::{Repetition, Type as Physical};
-use parquet::data_type::DoubleType;
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError as Source;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
@@ -74,12 +75,12 @@ fn copy(table: &Path, target: &Path, columns: &[Column]) -> Result<(), ParquetEr
     let mut writer =
         SerializedFileWriter::new(file, schema(columns, optional)?, properties(columns))?;
     let rows = (GROUP_VALUES / (columns.len() + 1)).clamp(1 << 10, 1 << 20);
-    let mut batch = Batch::new(columns.len() + 1);
+    let mut batch = Batch::new(columns);
     let mut record = csv::ByteRecord::new();
     let mut row = 0;
     while reader.read_byte_record(&mut record)? {
         row += 1;
-        batch.take(&record, row)?;
+        batch.take(&record, row, !optional)?;
         if batch.rows == rows {
             batch.write(writer.next_row_group()?, optional)?;
         }
@@ -93,14 +94,19 @@ fn copy(table: &Path, target: &Path, columns: &[Column]) -> Result<(), ParquetEr
 }
 
 fn schema(columns: &[Column], optional: bool) -> Result<Arc<Type>, Source> {
-    let field = |name: &str, repetition| {
-        let builder = Type::primitive_type_builder(name, Physical::DOUBLE);
+    let field = |name: &str, repetition, is_text: bool| {
+        let builder = if is_text {
+            Type::primitive_type_builder(name, Physical::BYTE_ARRAY)
+                .with_logical_type(Some(LogicalType::String))
+        } else {
+            Type::primitive_type_builder(name, Physical::DOUBLE)
+        };
         builder.with_repetition(repetition).build().map(Arc::new)
     };
     let repetition = if optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
-    let mut fields = vec![field("time", Repetition::REQUIRED)?];
+    let mut fields = vec![field("time", Repetition::REQUIRED, false)?];
     for column in columns {
-        fields.push(field(&column.name, repetition)?);
+        fields.push(field(&column.name, repetition, column.is_text)?);
     }
     Ok(Arc::new(Type::group_type_builder("results").with_fields(fields).build()?))
 }
@@ -121,28 +127,60 @@ fn properties(columns: &[Column]) -> Arc<WriterProperties> {
 /// Rows turned into columns.
 struct Batch {
     rows: usize,
-    values: Vec<Vec<f64>>,
+    values: Vec<Values>,
     /// per value 1, per null 0
     present: Vec<Vec<i16>>,
 }
 
+enum Values {
+    Numbers(Vec<f64>),
+    Texts(Vec<ByteArray>),
+}
+
+impl Values {
+    /// Takes a field; false if it is no number where it should be.
+    fn take(&mut self, field: &[u8]) -> bool {
+        match self {
+            Self::Numbers(values) => {
+                let text = std::str::from_utf8(field).unwrap_or_default();
+                let number = text.parse::<f64>().ok();
+                values.extend(number);
+                number.is_some()
+            }
+            Self::Texts(values) => {
+                values.push(ByteArray::from(field.to_vec()));
+                true
+            }
+        }
+    }
+}
+
 impl Batch {
-    fn new(columns: usize) -> Self {
-        Self { rows: 0, values: vec![Vec::new(); columns], present: vec![Vec::new(); columns] }
+    fn new(columns: &[Column]) -> Self {
+        let texts = std::iter::once(false).chain(columns.iter().map(|column| column.is_text));
+        let values = |text| if text { Values::Texts(vec![]) } else { Values::Numbers(vec![]) };
+        Self {
+            rows: 0,
+            values: texts.map(values).collect(),
+            present: vec![Vec::new(); columns.len() + 1],
+        }
     }
 
-    fn take(&mut self, record: &csv::ByteRecord, row: u64) -> Result<(), ParquetError> {
+    fn take(
+        &mut self,
+        record: &csv::ByteRecord,
+        row: u64,
+        all_due: bool,
+    ) -> Result<(), ParquetError> {
         for ((field, values), present) in record.iter().zip(&mut self.values).zip(&mut self.present)
         {
-            present.push(i16::from(!field.is_empty()));
-            if field.is_empty() {
-                continue;
+            // an empty text looks like none; where all signals are always due, it is one
+            let due = !field.is_empty() || (all_due && matches!(values, Values::Texts(_)));
+            present.push(i16::from(due));
+            if due && !values.take(field) {
+                let field = String::from_utf8_lossy(field).into_owned();
+                return Err(ParquetError::Number { field, row });
             }
-            let text = std::str::from_utf8(field).unwrap_or_default();
-            values.push(text.parse().map_err(|_| ParquetError::Number {
-                field: String::from_utf8_lossy(field).into_owned(),
-                row,
-            })?);
         }
         self.rows += 1;
         Ok(())
@@ -156,10 +194,20 @@ impl Batch {
         for (k, (values, present)) in self.values.iter_mut().zip(&mut self.present).enumerate() {
             if let Some(mut column) = group.next_column()? {
                 let levels = (optional && k > 0).then_some(present.as_slice());
-                column.typed::<DoubleType>().write_batch(values, levels, None)?;
+                match values {
+                    Values::Numbers(values) => {
+                        column.typed::<DoubleType>().write_batch(values, levels, None)?
+                    }
+                    Values::Texts(values) => {
+                        column.typed::<ByteArrayType>().write_batch(values, levels, None)?
+                    }
+                };
                 column.close()?;
             }
-            values.clear();
+            match values {
+                Values::Numbers(values) => values.clear(),
+                Values::Texts(values) => values.clear(),
+            }
             present.clear();
         }
         group.close()?;
@@ -178,12 +226,12 @@ mod tests {
     #[test]
     fn invariant_the_copy_holds_the_same_bits() {
         let folder = tempfile::tempdir().unwrap();
-        let column = |name: &str, stride| Column { name: name.into(), unit: None, stride };
+        let column = |name: &str, stride| Column { name: name.into(), unit: None, stride, is_text: false };
         let columns = [column("a.x", 1), column("b,y", 2)];
         let mut table = super::super::Table::create(folder.path(), &columns).unwrap();
         let value = |n: u64| (n as f64 * 0.7).sin() / 3.0;
         for n in 0..2500 {
-            table.take(n, n as f64 * 0.1, &[value(n), -value(n)]).unwrap();
+            table.take(n, n as f64 * 0.1, &[value(n), -value(n)], |_| None).unwrap();
         }
         table.finish().unwrap();
         let path = copy_to_parquet(folder.path(), &columns).unwrap();
@@ -198,5 +246,29 @@ mod tests {
         }
         assert_eq!(rows, 2500);
         assert!(!folder.path().join("results.parquet.partial").exists());
+    }
+
+    /// With signals of other intervals, an empty text cannot be told from none.
+    #[test]
+    fn invariant_texts_are_columns_of_utf8() {
+        for (stride, empty) in [(1, true), (2, false)] {
+            let folder = tempfile::tempdir().unwrap();
+            let columns = [
+                Column { name: "a.s".into(), unit: None, stride: 1, is_text: true },
+                Column { name: "a.x".into(), unit: None, stride, is_text: false },
+            ];
+            let mut table = super::super::Table::create(folder.path(), &columns).unwrap();
+            for (n, text) in (0..).zip([c"say \"no\"", c"", c"ja"]) {
+                table.take(n, n as f64, &[f64::NAN, 1.0], |_| Some(text)).unwrap();
+            }
+            table.finish().unwrap();
+            let path = copy_to_parquet(folder.path(), &columns).unwrap();
+            let reader = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
+            let rows = reader.get_row_iter(None).unwrap().map(Result::unwrap);
+            let texts: Vec<Option<String>> =
+                rows.map(|row| row.get_string(1).ok().cloned()).collect();
+            let of_empty = empty.then(String::new);
+            assert_eq!(texts, [Some("say \"no\"".into()), of_empty, Some("ja".into())]);
+        }
     }
 }

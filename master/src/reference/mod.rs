@@ -78,7 +78,7 @@ pub fn simulate(package: &Arc<Package>, experiment: &Experiment) -> Result<Table
     let name = package.description().co_simulation.model_identifier.clone();
     let mut unit = Instance::new(package, functions, &dead, &name)?;
     let (start, stop) = (experiment.start, experiment.stop);
-    unit.setup_experiment(start, stop)?;
+    unit.setup_experiment(None, start, stop)?;
     unit.enter_initialization_mode()?;
     let mut values = vec![0.0; inputs.len()];
     experiment.inputs.at(start, &mut values);

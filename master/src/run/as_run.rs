@@ -42,6 +42,8 @@ pub(super) fn write(
     let mut scenario = scenario.clone();
     // where the schema is from here is not known
     scenario.schema = None;
+    // to run it again shall not overwrite the trace of this run
+    scenario.trace = None;
     for path in scenario.units.values_mut() {
         *path = absolute(&*path)?;
     }

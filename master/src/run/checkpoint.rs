@@ -23,7 +23,7 @@ use crate::system::{Override, System};
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"maglev checkpoint\n";
 /// Version of the format; another one is not read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = MAGIC.len() + 4 + 8 + 4;
 
 /// Why a run cannot go on from a checkpoint.

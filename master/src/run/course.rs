@@ -73,7 +73,8 @@ impl<'a> Run<'a> {
     /// Tells what was noticed while the scenario was checked.
     pub(super) fn note_findings(&mut self) -> Result<(), Error> {
         let system = &self.setup.system;
-        let mut texts = system.notices(self.setup.scenario.experiment.step);
+        let mut texts = self.setup.scenario.notes.clone();
+        texts.extend(system.notices(self.setup.scenario.experiment.step));
         texts.extend(self.setup.layout.loops.iter().map(FeedLoop::notice));
         let start = self.setup.time_after(0);
         for text in texts {
@@ -388,7 +389,7 @@ impl<'a> Run<'a> {
             instances,
             real_time: self.pacer.as_ref().map(Pacer::statistics),
             events: told.events,
-            signals: signals(setup, &gatherers),
+            signals: signals(setup, participants, &gatherers),
             ride_quality,
             messages: told.messages,
             tables: files.tables.clone(),
@@ -400,14 +401,23 @@ impl<'a> Run<'a> {
     }
 }
 
-fn signals(setup: &Setup, gatherers: &[Gatherer]) -> indexmap::IndexMap<String, SignalSummary> {
+fn signals(
+    setup: &Setup,
+    participants: &[Participant],
+    gatherers: &[Gatherer],
+) -> indexmap::IndexMap<String, SignalSummary> {
     let columns = setup.selection.columns(&setup.system);
-    columns
-        .into_iter()
+    let slots = setup.selection.slots(participants);
+    let text = |k: usize| {
+        let (participant, slot) = slots.get(k)?;
+        participants[*participant].text(*slot).map(|text| text.to_string_lossy().into_owned())
+    };
+    (0..)
+        .zip(columns)
         .zip(gatherers)
-        .map(|(column, gatherer)| {
-            let statistics = gatherer.statistics();
-            (column.name, SignalSummary { unit: column.unit, statistics })
+        .map(|((k, column), gatherer)| {
+            let (statistics, final_text) = (gatherer.statistics(), text(k));
+            (column.name, SignalSummary { unit: column.unit, final_text, statistics })
         })
         .collect()
 }

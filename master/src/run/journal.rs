@@ -10,6 +10,7 @@ use super::Observer;
 use crate::logger::{self, Message};
 use crate::participant::Participant;
 use crate::record::{Event, EventLog, Kind, LogState};
+use crate::scenario::LogLevel;
 use crate::summary::UnitMessage;
 
 /// Messages of units kept for the summary.
@@ -25,6 +26,8 @@ pub(super) struct Journal {
     discarded: Vec<u64>,
     /// messages of all units that have been listened to
     heard: u64,
+    /// which messages the observer gets
+    level: LogLevel,
 }
 
 /// The part of a journal that a checkpoint keeps.
@@ -49,13 +52,18 @@ impl Journal {
     pub(super) fn create(folder: &Path) -> io::Result<Self> {
         let log = EventLog::create(folder)?;
         let (messages, warned, discarded) = Default::default();
-        Ok(Self { log, messages, warned, discarded, heard: 0 })
+        Ok(Self { log, messages, warned, discarded, heard: 0, level: LogLevel::default() })
     }
 
     pub(super) fn resume(folder: &Path, state: JournalState) -> io::Result<Self> {
         let log = EventLog::resume(folder, &state.log)?;
         let JournalState { messages, warned, discarded, .. } = state;
-        Ok(Self { log, messages, warned, discarded, heard: 0 })
+        Ok(Self { log, messages, warned, discarded, heard: 0, level: LogLevel::default() })
+    }
+
+    /// Sets which messages of units the observer gets.
+    pub(super) fn showing(self, level: LogLevel) -> Self {
+        Self { level, ..self }
     }
 
     pub(super) fn state(&mut self) -> io::Result<JournalState> {
@@ -97,13 +105,16 @@ impl Journal {
             self.keep_rejections(k, participant)?;
             let instance = participant.instance_mut();
             let messages = instance.take_messages();
+            show(self.level, instance.name(), &messages, observer);
             let grave = messages.iter().find(|message| message.grave);
             if (instance.warned() || grave.is_some())
                 && !std::mem::replace(&mut self.warned[k], true)
             {
                 let silent = "a call returned fmi2Warning";
                 let text = grave.map_or(silent, |message| message.text.as_str());
-                observer.notice(&format!("unit {} warns: {text}", instance.name()));
+                if self.level == LogLevel::Warning {
+                    observer.message(&format!("unit {} warns: {text}", instance.name()));
+                }
                 if grave.is_none() {
                     self.log.add(&Event {
                         time,
@@ -154,5 +165,18 @@ impl Journal {
         let Self { log, messages, discarded, .. } = self;
         let events = log.counts().clone();
         (Told { messages, events, discarded }, log.finish().map(|_| ()))
+    }
+}
+
+/// Shows what other levels than that of the first warnings let pass.
+fn show(level: LogLevel, instance: &str, messages: &[Message], observer: &mut dyn Observer) {
+    let passes = |message: &&Message| match level {
+        LogLevel::Error => ["fmi2Error", "fmi2Fatal"].contains(&message.status.as_str()),
+        LogLevel::Warning => false,
+        LogLevel::Info | LogLevel::Debug => true,
+    };
+    for Message { status, category, text, .. } in messages.iter().filter(passes) {
+        let category = if category.is_empty() { "" } else { &format!(" {category}") };
+        observer.message(&format!("unit {instance} [{status}{category}] {text}"));
     }
 }

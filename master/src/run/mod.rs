@@ -4,6 +4,7 @@
 //! alone. [`Job`] adds what a run leaves on the disk and what keeps it safe: results, events,
 //! checkpoints, real time.
 
+mod alone;
 mod as_run;
 mod checkpoint;
 mod course;
@@ -26,6 +27,7 @@ use std::io;
 use std::path::Path;
 use std::time::Instant;
 
+pub use alone::Alone;
 pub use as_run::FILE as AS_RUN;
 use checkpoint::Origin;
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -59,6 +61,11 @@ pub trait Observer: Send {
     /// Something worth telling that is no error.
     fn notice(&mut self, text: &str) {
         let _ = text;
+    }
+
+    /// A message of a unit, of those that the scenario's `log_level` lets pass.
+    fn message(&mut self, text: &str) {
+        self.notice(text);
     }
 
     /// Whether the run shall end now.
@@ -106,7 +113,7 @@ impl Job<'_> {
             |source| Error::Output { path: self.folder.to_owned(), running: false, source };
         fs::create_dir_all(self.folder).map_err(failed)?;
         // it is refused if another run writes to the folder, so what that one needs is touched later
-        let journal = Journal::create(self.folder).map_err(failed)?;
+        let journal = Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
         remove_checkpoint(self.folder).map_err(failed)?;
         as_run::write(self.scenario, self.overrides, &setup.system, self.folder).map_err(failed)?;
         let output = Output::create(&setup, self.folder).map_err(failed)?;
@@ -135,7 +142,9 @@ impl Job<'_> {
 pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Error> {
     let begin = Instant::now();
     let checkpoint = Checkpoint::read(folder)?;
-    let scenario = checkpoint.scenario(folder).map_err(CheckpointError::from)?;
+    let mut scenario = checkpoint.scenario(folder).map_err(CheckpointError::from)?;
+    // the trace shows how it came to the stop
+    scenario.trace = None;
     let overrides = checkpoint.overrides();
     let setup = Setup::new(&scenario, &overrides)?;
     let origin = checkpoint.origin(&scenario, &setup.system)?;
@@ -143,7 +152,8 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
     earlier.resumed += 1;
     let output = Output::resume(&setup, folder, output)?;
     let journal = Journal::resume(folder, journal)
-        .map_err(|source| CheckpointError::Results { path: EventLog::path(folder), source })?;
+        .map_err(|source| CheckpointError::Results { path: EventLog::path(folder), source })?
+        .showing(scenario.log_level);
     let job = Job { scenario: &scenario, name: &name, overrides: &overrides, folder };
     let run = Run {
         job: &job,

@@ -108,15 +108,20 @@ impl<'a> Output<'a> {
         {
             *value = factor * signal + offset;
         }
-        for (gatherer, &value) in self.gatherers.iter_mut().zip(&self.values) {
-            gatherer.take(time, value);
+        for ((gatherer, &value), column) in
+            self.gatherers.iter_mut().zip(&self.values).zip(&self.columns)
+        {
+            if !column.is_text {
+                gatherer.take(time, value);
+            }
         }
         for (curve, &value) in self.curves.iter_mut().zip(&self.values) {
             if let Some(curve) = curve {
                 curve.take(time, value);
             }
         }
-        self.table.take(simulation.done(), time, &self.values[..self.gatherers.len()])
+        let values = &self.values[..self.gatherers.len()];
+        self.table.take(simulation.done(), time, values, |signal| simulation.text(signal))
     }
 
     /// Completes the table, copies it and draws the pictures. What fails does not hinder the rest;

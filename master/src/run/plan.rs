@@ -13,13 +13,14 @@ use crate::coupling::{Block, Blueprint, Exchange, Size};
 use crate::description::Type;
 use crate::error::Error;
 use crate::graph;
-use crate::instance::{Instance, UnitError};
+use crate::instance::{Instance, Options, UnitError};
 use crate::isolate::Isolation;
 use crate::library::Functions;
 use crate::participant::Participant;
 use crate::pattern;
 use crate::scenario::{OnDiscard, Scenario, ScenarioError};
 use crate::system::{Plan, Port, System, SystemError};
+use crate::trace::Trace;
 
 /// Makes all instances; each library is loaded once, and again in the process of each isolated
 /// instance.
@@ -36,13 +37,16 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
     if isolation != Isolation::default() && !system.instances.iter().any(isolated) {
         return Err(ScenarioError::NothingIsolated.into());
     }
+    let trace = trace(scenario)?;
     let mut loaded: HashMap<PathBuf, (Functions, Arc<AtomicBool>)> = HashMap::new();
     let mut instances = Vec::with_capacity(system.instances.len());
     for plan in &system.instances {
         let package = &plan.package;
+        let options = Options { debug_log: plan.debug_log.clone(), trace: trace.clone() };
         if isolated(plan) {
-            let mut instance =
-                Instance::isolated(package, &isolation, &plan.name).map_err(Error::Instantiate)?;
+            let made =
+                Instance::isolated_with_options(package, &isolation, &plan.name, &options);
+            let mut instance = made.map_err(Error::Instantiate)?;
             isolation.step_timeout.into_iter().for_each(|it| instance.set_pending_limit(it));
             instances.push(instance);
             continue;
@@ -60,11 +64,19 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
                 fresh
             }
         };
-        let instance =
-            Instance::new(package, functions, &dead, &plan.name).map_err(Error::Instantiate)?;
-        instances.push(instance);
+        let made = Instance::with_options(package, functions, &dead, &plan.name, &options);
+        instances.push(made.map_err(Error::Instantiate)?);
     }
     Ok(instances)
+}
+
+/// Begins the trace that the scenario asks for.
+fn trace(scenario: &Scenario) -> Result<Option<Trace>, Error> {
+    let begin = |path: &PathBuf| {
+        let failed = |source| Error::Trace { path: path.clone(), source };
+        Trace::create(path).map_err(failed)
+    };
+    scenario.trace.as_ref().map(begin).transpose()
 }
 
 /// How the units are coupled, as far as names decide it.
@@ -165,9 +177,11 @@ pub(super) fn plan(
     let mut participants = Vec::with_capacity(instances.len());
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
         let mut participant = Participant::new(instance, traffic);
-        let steps = system.instances[k].steps;
+        let (steps, every) = (system.instances[k].steps, system.instances[k].every);
         participant.set_steps(steps);
-        participant.keep_steps_equal(experiment.step / f64::from(steps), experiment.stop);
+        participant.set_every(every);
+        let own = experiment.step * f64::from(every) / f64::from(steps);
+        participant.keep_steps_equal(own, experiment.stop);
         if scenario.algorithm.on_discard == OnDiscard::Retry {
             participant.retry_discarded_steps()?;
         }

@@ -31,7 +31,7 @@ impl Selection {
                 Recorded::Group(group) => group.signals.as_slice(),
             };
             for pattern in patterns {
-                for port in Self::select(system, &place, pattern)? {
+                for port in Self::select(system, &place, pattern, Texts::Named)? {
                     if known.insert(port) {
                         ports.push(port);
                         strides.push(scenario.stride(k)?);
@@ -46,7 +46,7 @@ impl Selection {
                 let mut curves = Vec::new();
                 for pattern in &panel.signals {
                     let place = format!("plots[{k}].panels[{j}].signals");
-                    for port in Self::select(system, &place, pattern)? {
+                    for port in Self::select(system, &place, pattern, Texts::Refused)? {
                         let known = ports.iter().position(|it| *it == port);
                         curves.push(known.unwrap_or_else(|| {
                             ports.push(port);
@@ -74,15 +74,24 @@ impl Selection {
                 name: system.port_name(port),
                 unit: base_unit(system, port),
                 stride,
+                is_text: system.variable(port).kind == Type::String,
             })
             .collect()
     }
 
-    /// Signals that have numbers; a star passes over texts, naming one is an error.
-    fn select(system: &System, place: &str, pattern: &str) -> Result<Vec<Port>, SystemError> {
+    /// Signals; a star passes over texts.
+    fn select(
+        system: &System,
+        place: &str,
+        pattern: &str,
+        texts: Texts,
+    ) -> Result<Vec<Port>, SystemError> {
         let mut ports = system.select(place, pattern)?;
         if pattern.contains('*') {
             ports.retain(|port| system.variable(*port).kind != Type::String);
+        }
+        if texts == Texts::Named {
+            return Ok(ports);
         }
         if let Some(text) = ports.iter().find(|port| system.variable(**port).kind == Type::String) {
             return Err(SystemError::NotNumeric {
@@ -97,10 +106,21 @@ impl Selection {
         self.ports
             .iter()
             .filter_map(|port| {
-                Some((port.instance, participants[port.instance].slot(port.variable)?))
+                // a run that did not start has none
+                let participant = participants.get(port.instance)?;
+                Some((port.instance, participant.slot(port.variable)?))
             })
             .collect()
     }
+}
+
+/// What becomes of Strings among signals.
+#[derive(Clone, Copy, PartialEq)]
+enum Texts {
+    /// Those that are named are taken.
+    Named,
+    /// One that is named is an error.
+    Refused,
 }
 
 /// Factor and offset to SI base units.

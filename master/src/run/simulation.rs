@@ -10,7 +10,7 @@ use crate::coupling::{Blueprint, Exchange};
 use crate::error::Error;
 use crate::initialize::{SolvedLoop, initialize, late};
 use crate::instance::UnitError;
-use crate::participant::{Participant, Slot};
+use crate::participant::{Between, Participant, Slot};
 use crate::run::CheckpointError;
 use crate::scenario::Setting;
 use crate::summary::CouplingSummary;
@@ -38,10 +38,11 @@ pub struct SimulationState {
 }
 
 /// The serialized FMU state of one instance.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct UnitState {
     instance: String,
     bytes: Vec<u8>,
+    between: Option<Between>,
 }
 
 impl<'a> Simulation<'a> {
@@ -134,8 +135,15 @@ impl<'a> Simulation<'a> {
         self.setup.time_after(self.done)
     }
 
+    /// The text that a recorded String has now, by its position among [`Setup::signals`].
+    #[must_use]
+    pub fn text(&self, signal: usize) -> Option<&std::ffi::CStr> {
+        let (participant, slot) = self.slots[signal];
+        self.participants[participant].text(slot)
+    }
+
     /// The value that a recorded signal has now, by its position among [`Setup::signals`]; true
-    /// counts as 1. Real values are in the variable's own unit of measurement.
+    /// counts as 1, and a text is not a number. Real values are in the variable's own unit of measurement.
     #[inline]
     #[must_use]
     pub fn value(&self, signal: usize) -> f64 {
@@ -229,7 +237,8 @@ impl<'a> Simulation<'a> {
         let mut units = Vec::with_capacity(self.participants.len());
         for participant in &mut self.participants {
             let bytes = serialized(participant).map_err(|source| Error::Step { time, source })?;
-            units.push(UnitState { instance: participant.instance().name().to_owned(), bytes });
+            let instance = participant.instance().name().to_owned();
+            units.push(UnitState { instance, bytes, between: participant.between() });
         }
         Ok(SimulationState { done: self.done, units, stepper: self.stepper.state() })
     }
@@ -246,8 +255,12 @@ impl<'a> Simulation<'a> {
             return Err(CheckpointError::Misfit { what: "instances or steps" });
         }
         for (participant, unit) in self.participants.iter_mut().zip(&state.units) {
-            restore(participant, &unit.bytes)
+            let fits = restore(participant, &unit.bytes)
+                .and_then(|()| participant.return_between(unit.between.as_ref()))
                 .map_err(|source| CheckpointError::State { source })?;
+            if !fits {
+                return Err(CheckpointError::Misfit { what: "steps of a unit's own" });
+            }
         }
         if !self.stepper.restore(&state.stepper) {
             return Err(CheckpointError::Misfit { what: "signals between the units" });

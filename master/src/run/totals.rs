@@ -64,6 +64,7 @@ pub(super) fn instances(
             let work = earlier.work(k, participants);
             let summary = InstanceSummary {
                 unit: unit_of(plan.package.path()).cloned().unwrap_or_default(),
+                tolerance: plan.tolerance,
                 steps: work.steps,
                 discarded_steps: discarded.get(k).copied().unwrap_or(0),
                 step_seconds: work.step_seconds,

@@ -78,6 +78,7 @@ impl<'a> Wiring<'a> {
         let capable = |k: usize| &self.system.instances[k].description().co_simulation;
         let (source, target) = (capable(from.instance), capable(to.instance));
         let held = self.system.is_held(link);
+        let slow = self.system.instances[to.instance].every > 1;
         let interpolates = self.layout.blueprint.interpolates(from.instance, to.instance);
         let chosen = link.extrapolation.or(self.scenario.algorithm.extrapolation).map(usize::from);
         let cut = chosen.is_none() && self.cuts.contain(link);
@@ -92,8 +93,9 @@ impl<'a> Wiring<'a> {
         // interpolation may be cubic (Hermite) whatever the extrapolation's degree
         let limit = match (target.can_interpolate_inputs && !held, interpolates) {
             (false, _) => 0,
-            (true, true) => 3,
-            (true, false) => degree,
+            // one with larger steps goes beyond what is interpolated
+            (true, true) if !slow => 3,
+            (true, _) => degree,
         };
         let output = self.real_output(from, wanted);
         let input = self.real_input(to, limit);
@@ -104,8 +106,8 @@ impl<'a> Wiring<'a> {
             output,
             factor: linear.factor,
             offset: linear.offset,
-            // a unit with steps of its own gets the whole polynomial in parts
-            limit: if steps > 1 { 3 } else { limit },
+            // a unit with steps of its own gets the whole polynomial and takes its part
+            limit: if slow || steps > 1 { 3 } else { limit },
             degree: own,
             held,
         });

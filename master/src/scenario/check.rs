@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use super::{Recorded, Scenario, ScenarioError};
+use super::{Instance, Recorded, Scenario, ScenarioError};
 
 impl Scenario {
     /// Checks what the types cannot: ranges and multiples.
@@ -20,16 +20,25 @@ impl Scenario {
         for entry in 0..self.record.signals.len().max(1) {
             self.stride(entry)?;
         }
+        let mut tolerances = vec![("experiment.tolerance".to_owned(), self.experiment.tolerance)];
         for (name, instance) in &self.instances {
             if instance.steps == 0 {
                 let what = format!("instances.{name}.steps");
                 return Err(range(&what, "0".to_owned(), "whole numbers from 1"));
             }
+            self.check_every(name, instance)?;
+            let tolerance = instance.tolerance;
+            tolerances.push((format!("instances.{name}.tolerance"), tolerance));
         }
         if self.record.format.is_empty() {
             return Err(range("record.format", "empty".to_owned(), "csv, parquet, or both"));
         }
         let positive = "finite numbers above zero";
+        for (what, value) in tolerances {
+            if let Some(value) = value.filter(|&value| !(value > 0.0 && value.is_finite())) {
+                return Err(range(&what, value.to_string(), positive));
+            }
+        }
         for (what, value) in [
             ("checkpoint.every", self.checkpoint.map(|it| it.every)),
             ("real_time", self.real_time),
@@ -94,6 +103,27 @@ impl Scenario {
             }
         }
         Ok(())
+    }
+
+    /// Checks that the communication steps are whole steps of a slow instance.
+    fn check_every(&self, name: &str, instance: &Instance) -> Result<(), ScenarioError> {
+        let Instance { every, steps, .. } = *instance;
+        let refuse = |why: String| {
+            Err(ScenarioError::Every { instance: name.to_owned(), every, why })
+        };
+        let count = self.experiment.steps()?;
+        match every {
+            0 => refuse("it counts communication steps per step, from 1".to_owned()),
+            1 => Ok(()),
+            _ if steps > 1 => refuse(format!("\"steps\" is {steps}; one of the two must be 1")),
+            _ if self.algorithm.variable.is_some() => {
+                refuse("it needs equal steps, and algorithm.variable varies them".to_owned())
+            }
+            _ if !count.is_multiple_of(every.into()) => {
+                refuse(format!("the run has {count} communication steps, which is no multiple"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Number of steps between two values of what an entry of `record.signals` names.

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::package::PackageError;
+
 /// Why a scenario cannot be used.
 #[derive(Debug, Error)]
 pub enum ScenarioError {
@@ -57,6 +59,25 @@ pub enum ScenarioError {
         /// What the text is called.
         path: PathBuf,
     },
+    /// A unit that may suggest what the experiment leaves out cannot be read.
+    #[error("units.{name}: the experiment is incomplete, and the unit cannot be asked for it")]
+    Suggestions {
+        /// Key in `units`.
+        name: String,
+        /// Why.
+        #[source]
+        source: PackageError,
+    },
+    /// The experiment leaves out what no unit suggests.
+    #[error(
+        "experiment.{key} is missing, and no unit suggests one ({attribute} of DefaultExperiment)"
+    )]
+    NotSuggested {
+        /// `stop` or `step`.
+        key: &'static str,
+        /// Attribute of a unit's description.
+        attribute: &'static str,
+    },
     /// Start, stop or step make no sense.
     #[error("experiment: start {start} s, stop {stop} s, step {step} s do not make a run")]
     Experiment {
@@ -93,6 +114,16 @@ pub enum ScenarioError {
     /// Limits for isolated instances, and no such instance.
     #[error("isolation: there are limits for isolated instances, but no instance is isolated")]
     NothingIsolated,
+    /// An instance cannot step in every so many communication steps.
+    #[error("instances.{instance}.every is {every}: {why}")]
+    Every {
+        /// Its name.
+        instance: String,
+        /// Communication steps per step.
+        every: u32,
+        /// What is wrong with it.
+        why: String,
+    },
     /// A setting is outside of its range.
     #[error("{what} is {value}, which is outside of {range}")]
     Range {

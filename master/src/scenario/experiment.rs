@@ -1,6 +1,6 @@
 //! The span of time of a run and its division.
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 use super::ScenarioError;
@@ -9,15 +9,27 @@ use crate::span::between;
 /// The span of time and its division.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = allow_to_leave_out)]
 pub struct Experiment {
-    /// Start time (s).
+    /// Start time (s); left out: 0, or what the units suggest if `stop` is left out, too.
     #[serde(default)]
     pub start: f64,
-    /// Stop time (s).
+    /// Stop time (s); left out: the largest `stopTime` that the units suggest.
     pub stop: f64,
-    /// Communication step (s); `stop - start` must be a multiple of it.
+    /// Communication step (s); `stop - start` must be a multiple of it. Left out: the smallest
+    /// `stepSize` that the units suggest.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step: f64,
+    /// Relative tolerance that all units are told for their own integration; left out: what each
+    /// suggests.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub tolerance: Option<f64>,
+}
+
+/// Reading a file completes what is left out ([`suggestions`](super::suggestions)).
+fn allow_to_leave_out(schema: &mut Schema) {
+    schema.remove("required");
 }
 
 impl Experiment {
@@ -26,7 +38,7 @@ impl Experiment {
     /// # Errors
     /// The numbers make no sense, or the step does not divide the span within 1e-9 relative.
     pub fn steps(&self) -> Result<u64, ScenarioError> {
-        let Self { start, stop, step } = *self;
+        let Self { start, stop, step, .. } = *self;
         let span = stop - start;
         if !(step > 0.0 && step.is_finite() && span.is_finite() && span > 0.0) {
             return Err(ScenarioError::Experiment { start, stop, step });

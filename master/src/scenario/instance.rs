@@ -1,10 +1,13 @@
 //! Instances of units and the values given to their variables.
 
 use std::fmt;
+use std::path::PathBuf;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use super::DebugLog;
 
 /// One instance of a unit, or an array of equal ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,6 +25,18 @@ pub struct Instance {
     #[serde(default = "one_step", skip_serializing_if = "is_one_step")]
     #[schemars(range(min = 1))]
     pub steps: u32,
+    /// Communication steps per step: n makes one step of n times the size in every n-th one. Its
+    /// outputs are held in between.
+    #[serde(default = "one_step", skip_serializing_if = "is_one_step")]
+    #[schemars(range(min = 1))]
+    pub every: u32,
+    /// Relative tolerance that the unit is told; left out: as `experiment.tolerance` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub tolerance: Option<f64>,
+    /// Debug messages: true, false, or the log categories to have; left out: as `log_level` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub debug_log: Option<DebugLog>,
     /// Run it in a process of its own, or not; left out: as `isolation.all` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isolate: Option<bool>,
@@ -31,9 +46,12 @@ pub struct Instance {
 }
 
 /// A value for a variable: a number, true, false or a text; for an Enumeration the item's name or
-/// number.
+/// number; for a String that names a file, `{"path": "..."}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a number, true, false or a text")]
+#[serde(
+    untagged,
+    expecting = "expected a number, true, false, a text or {\"path\": \"...\"}"
+)]
 pub enum Setting {
     /// For Boolean variables.
     Boolean(bool),
@@ -41,6 +59,16 @@ pub enum Setting {
     Number(f64),
     /// For String variables, and for Enumerations by name.
     Text(String),
+    /// For String variables.
+    File(FileSetting),
+}
+
+/// A file or folder that a String names. The unit is given the absolute path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileSetting {
+    /// Its path, relative to the scenario file.
+    pub path: PathBuf,
 }
 
 impl fmt::Display for Setting {
@@ -49,6 +77,7 @@ impl fmt::Display for Setting {
             Self::Boolean(value) => write!(f, "{value}"),
             Self::Number(value) => write!(f, "{value}"),
             Self::Text(value) => write!(f, "{value:?}"),
+            Self::File(file) => write!(f, "the path {}", file.path.display()),
         }
     }
 }

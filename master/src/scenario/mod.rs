@@ -12,10 +12,12 @@ mod error;
 mod experiment;
 mod instance;
 mod json;
+mod log;
 mod merge;
 mod read;
 mod record;
 mod schema;
+pub(crate) mod suggestions;
 
 use std::path::PathBuf;
 
@@ -32,7 +34,9 @@ pub use conditions::{Checkpoints, Initialization, Isolation};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
 pub use error::ScenarioError;
 pub use experiment::Experiment;
-pub use instance::{Instance, Setting};
+pub use log::{DebugLog, LogLevel};
+pub use instance::{FileSetting, Instance, Setting};
+pub use suggestions::Given;
 pub use record::{Format, Panel, Plot, Record, Recorded, RecordedGroup};
 
 /// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
@@ -88,6 +92,15 @@ pub struct Scenario {
     /// Otherwise they are tolerated with a warning.
     #[serde(default)]
     pub strict: bool,
+    /// Which messages of units are shown.
+    #[serde(default, skip_serializing_if = "LogLevel::is_default")]
+    pub log_level: LogLevel,
+    /// File in which every C call to every unit is noted, relative to the scenario file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trace: Option<PathBuf>,
+    /// What was completed while it was read, to be told when it runs.
+    #[serde(skip)]
+    pub notes: Vec<String>,
 }
 
 #[cfg(test)]
@@ -116,7 +129,7 @@ mod tests {
 
     #[test]
     fn analytic_steps_are_counted() {
-        let steps = |start, stop, step| Experiment { start, stop, step }.steps();
+        let steps = |start, stop, step| Experiment { start, stop, step, tolerance: None }.steps();
         assert_eq!(steps(0.0, 75.0, 0.001).unwrap(), 75_000);
         assert_eq!(steps(0.1, 0.4, 0.1).unwrap(), 3);
         assert!(matches!(steps(0.0, 1.0, 0.3), Err(ScenarioError::StepDoesNotDivide { .. })));

@@ -2,13 +2,14 @@
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
 
 use serde_json::Value;
 
 use super::json::{self, Step, Strict};
 use super::merge::merge;
-use super::{Scenario, ScenarioError, comment};
+use super::suggestions::{Given, LeftOut};
+use super::{Instance, Scenario, ScenarioError, Setting, comment};
 
 /// The member that names the file which is extended.
 const EXTENDS: &str = "extends";
@@ -30,14 +31,37 @@ impl Scenario {
     /// # Errors
     /// A file cannot be read, or the whole is no valid scenario.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        Self::load_with(path, Given::default())
+    }
+
+    /// The same with times that count instead of those in the file. What the experiment leaves out
+    /// is what the units suggest.
+    ///
+    /// # Errors
+    /// A file cannot be read, the whole is no valid scenario, or no unit suggests what is left out.
+    pub fn load_with(path: &Path, given: Given) -> Result<Self, ScenarioError> {
         let chain = chain(path)?;
-        let mut scenario = merged(&chain)?;
+        let mut whole = whole(&chain);
+        let left_out = LeftOut::fill(&mut whole);
+        let mut scenario = scenario(&chain, whole)?;
         for (name, unit) in &mut scenario.units {
             // the file that gave the path, not one that it extends
             let file = chain.iter().find(|source| source.value["units"][name].is_string());
             let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
             *unit = folder.join(&*unit);
         }
+        if let Some(trace) = &mut scenario.trace {
+            let file = chain.iter().find(|source| source.value["trace"].is_string());
+            let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
+            *trace = folder.join(&*trace);
+        }
+        scenario.resolve_files(|instance, list, variable| {
+            let given = |source: &&Source| {
+                source.value["instances"][instance][list][variable]["path"].is_string()
+            };
+            chain.iter().find(given).and_then(|source| source.path.parent())
+        });
+        left_out.complete(&mut scenario, given)?;
         Ok(scenario)
     }
 
@@ -50,7 +74,26 @@ impl Scenario {
         if source.extends.is_some() {
             return Err(ScenarioError::ExtendsInText { path: path.to_owned() });
         }
-        merged(&[source])
+        let chain = [source];
+        scenario(&chain, whole(&chain))
+    }
+}
+
+impl Scenario {
+    /// Makes paths in values absolute; the folder that each is relative to is known by the names of
+    /// instance, list and variable.
+    fn resolve_files<'a>(&mut self, folder: impl Fn(&str, &str, &str) -> Option<&'a Path>) {
+        for (name, instance) in &mut self.instances {
+            let Instance { parameters, start, .. } = instance;
+            for (list, settings) in [("parameters", parameters), ("start", start)] {
+                for (variable, setting) in settings {
+                    let Setting::File(file) = setting else { continue };
+                    let path = folder(name, list, variable).unwrap_or(Path::new("")).join(&file.path);
+                    // without a working folder it stays relative, and is found missing or not
+                    file.path = absolute(&path).unwrap_or(path);
+                }
+            }
+        }
     }
 }
 
@@ -85,8 +128,8 @@ fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
-/// The files as one scenario: the last is what the others change.
-fn merged(chain: &[Source]) -> Result<Scenario, ScenarioError> {
+/// The files as one: the last is what the others change.
+fn whole(chain: &[Source]) -> Value {
     let mut whole = Value::Null;
     for (k, source) in chain.iter().rev().enumerate() {
         if k == 0 {
@@ -95,6 +138,11 @@ fn merged(chain: &[Source]) -> Result<Scenario, ScenarioError> {
             merge(&mut whole, &source.value);
         }
     }
+    whole
+}
+
+/// The scenario that the files make as a whole.
+fn scenario(chain: &[Source], whole: Value) -> Result<Scenario, ScenarioError> {
     serde_path_to_error::deserialize(whole).map_err(|error| {
         let steps = json::steps(error.path());
         let at = error.path().to_string();

@@ -1,5 +1,7 @@
 //! Why the parts of a scenario do not make a system.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use crate::description::{Causality, Type, UnitMismatch};
@@ -50,6 +52,19 @@ pub enum SystemError {
         place: String,
         /// As written.
         name: String,
+    },
+    /// A file that a String names cannot be used.
+    #[error("{place}: the file {path} for {port} cannot be used")]
+    File {
+        /// JSON path.
+        place: String,
+        /// `instance.variable`
+        port: String,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
     },
     /// An instance name that cannot be addressed, or occurs twice.
     #[error("instances: the name \"{name}\" {why}")]
@@ -189,8 +204,8 @@ pub enum SystemError {
         /// Why not.
         why: String,
     },
-    /// A text where only numbers can be recorded.
-    #[error("{place}: {port} is a String, which cannot be recorded")]
+    /// A text where only numbers can be drawn.
+    #[error("{place}: {port} is a String, which cannot be drawn")]
     NotNumeric {
         /// JSON path.
         place: String,

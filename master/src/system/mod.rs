@@ -55,6 +55,12 @@ pub struct Plan {
     pub isolate: Option<bool>,
     /// Steps per communication step.
     pub steps: u32,
+    /// Communication steps per step.
+    pub every: u32,
+    /// Relative tolerance that the unit is told, if any.
+    pub tolerance: Option<f64>,
+    /// Debug messages of these categories; empty: of all categories; `None`: no debug messages.
+    pub debug_log: Option<Vec<String>>,
     /// Set while instantiated: parameters and exact or approximate start values.
     pub parameters: Vec<(usize, Value)>,
     /// Set in initialization mode: inputs.
@@ -120,8 +126,9 @@ impl System {
             notes: Vec::new(),
         };
         for (pattern, instance) in &scenario.instances {
-            system.add(pattern, instance, &packages)?;
+            system.add(pattern, instance, &packages, scenario.log_level)?;
         }
+        system.set_tolerances(scenario.experiment.tolerance);
         for entry in overrides {
             system.override_value(entry)?;
         }
@@ -142,10 +149,12 @@ impl System {
         format!("{}.{}", self.instances[port.instance].name, self.variable(port).name)
     }
 
-    /// Whether the target of a connection changes at communication points only.
+    /// Whether the target of a connection changes at communication points only, or at those of a slow
+    /// source.
     #[must_use]
     pub fn is_held(&self, link: &Link) -> bool {
-        self.variable(link.from).variability != Variability::Continuous
+        self.instances[link.from.instance].every > 1
+            || self.variable(link.from).variability != Variability::Continuous
             || self.variable(link.to).variability != Variability::Continuous
     }
 

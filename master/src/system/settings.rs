@@ -1,5 +1,6 @@
 //! Instances and the values that the scenario and the command line give them.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -9,7 +10,7 @@ use super::{Override, Plan, Port, Result, System, SystemError};
 use crate::description::{Causality, Initial, Type, Value, Variability, Variable};
 use crate::package::Package;
 use crate::pattern;
-use crate::scenario::{Instance, Setting};
+use crate::scenario::{DebugLog, Instance, LogLevel, Setting};
 
 impl Override {
     /// The value for a variable: text for a String, whatever it looks like.
@@ -27,6 +28,7 @@ impl System {
         pattern: &str,
         instance: &Instance,
         packages: &IndexMap<&str, Arc<Package>>,
+        level: LogLevel,
     ) -> Result<()> {
         let place = format!("instances.{pattern}");
         let package = packages.get(instance.unit.as_str()).ok_or_else(|| SystemError::Unknown {
@@ -52,17 +54,30 @@ impl System {
                 return Err(bad(&name, "occurs twice"));
             }
             let package = Arc::clone(package);
+            let debug_log = debug_log(&place, instance, &package, level)?;
             self.instances.push(Plan {
                 name,
                 package,
                 isolate: instance.isolate,
                 steps: instance.steps,
+                every: instance.every,
+                tolerance: instance.tolerance,
+                debug_log,
                 parameters: Vec::new(),
                 inputs: Vec::new(),
             });
             self.set_all(&place, index, instance)?;
         }
         Ok(())
+    }
+
+    /// Gives instances without a tolerance of their own that of all, or what their units suggest.
+    pub(super) fn set_tolerances(&mut self, of_all: Option<f64>) {
+        let usable = |it: &f64| *it > 0.0 && it.is_finite();
+        for plan in &mut self.instances {
+            let suggested = plan.description().default_experiment.tolerance.filter(usable);
+            plan.tolerance = plan.tolerance.or(of_all).or(suggested);
+        }
     }
 
     /// Takes the values that the scenario gives an instance.
@@ -166,6 +181,7 @@ impl System {
             }
             (Type::Boolean, Setting::Boolean(x)) => Value::Boolean(*x),
             (Type::String, Setting::Text(x)) => Value::String(x.clone()),
+            (Type::String, Setting::File(file)) => self.file(place, port, &file.path)?,
             _ => return Err(self.misfit(place, port, setting)),
         };
         if let Setting::Number(x) = *setting {
@@ -182,6 +198,23 @@ impl System {
             }
         }
         Ok(value)
+    }
+
+    /// The path of a file that must be there. The unit has its own idea of the working folder, so it
+    /// gets an absolute one.
+    fn file(&self, place: &str, port: Port, path: &Path) -> Result<Value> {
+        let missing = |source| SystemError::File {
+            place: place.to_owned(),
+            port: self.port_name(port),
+            path: path.to_owned(),
+            source,
+        };
+        path.metadata().map_err(missing)?;
+        let absolute = std::path::absolute(path).map_err(missing)?;
+        let text = absolute.into_os_string().into_string().map_err(|_| {
+            missing(std::io::Error::new(std::io::ErrorKind::InvalidData, "its path is not UTF-8"))
+        })?;
+        Ok(Value::String(text))
     }
 
     fn misfit(&self, place: &str, port: Port, setting: &Setting) -> SystemError {
@@ -218,6 +251,35 @@ impl System {
                 .map(|(name, value)| format!("\"{name}\" ({value})"))
                 .collect(),
         })
+    }
+}
+
+/// The categories of an instance's debug messages, which its unit must declare.
+fn debug_log(
+    place: &str,
+    instance: &Instance,
+    package: &Package,
+    level: LogLevel,
+) -> Result<Option<Vec<String>>> {
+    let of_all = DebugLog::All(level == LogLevel::Debug);
+    let Some(categories) = instance.debug_log.as_ref().unwrap_or(&of_all).categories() else {
+        return Ok(None);
+    };
+    let description = package.description();
+    let declared = &description.log_categories;
+    match categories.iter().find(|it| !declared.contains(it)) {
+        None => Ok(Some(categories.to_vec())),
+        Some(unknown) => Err(SystemError::Unknown {
+            place: format!("{place}.debug_log"),
+            what: "log category",
+            name: unknown.clone(),
+            within: Some(match declared.as_slice() {
+                [] => format!("unit {}, which declares none", description.model_name),
+                _ => format!("unit {} ({})", description.model_name, declared.join(", ")),
+            }),
+            suggestion: pattern::suggest(unknown, declared.iter().map(String::as_str))
+                .map(str::to_owned),
+        }),
     }
 }
 

@@ -1,0 +1,138 @@
+//! Units that make one step in every so many communication steps.
+//!
+//! With n communication steps of size h, the unit steps from t over n·h. Like any unit, it exchanges at
+//! its own communication points only: its inputs are those at t, as the polynomials that stand for them
+//! there go on, up to the derivative that it takes and that the algorithm extrapolates; its outputs are
+//! those at t until it has reached t + n·h, where they change like those of a sampled system.
+//!
+//! The step is made in the last of the n communication steps. Until then the instance stays at t and
+//! nothing of it is called, so its state can be saved and restored in between.
+
+use serde::{Deserialize, Serialize};
+
+use super::Participant;
+use crate::coupling::{Inputs, PLACES};
+use crate::instance::UnitError;
+use crate::span::between;
+
+/// What a unit needs that does not step in every communication step.
+#[derive(Debug)]
+pub(super) struct Slow {
+    /// communication steps per step
+    every: u32,
+    now: Between,
+    saved: [Between; PLACES],
+    /// whether inputs have been sent and the step has begun
+    begun: bool,
+}
+
+/// Where a slow unit is between its communication points.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Between {
+    /// communication steps since its last point
+    waited: u32,
+    /// time of that point
+    begin: f64,
+    /// at that point
+    inputs: Inputs,
+}
+
+impl Slow {
+    /// Whether the unit is between its points, where it is not called.
+    #[inline]
+    pub(super) fn waits(&self) -> bool {
+        self.now.waited > 0
+    }
+
+    /// Takes inputs at one of its points.
+    pub(super) fn take(&mut self, inputs: &Inputs) {
+        if !self.waits() {
+            self.now.inputs.clone_from(inputs);
+        }
+    }
+
+    /// Remembers the start of its step; true if the coming communication step ends it.
+    fn enter(&mut self, time: f64) -> bool {
+        if !self.waits() {
+            self.now.begin = time;
+        }
+        self.now.waited + 1 == self.every
+    }
+
+    pub(super) fn save(&mut self, place: usize) {
+        self.saved[place].clone_from(&self.now);
+    }
+
+    pub(super) fn restore(&mut self, place: usize) {
+        self.now.clone_from(&self.saved[place]);
+        self.begun = false;
+    }
+}
+
+impl Participant {
+    /// Lets the unit make one step in every so many communication steps.
+    pub fn set_every(&mut self, every: u32) {
+        self.slow = (every > 1).then(|| Slow {
+            every,
+            now: Between::default(),
+            saved: Default::default(),
+            begun: false,
+        });
+        // in most communication steps, its outputs do not depend on its inputs
+        self.capabilities.directional &= every <= 1;
+    }
+
+    /// Begins the unit's step, if the communication step is the last of it.
+    pub(super) fn begin_slow_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        let Some(slow) = &mut self.slow else { return Ok(()) };
+        if !slow.enter(time) {
+            return Ok(());
+        }
+        slow.begun = true;
+        let (begin, inputs) = (slow.now.begin, std::mem::take(&mut slow.now.inputs));
+        let sent = self.send_inputs(&inputs);
+        if let Some(slow) = &mut self.slow {
+            slow.now.inputs = inputs;
+        }
+        sent?;
+        let size = self.own_size(begin, between(begin, time + size));
+        self.instance.begin_step(begin, size)
+    }
+
+    /// Makes the unit's step, if the communication step is the last of it.
+    pub(super) fn slow_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+        if self.slow.as_ref().is_some_and(|slow| !slow.begun) {
+            self.begin_slow_step(time, size)?;
+        }
+        let Some(slow) = &mut self.slow else { return Ok(()) };
+        if !std::mem::take(&mut slow.begun) {
+            slow.now.waited += 1;
+            return Ok(());
+        }
+        slow.now.waited = 0;
+        let begin = slow.now.begin;
+        self.one_step(begin, between(begin, time + size))
+    }
+
+    /// Where the unit is between its points, for a checkpoint.
+    #[must_use]
+    pub fn between(&self) -> Option<Between> {
+        self.slow.as_ref().map(|slow| slow.now.clone())
+    }
+
+    /// Goes back to such a place, after the instance has; false if it is not one of this unit's.
+    ///
+    /// # Errors
+    /// The unit does not give its outputs.
+    pub fn return_between(&mut self, between: Option<&Between>) -> Result<bool, UnitError> {
+        let (Some(slow), Some(between)) = (&mut self.slow, between) else {
+            return Ok(self.slow.is_none() && between.is_none());
+        };
+        slow.now.clone_from(between);
+        slow.begun = false;
+        // held until its next point
+        self.receive_values(between.begin)?;
+        self.receive_strings()?;
+        Ok(true)
+    }
+}
