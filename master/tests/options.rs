@@ -194,7 +194,9 @@ fn issue_a_unit_runs_without_a_scenario() {
     bench.maglev(&["run", "out/scenario-as-run.json", "--out", "again", "--quiet"]).succeeds();
     assert!(csv == fs::read_to_string(bench.path("again/results.csv")).unwrap());
 
-    bench.maglev(&["run", "watched.fmu", "--set", "v=3"]).fails(2, &["no variable \"v\"", "watched"]);
+    bench
+        .maglev(&["run", "watched.fmu", "--set", "v=3"])
+        .fails(2, &["no variable \"v\"", "watched"]);
     bench.maglev(&["run", "nowhere.fmu"]).fails(2, &["nowhere.fmu cannot be opened"]);
 }
 
@@ -253,7 +255,9 @@ fn issue_strings_are_recorded() {
         assert_eq!(summary["signals"]["a.label"], json!({ "unit": null, "final_text": "at 0.4" }));
         assert_eq!(summary["signals"]["a.y"]["final"], 0.4);
         assert!(bench.result("report.html").contains("a.label"));
-        assert!(bench.result("p.svg").contains("a.y") && !bench.result("p.svg").contains("a.label"));
+        assert!(
+            bench.result("p.svg").contains("a.y") && !bench.result("p.svg").contains("a.label")
+        );
     }
     // without the text, the report is made of the copy in Parquet
     fs::remove_file(bench.path("out/results.csv")).unwrap();
@@ -388,7 +392,9 @@ fn issue_debug_messages_are_chosen_per_instance() {
 
     it["instances"]["b"]["debug_log"] = json!(["logEvent"]);
     bench.scenario(&it);
-    bench.run(&[]).fails(2, &["instances.b.debug_log", "\"logEvent\"", "did you mean \"logEvents\""]);
+    bench
+        .run(&[])
+        .fails(2, &["instances.b.debug_log", "\"logEvent\"", "did you mean \"logEvents\""]);
     it["instances"]["b"] = json!({ "unit": "u", "debug_log": ["x"] });
     it["units"]["u"] = json!("unit.fmu");
     bench.scenario(&it);
@@ -414,7 +420,8 @@ fn issue_a_trace_has_every_call() {
             let call = pair[0].split_once('(').unwrap().0;
             assert!(pair[1].starts_with(&format!("{call} = ")), "{pair:?}");
         }
-        let has = |part: &str| assert!(calls.iter().any(|line| line.contains(part)), "{part}\n{text}");
+        let has =
+            |part: &str| assert!(calls.iter().any(|line| line.contains(part)), "{part}\n{text}");
         has("a fmi2Instantiate(\"a\", fmi2CoSimulation, \"w\", \"file:///");
         has("loggingOn false)");
         has("a fmi2SetupExperiment(tolerance Some(1e-5), start 0.0, stop 0.1)");

@@ -47,8 +47,13 @@ fn analytic_a_slow_unit_steps_at_its_own_points_and_is_held_between() {
     let mut scenario = chain();
     scenario["instances"]["b"]["start"] = json!({ "u": 2.0 });
     scenario["connections"] = json!([{ "from": "b.y", "to": "d.u" }]);
-    bench.scenario(&scenario);
-    for algorithm in ["jacobi", "gauss-seidel"] {
+    // receivers before and after the slow unit
+    let orders = [["c", "d", "b"], ["c", "b", "d"]];
+    for (algorithm, order) in
+        ["jacobi", "gauss-seidel"].into_iter().zip(orders).chain([("gauss-seidel", orders[0])])
+    {
+        scenario["algorithm"]["order"] = json!(order);
+        bench.scenario(&scenario);
         bench.run(&["--quiet", "--algorithm", algorithm]).succeeds();
         let rows = bench.rows();
         assert_eq!(rows.len(), 21);

@@ -37,8 +37,7 @@ pub(crate) fn read_parquet(path: &Path) -> Result<Table, ReportError> {
 fn columns(file: File) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
     let reader = SerializedFileReader::new(file)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    let numeric =
-        |k: &usize| schema.column(*k).physical_type() != parquet::basic::Type::BYTE_ARRAY;
+    let numeric = |k: &usize| schema.column(*k).physical_type() != parquet::basic::Type::BYTE_ARRAY;
     let places: Vec<usize> = (0..schema.num_columns()).filter(numeric).collect();
     let mut columns: Vec<(String, Vec<f64>)> =
         places.iter().map(|&k| (schema.column(k).name().to_owned(), Vec::new())).collect();

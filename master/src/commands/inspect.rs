@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use master::description::{Causality, DefaultExperiment, Description, Value, Variability, Variable};
+use master::description::{
+    Causality, DefaultExperiment, Description, Value, Variability, Variable,
+};
 use master::error::Error;
 use master::package::Package;
 

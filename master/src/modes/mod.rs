@@ -53,7 +53,9 @@ pub enum ModesError {
         source: UnitError,
     },
     /// A unit steps in some communication steps only.
-    #[error("{instance} does not step in every communication step (\"every\"): modes are of equal steps")]
+    #[error(
+        "{instance} does not step in every communication step (\"every\"): modes are of equal steps"
+    )]
     Slow {
         /// Which instance.
         instance: String,

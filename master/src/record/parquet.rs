@@ -226,7 +226,8 @@ mod tests {
     #[test]
     fn invariant_the_copy_holds_the_same_bits() {
         let folder = tempfile::tempdir().unwrap();
-        let column = |name: &str, stride| Column { name: name.into(), unit: None, stride, is_text: false };
+        let column =
+            |name: &str, stride| Column { name: name.into(), unit: None, stride, is_text: false };
         let columns = [column("a.x", 1), column("b,y", 2)];
         let mut table = super::super::Table::create(folder.path(), &columns).unwrap();
         let value = |n: u64| (n as f64 * 0.7).sin() / 3.0;

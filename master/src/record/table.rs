@@ -149,8 +149,12 @@ mod tests {
     use std::fs;
 
     fn columns(list: &[(&str, u64)]) -> Vec<Column> {
-        let column =
-            |&(name, stride): &(&str, u64)| Column { name: name.into(), unit: None, stride, is_text: false };
+        let column = |&(name, stride): &(&str, u64)| Column {
+            name: name.into(),
+            unit: None,
+            stride,
+            is_text: false,
+        };
         list.iter().map(column).collect()
     }
 

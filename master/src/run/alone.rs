@@ -51,10 +51,8 @@ impl Alone {
 /// The file's name, as far as names of instances allow it.
 fn instance_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let name: String = stem
-        .chars()
-        .map(|c| if c.is_control() || ".*[]".contains(c) { '_' } else { c })
-        .collect();
+    let name: String =
+        stem.chars().map(|c| if c.is_control() || ".*[]".contains(c) { '_' } else { c }).collect();
     if name.is_empty() { "unit".to_owned() } else { name }
 }
 
@@ -74,9 +72,9 @@ fn recorded(unit: &Description, instance: &str, overrides: &[Override]) -> Vec<S
     let name = |&index: &usize| format!("{instance}.{}", unit.variables[index].name);
     let is_set = |input: &String| {
         let fits = |name: &String| name == input || pattern::matches(name, input);
-        overrides.iter().any(|it| {
-            pattern::expand(&it.target).is_ok_and(|names| names.iter().any(fits))
-        })
+        overrides
+            .iter()
+            .any(|it| pattern::expand(&it.target).is_ok_and(|names| names.iter().any(fits)))
     };
     let outputs = unit.with_causality(Causality::Output).collect::<Vec<_>>();
     let inputs = unit.with_causality(Causality::Input).collect::<Vec<_>>();

@@ -112,7 +112,9 @@ impl Journal {
             {
                 let silent = "a call returned fmi2Warning";
                 let text = grave.map_or(silent, |message| message.text.as_str());
-                if self.level == LogLevel::Warning {
+                // others have been shown the message, if there was one
+                let unseen = self.level > LogLevel::Warning && grave.is_none();
+                if self.level == LogLevel::Warning || unseen {
                     observer.message(&format!("unit {} warns: {text}", instance.name()));
                 }
                 if grave.is_none() {

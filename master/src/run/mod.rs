@@ -113,7 +113,8 @@ impl Job<'_> {
             |source| Error::Output { path: self.folder.to_owned(), running: false, source };
         fs::create_dir_all(self.folder).map_err(failed)?;
         // it is refused if another run writes to the folder, so what that one needs is touched later
-        let journal = Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
+        let journal =
+            Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
         remove_checkpoint(self.folder).map_err(failed)?;
         as_run::write(self.scenario, self.overrides, &setup.system, self.folder).map_err(failed)?;
         let output = Output::create(&setup, self.folder).map_err(failed)?;

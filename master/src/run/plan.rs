@@ -44,8 +44,7 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
         let package = &plan.package;
         let options = Options { debug_log: plan.debug_log.clone(), trace: trace.clone() };
         if isolated(plan) {
-            let made =
-                Instance::isolated_with_options(package, &isolation, &plan.name, &options);
+            let made = Instance::isolated_with_options(package, &isolation, &plan.name, &options);
             let mut instance = made.map_err(Error::Instantiate)?;
             isolation.step_timeout.into_iter().for_each(|it| instance.set_pending_limit(it));
             instances.push(instance);

@@ -108,9 +108,8 @@ impl Scenario {
     /// Checks that the communication steps are whole steps of a slow instance.
     fn check_every(&self, name: &str, instance: &Instance) -> Result<(), ScenarioError> {
         let Instance { every, steps, .. } = *instance;
-        let refuse = |why: String| {
-            Err(ScenarioError::Every { instance: name.to_owned(), every, why })
-        };
+        let refuse =
+            |why: String| Err(ScenarioError::Every { instance: name.to_owned(), every, why });
         let count = self.experiment.steps()?;
         match every {
             0 => refuse("it counts communication steps per step, from 1".to_owned()),

@@ -48,10 +48,7 @@ pub struct Instance {
 /// A value for a variable: a number, true, false or a text; for an Enumeration the item's name or
 /// number; for a String that names a file, `{"path": "..."}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected a number, true, false, a text or {\"path\": \"...\"}"
-)]
+#[serde(untagged, expecting = "expected a number, true, false, a text or {\"path\": \"...\"}")]
 pub enum Setting {
     /// For Boolean variables.
     Boolean(bool),

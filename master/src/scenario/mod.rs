@@ -34,10 +34,10 @@ pub use conditions::{Checkpoints, Initialization, Isolation};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
 pub use error::ScenarioError;
 pub use experiment::Experiment;
-pub use log::{DebugLog, LogLevel};
 pub use instance::{FileSetting, Instance, Setting};
-pub use suggestions::Given;
+pub use log::{DebugLog, LogLevel};
 pub use record::{Format, Panel, Plot, Record, Recorded, RecordedGroup};
+pub use suggestions::Given;
 
 /// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

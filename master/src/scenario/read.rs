@@ -88,7 +88,8 @@ impl Scenario {
             for (list, settings) in [("parameters", parameters), ("start", start)] {
                 for (variable, setting) in settings {
                     let Setting::File(file) = setting else { continue };
-                    let path = folder(name, list, variable).unwrap_or(Path::new("")).join(&file.path);
+                    let path =
+                        folder(name, list, variable).unwrap_or(Path::new("")).join(&file.path);
                     // without a working folder it stays relative, and is found missing or not
                     file.path = absolute(&path).unwrap_or(path);
                 }

@@ -62,9 +62,8 @@ impl LeftOut {
         let mut units = Vec::new();
         for (name, path) in &scenario.units {
             if scenario.instances.values().any(|instance| instance.unit == *name) {
-                let described = Package::describe(path).map_err(|source| {
-                    ScenarioError::Suggestions { name: name.clone(), source }
-                })?;
+                let described = Package::describe(path)
+                    .map_err(|source| ScenarioError::Suggestions { name: name.clone(), source })?;
                 units.push((path.clone(), described));
             }
         }
