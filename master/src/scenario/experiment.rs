@@ -90,7 +90,7 @@ mod tests {
                 .iter()
                 .flat_map(|stop| [0.0, 0.1, -1.0, 2.7, 1e3].map(|start: f64| (start, start + stop)))
             {
-                let experiment = Experiment { start, stop, step };
+                let experiment = Experiment { start, stop, step, tolerance: None };
                 let Ok(count) = experiment.steps() else { continue };
                 spans += 1;
                 let last = experiment.time(count - 1);
