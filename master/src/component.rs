@@ -275,6 +275,9 @@ pub(crate) struct Identity {
 /// The mark of a component that is in no call.
 pub(crate) const IDLE: u32 = u32::MAX;
 
+/// The mark while the library of a component is loaded.
+pub(crate) const LOADING: u32 = u32::MAX - 1;
+
 /// One `fmi2Component`. Freed when dropped, unless its library failed fatally.
 pub(crate) struct Component {
     functions: Functions,

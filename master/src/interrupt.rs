@@ -7,7 +7,6 @@
 //! to do but to end the process. A program says so with [`ask`], and ends itself when that says that
 //! it should.
 
-use std::io::Write as _;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -35,7 +34,8 @@ pub enum Outcome {
     Asked,
     /// All runs have ended by themselves.
     Ended,
-    /// There is no run, or one that will not end: the process is to be ended, see [`leave`].
+    /// There is no run, or one that will not end: the process is to be ended,
+    /// see [`end_at_once`](crate::witness::end_at_once).
     GivenUp,
 }
 
@@ -138,23 +138,4 @@ fn runs() -> MutexGuard<'static, Runs> {
 
 fn wait(runs: MutexGuard<'static, Runs>, longest: Duration) -> MutexGuard<'static, Runs> {
     CHANGED.wait_timeout(runs, longest).unwrap_or_else(PoisonError::into_inner).0
-}
-
-/// Ends the process at once: nothing of the units is called any more, in whose calls other threads may
-/// still be.
-pub fn leave(status: u8) -> ! {
-    // who does not read is not to be kept from the end
-    let _ = std::io::stdout().flush();
-    exit(i32::from(status))
-}
-
-#[cfg(unix)]
-fn exit(status: i32) -> ! {
-    // SAFETY: ends the process, without handlers of anyone
-    unsafe { libc::_exit(status) }
-}
-
-#[cfg(not(unix))]
-fn exit(status: i32) -> ! {
-    std::process::exit(status)
 }

@@ -21,8 +21,8 @@
 //! binaries are loaded ([`library`], [`logger`], [`instance`]), here or in processes of their own
 //! ([`isolate`], each call noted in a [`trace`] on demand), [`initialize`]d, stepped by a [`coupling`]
 //! algorithm ([`participant`]), and written ([`record`], [`plot`], [`summary`]) by [`run`];
-//! [`interrupt`] ends runs early. [`witness`] has the last words when a unit crashes
-//! in this process. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them.
+//! [`interrupt`] ends runs early. [`witness`] has the last words when a unit crashes in this process or
+//! ends it. [`validate`] looks for defects of a unit, [`conformance`] drives it to show them.
 //! Nothing in here knows what the units model.
 
 #![expect(
@@ -52,6 +52,7 @@ pub mod reference;
 pub mod ride;
 pub mod run;
 pub mod scenario;
+mod scratch;
 mod span;
 pub mod summary;
 pub mod system;

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::package::{PLATFORM, Package};
+use crate::witness;
 
 /// Why a binary cannot be used.
 #[derive(Debug, Error)]
@@ -202,7 +203,7 @@ impl Functions {
     /// it follows another version of the standard.
     pub fn load(package: &Package) -> Result<Self, LibraryError> {
         Self::check_presence(package)?;
-        Self::open(package.path(), &package.binary())
+        Self::open_here(package.path(), &package.binary())
     }
 
     /// Looks whether there is a binary to load.
@@ -235,7 +236,12 @@ impl Functions {
         let copy = binary.with_file_name(format!("{stem}-copy{number}.{end}"));
         std::fs::copy(&binary, &copy)
             .map_err(|source| LibraryError::Copy { unit: package.path().to_owned(), source })?;
-        Self::open(package.path(), &copy)
+        Self::open_here(package.path(), &copy)
+    }
+
+    /// Loads a binary into the master's own process, which it must not end.
+    fn open_here(unit: &Path, binary: &Path) -> Result<Self, LibraryError> {
+        witness::while_loading(&unit.to_string_lossy(), || Self::open(unit, binary))
     }
 
     /// Loads a binary; `unit` is for messages.

@@ -3,6 +3,8 @@
 #![expect(clippy::result_large_err, reason = "an error ends the command")]
 
 mod commands;
+#[cfg(target_os = "linux")]
+mod exits;
 
 use std::process::ExitCode;
 
@@ -62,7 +64,11 @@ fn main() -> ExitCode {
         return status;
     }
     master::witness::report_crashes();
-    let outcome = match Cli::parse().command {
+    let command = Cli::parse().command;
+    // what a unit does at the end of the process is one of the things that are checked
+    let checks_units =
+        matches!(command, Command::ConformanceCheck(_) | Command::ConformanceResume(_));
+    let outcome = match command {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Report(arguments) => commands::report::run(&arguments),
@@ -74,8 +80,13 @@ fn main() -> ExitCode {
         Command::ConformanceResume(arguments) => Ok(commands::conformance::resume(&arguments)),
         Command::Schema => commands::print(&master::scenario::Scenario::schema()),
     };
-    outcome.unwrap_or_else(|error| {
+    let status = outcome.unwrap_or_else(|error| {
         commands::tell(&error);
         ExitCode::from(error.exit_status())
-    })
+    });
+    if checks_units {
+        master::witness::release();
+        return status;
+    }
+    master::witness::leave(status)
 }

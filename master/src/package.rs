@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
-use tempfile::TempDir;
 use thiserror::Error;
 
 use crate::archive::{Archive, ArchiveError};
 use crate::description::{Description, DescriptionError, Finding, Severity};
+use crate::scratch::Scratch;
 use crate::validate;
 
 /// Folder under `binaries/` for the system that this program runs on.
@@ -99,7 +99,7 @@ pub struct Package {
     description: Description,
     files: Vec<String>,
     findings: Vec<Finding>,
-    folder: TempDir,
+    folder: Scratch,
 }
 
 impl Package {
@@ -114,9 +114,7 @@ impl Package {
         let text = archive.description().map_err(archived)?;
         let description = Description::parse(&text)
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
-        let folder = tempfile::Builder::new()
-            .prefix("fmu-")
-            .tempdir()
+        let folder = Scratch::new()
             .map_err(|source| PackageError::Folder { path: path.to_owned(), source })?;
         let binaries = format!("binaries/{PLATFORM}/");
         archive

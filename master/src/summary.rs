@@ -163,13 +163,15 @@ pub struct UnitMessage {
 /// Everything in summary.json.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
+    /// Identifier of the run, as in run-files.json.
+    pub run: String,
     /// Name of the scenario.
     pub scenario: String,
     /// Its title.
     pub title: String,
     /// How the run ended.
     pub status: Status,
-    /// Why, if it failed.
+    /// Why, if it failed; of a run that came to its end, the unit that failed when it was terminated.
     pub error: Option<Failure>,
     /// Start time (s).
     pub start: f64,

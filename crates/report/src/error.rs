@@ -13,6 +13,20 @@ pub enum ReportError {
         /// Which folder.
         folder: PathBuf,
     },
+    /// The folder has files of several runs.
+    #[error(
+        "the files in {folder} are not of one run: {file} {found}, and run-files.json is of run {run}"
+    )]
+    Mixed {
+        /// Which folder.
+        folder: PathBuf,
+        /// The file that does not fit.
+        file: String,
+        /// What it is instead.
+        found: String,
+        /// The run that the folder belongs to.
+        run: String,
+    },
     /// A file of the results cannot be read.
     #[error("{path} cannot be read")]
     Read {
@@ -104,6 +118,10 @@ impl ReportError {
             Self::NoResults { .. } => Some(
                 "give the folder that `maglev run SCENARIO --out DIR` wrote: it has summary.json and \
                  results.csv or results.parquet",
+            ),
+            Self::Mixed { .. } => Some(
+                "put back the files of one run, or run the scenario again; a table that was edited \
+                 belongs in another folder",
             ),
             Self::Json { .. } | Self::Table { .. } | Self::Parquet { .. } => {
                 Some("run the scenario again; files of results are not meant to be edited")

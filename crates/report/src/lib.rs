@@ -15,6 +15,7 @@ mod columns;
 mod data;
 pub mod embed;
 mod error;
+mod files;
 mod irregularity;
 pub mod knowledge;
 pub mod modes;

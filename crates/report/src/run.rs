@@ -89,8 +89,10 @@ impl Run {
     /// was killed or is still going on is read as far as it has got.
     ///
     /// # Errors
-    /// There is nothing of a run in the folder, or a file is not as a run writes it.
+    /// There is nothing of a run in the folder, files are of several runs, or one is not as a run
+    /// writes it.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
+        crate::files::check(folder)?;
         let raw_summary: Option<Value> = json(&folder.join("summary.json"))?;
         let table = Table::read(folder)?;
         if raw_summary.is_none() && table.is_none() {
@@ -144,7 +146,7 @@ fn text(path: &Path) -> Result<Option<String>, ReportError> {
     }
 }
 
-fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
+pub(crate) fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
     let parsed = text(path)?.map(|text| serde_json::from_str(&text)).transpose();
     parsed.map_err(|error| bad(path, &error))
 }

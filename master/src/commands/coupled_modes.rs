@@ -104,7 +104,8 @@ pub(super) fn of_results(folder: &Path) -> Result<(), Error> {
 fn write(modes: &Modes, scenario: &Scenario, folder: &Path) -> Result<(), Error> {
     let path = folder.join("modes.json");
     let written = std::fs::create_dir_all(folder)
-        .and_then(|()| write_whole(&path, as_json(modes, scenario).as_bytes()));
+        .and_then(|()| write_whole(&path, as_json(modes, scenario).as_bytes()))
+        .and_then(|()| master::run::add_files(folder, ["modes.json"]));
     written.map_err(|source| Error::Output { path, running: true, source })
 }
 

@@ -98,7 +98,7 @@ impl Handler {
             Outcome::GivenUp => {
                 let folder = self.folder.display();
                 tell(&format!("interrupted in a step that hangs; results until then: {folder}"));
-                interrupt::leave(1);
+                master::witness::end_at_once(1);
             }
         }
     }

@@ -96,5 +96,8 @@ fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
     if !formats.is_empty() {
         written.extend(pictures::write(&runs, &figures, &formats)?);
     }
+    let below = written.iter().filter_map(|path| path.strip_prefix(first).ok()?.to_str());
+    master::run::add_files(first, below)
+        .map_err(|source| ReportError::Write { path: first.join(master::run::FILES), source })?;
     Ok(written)
 }

@@ -13,6 +13,7 @@ use super::{Check, Observation, Stop, checks};
 use crate::description::Severity;
 use crate::error::Error;
 use crate::package::Package;
+use crate::scratch::Scratch;
 
 /// Name of the hidden subcommand.
 const SUBCOMMAND: &str = "conformance-check";
@@ -80,7 +81,7 @@ pub fn run(
 ) -> Result<Report, Error> {
     // a unit that cannot be opened is bad input, not a finding of each check
     drop(Package::open(unit)?);
-    let folder = tempfile::tempdir().map_err(|source| Error::Output {
+    let folder = Scratch::new().map_err(|source| Error::Output {
         path: "the folder for temporary files".into(),
         running: true,
         source,

@@ -330,6 +330,7 @@ pub(crate) fn signal_name(number: i32) -> &'static str {
         8 => "SIGFPE",
         9 => "SIGKILL",
         11 => "SIGSEGV",
+        14 => "SIGALRM",
         15 => "SIGTERM",
         24 => "SIGXCPU",
         31 => "SIGSYS",

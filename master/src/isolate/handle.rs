@@ -14,11 +14,11 @@ use std::time::{Duration, Instant};
 use memmap2::MmapRaw;
 use rustix::fs::MemfdFlags;
 
-use super::memory::{Area, Control, LOADING, control, control_in, part};
+use super::memory::{Area, Control, control, control_in, part};
 use super::protocol::{Order, Report, read_frame, write_frame};
 use super::{ARGUMENT, Isolation};
 use crate::component::{
-    Answer, Data, IDLE, Identity, Layout, Outcome, Received, Reply, Request, Sent,
+    Answer, Data, IDLE, Identity, LOADING, Layout, Outcome, Received, Reply, Request, Sent,
 };
 use crate::description::Description;
 use crate::instance::{UnitError, UnitFault};

@@ -12,9 +12,6 @@ use super::ring::Ring;
 use crate::component::{Answer, Layout, Outcome, Received, Sent};
 use crate::library::Call;
 
-/// The mark of a worker that is loading the unit's library.
-pub(super) const LOADING: u32 = u32::MAX - 1;
-
 /// Parts of an exchange, done in this order. None of them: a message waits in the socket.
 pub(super) mod part {
     pub(in super::super) const SEND: u32 = 1;

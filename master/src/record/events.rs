@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{Growing, Position};
+use super::growing::{Growing, Position};
 
 /// Events that are written; a run that has more only counts them.
 const MAX_EVENTS: u64 = 100_000;
@@ -128,8 +128,7 @@ impl EventLog {
         let text = text.trim_end().replace(['\n', '\r'], " ");
         let time = ryu::Buffer::new().format(event.time).to_owned();
         let bytes = line([time.as_str(), event.kind.as_str(), &event.instance, &text])?;
-        self.file.buffer().extend_from_slice(&bytes);
-        self.file.end_record()
+        self.file.record(|buffer| buffer.extend_from_slice(&bytes))
     }
 
     /// Number of events by their kind.
@@ -144,6 +143,14 @@ impl EventLog {
     /// The file cannot be written.
     pub fn state(&mut self) -> io::Result<LogState> {
         Ok(LogState { position: self.file.position()?, counts: self.counts.clone() })
+    }
+
+    /// Puts all events on the disk and gives the log its name; more may follow.
+    ///
+    /// # Errors
+    /// The file cannot be written or renamed.
+    pub fn publish(&mut self) -> io::Result<()> {
+        self.file.publish()
     }
 
     /// Completes the log and gives it its name.

@@ -4,13 +4,19 @@
 mod curve;
 mod events;
 mod file;
+mod growing;
+mod keeper;
 mod parquet;
+mod spool;
 mod statistics;
 mod table;
 
 pub use curve::Curve;
 pub use events::{Event, EventLog, Kind, LogState};
-pub use file::{Position, write_whole};
+pub use file::write_whole;
+pub(crate) use file::{partial, reserve};
+pub use growing::Position;
+pub(crate) use keeper::write_now;
 pub use parquet::{ParquetError, copy_to_parquet};
 pub use statistics::{Gatherer, Statistics};
 pub use table::{Column, Table};

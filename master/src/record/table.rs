@@ -4,7 +4,7 @@ use std::ffi::CStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::file::{Growing, Position};
+use super::growing::{Growing, Position};
 
 /// A recorded signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -87,23 +87,23 @@ impl Table {
         }
         let all = self.distinct.len() == 1;
         let Self { file, number, strides, texts, .. } = self;
-        let row = file.buffer();
-        row.extend_from_slice(number.format(time).as_bytes());
-        for (k, ((&value, &stride), &is_text)) in
-            values.iter().zip(strides.iter()).zip(texts.iter()).enumerate()
-        {
-            row.push(b',');
-            if !all && !n.is_multiple_of(stride) {
-                continue;
+        file.record(|row| {
+            row.extend_from_slice(number.format(time).as_bytes());
+            for (k, ((&value, &stride), &is_text)) in
+                values.iter().zip(strides.iter()).zip(texts.iter()).enumerate()
+            {
+                row.push(b',');
+                if !all && !n.is_multiple_of(stride) {
+                    continue;
+                }
+                if is_text {
+                    quote(text(k).unwrap_or_default(), row);
+                } else {
+                    row.extend_from_slice(number.format(value).as_bytes());
+                }
             }
-            if is_text {
-                quote(text(k).unwrap_or_default(), row);
-            } else {
-                row.extend_from_slice(number.format(value).as_bytes());
-            }
-        }
-        row.push(b'\n');
-        file.end_record()
+            row.push(b'\n');
+        })
     }
 
     /// Number of rows.

@@ -1,11 +1,11 @@
 //! scenario-as-run.json in the folder of results. It is not called scenario.json because that may be the
 //! file that is run.
 
-use std::fs;
 use std::io;
 use std::path::{Path, absolute};
 
 use indexmap::IndexMap;
+use serde::Serialize;
 
 use crate::description::Causality;
 use crate::pattern;
@@ -16,29 +16,19 @@ use crate::system::{Override, System};
 /// Name of the file in the folder of results.
 pub const FILE: &str = "scenario-as-run.json";
 
-/// Files that `maglev` makes of results; those of an earlier run do not belong to this one.
-const MADE_OF_RESULTS: [&str; 2] = ["modes.json", "report.html"];
-
 /// Writes the scenario with everything in it that came from outside: values given on the command
 /// line stand with the instances, paths of units are absolute. To run it again gives the same
-/// results. What was made of an earlier run's results is removed.
+/// results. A comment holds the run's identifier.
 ///
 /// # Errors
-/// A file cannot be written or removed.
+/// The file cannot be written.
 pub(super) fn write(
+    run: &str,
     scenario: &Scenario,
     overrides: &[Override],
     system: &System,
     folder: &Path,
 ) -> io::Result<()> {
-    for name in MADE_OF_RESULTS {
-        match fs::remove_file(folder.join(name)) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            // a folder of that name is somebody else's
-            Err(_) if folder.join(name).is_dir() => {}
-            removed => removed?,
-        }
-    }
     let mut scenario = scenario.clone();
     // where the schema is from here is not known
     scenario.schema = None;
@@ -50,9 +40,19 @@ pub(super) fn write(
     if !overrides.is_empty() {
         scenario.instances = merged(&scenario.instances, overrides, system);
     }
-    let mut text = serde_json::to_string_pretty(&scenario)?;
+    let marked = Marked { comment: format!("run {run}"), scenario: &scenario };
+    let mut text = serde_json::to_string_pretty(&marked)?;
     text.push('\n');
     write_whole(&folder.join(FILE), text.as_bytes())
+}
+
+/// A scenario with a mark.
+#[derive(Serialize)]
+struct Marked<'a> {
+    #[serde(rename = "$comment")]
+    comment: String,
+    #[serde(flatten)]
+    scenario: &'a Scenario,
 }
 
 /// Instances with the values of the command line. An entry that stands for several stays one where

@@ -89,6 +89,19 @@ pub enum CheckpointError {
         /// What differs.
         what: &'static str,
     },
+    /// The folder holds the files of another run.
+    #[error(
+        "the files in {folder} are of two runs: checkpoint.bin is of run {run}, run-files.json of \
+         run {other}"
+    )]
+    OtherRun {
+        /// The results folder.
+        folder: PathBuf,
+        /// The checkpoint's run.
+        run: String,
+        /// The run that the folder belongs to.
+        other: String,
+    },
     /// A unit refuses its state.
     #[error("a unit does not take its state back")]
     State {
@@ -120,6 +133,8 @@ struct UnitStamp {
 /// A run's state at a communication point, with all that it takes to start it anew.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
+    /// Identifier of the run.
+    pub(super) run: String,
     /// Name of the scenario.
     pub(super) name: String,
     /// The scenario with its changes from the command line, as JSON.
@@ -136,6 +151,8 @@ pub struct Checkpoint {
 /// The part of all checkpoints of a run that stays the same.
 #[derive(Debug, Clone)]
 pub(super) struct Origin {
+    /// identifier of the run, which gets it with its folder
+    pub(super) run: String,
     name: String,
     scenario: String,
     overrides: Vec<(String, String)>,
@@ -172,7 +189,7 @@ impl Origin {
             .map_err(|error| CheckpointError::Content { message: error.to_string() })?;
         let overrides =
             overrides.iter().map(|entry| (entry.target.clone(), entry.value.clone())).collect();
-        Ok(Self { name: name.to_owned(), scenario, overrides, units })
+        Ok(Self { run: String::new(), name: name.to_owned(), scenario, overrides, units })
     }
 
     pub(super) fn checkpoint(
@@ -182,13 +199,13 @@ impl Origin {
         journal: JournalState,
         earlier: Earlier,
     ) -> Checkpoint {
-        let Self { name, scenario, overrides, units } = self.clone();
-        Checkpoint { name, scenario, overrides, units, simulation, output, journal, earlier }
+        let Self { run, name, scenario, overrides, units } = self.clone();
+        Checkpoint { run, name, scenario, overrides, units, simulation, output, journal, earlier }
     }
 }
 
 /// Length and CRC-32 of a file.
-fn fingerprint(path: &Path) -> io::Result<(u64, u32)> {
+pub(super) fn fingerprint(path: &Path) -> io::Result<(u64, u32)> {
     let mut file = File::open(path)?;
     let mut hasher = crc32fast::Hasher::new();
     let mut buffer = vec![0; 1 << 16];
@@ -301,7 +318,8 @@ impl Checkpoint {
         scenario: &Scenario,
         system: &System,
     ) -> Result<Origin, CheckpointError> {
-        let origin = Origin::new(&self.name, scenario, &self.overrides(), system)?;
+        let mut origin = Origin::new(&self.name, scenario, &self.overrides(), system)?;
+        origin.run.clone_from(&self.run);
         if origin.units.len() != self.units.len() {
             return Err(CheckpointError::Misfit { what: "units" });
         }

@@ -1,22 +1,22 @@
-//! The course of one run: start, steps, end.
+//! The course of one run: start and steps.
 
 use std::io;
 use std::time::{Duration, Instant};
 
 use super::checkpoint::Origin;
 use super::desk::{Desk, Halt};
+use super::folder::Folder;
 use super::journal::Journal;
 use super::loops::FeedLoop;
-use super::output::{Files, Output};
+use super::output::Output;
 use super::pace::{Pacer, WallClock};
-use super::totals::{self, Earlier};
-use super::{Job, Observer, Setup, Simulation, SimulationState, remove_checkpoint, ride};
+use super::totals::Earlier;
+use super::{Job, Observer, Setup, Simulation, SimulationState};
 use crate::error::Error;
 use crate::initialize::SolvedLoop;
 use crate::interrupt;
-use crate::participant::Participant;
-use crate::record::{Gatherer, Kind};
-use crate::summary::{CouplingSummary, Failure, SignalSummary, Status, Summary};
+use crate::record::Kind;
+use crate::summary::{Status, Summary};
 
 /// Time between two reports of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
@@ -27,6 +27,7 @@ pub(super) struct Run<'a> {
     pub(super) setup: &'a Setup,
     pub(super) observer: &'a mut dyn Observer,
     pub(super) begin: Instant,
+    pub(super) folder: Folder,
     pub(super) output: Output<'a>,
     pub(super) journal: Journal,
     /// there if checkpoints are written
@@ -54,12 +55,12 @@ struct Watch {
 
 /// How far a run has got.
 pub(super) struct Progress {
-    done: u64,
-    start: Duration,
-    run: Duration,
-    loops: Vec<SolvedLoop>,
+    pub(super) done: u64,
+    pub(super) start: Duration,
+    pub(super) run: Duration,
+    pub(super) loops: Vec<SolvedLoop>,
     /// who ended the run early, and during what
-    interruption: String,
+    pub(super) interruption: String,
 }
 
 impl Default for Progress {
@@ -152,10 +153,7 @@ impl<'a> Run<'a> {
             run.progress.run = begin.elapsed();
             Ok(())
         })?;
-        let terminated = simulation.terminate();
-        // the first error is the one that matters
         let status = status?;
-        terminated?;
         simulation.check_loops()?;
         Ok(status)
     }
@@ -232,7 +230,7 @@ impl<'a> Run<'a> {
         Ok(if due && simulation.remaining() > 0 { Next::Checkpoint } else { Next::Step })
     }
 
-    fn listen(&mut self, simulation: &mut Simulation<'_>) -> io::Result<()> {
+    pub(super) fn listen(&mut self, simulation: &mut Simulation<'_>) -> io::Result<()> {
         let time = simulation.time();
         self.journal.listen(time, simulation.participants_mut(), self.observer)
     }
@@ -284,140 +282,7 @@ impl<'a> Run<'a> {
         self.progress.interruption = format!("by the user; {place}");
     }
 
-    fn failed(&self, source: io::Error) -> Error {
+    pub(super) fn failed(&self, source: io::Error) -> Error {
         Error::Output { path: self.job.folder.to_owned(), running: true, source }
     }
-
-    /// Completes the results, also those of a run that failed.
-    pub(super) fn finish(
-        mut self,
-        result: Result<Status, Error>,
-        mut simulation: Option<&mut Simulation<'_>>,
-    ) -> Result<Summary, Error> {
-        let result = result.or_else(|error| {
-            let fault = error.given_up().map(ToString::to_string);
-            fault
-                .map(|place| self.interrupted_in(&place))
-                .map(|()| Status::Interrupted)
-                .ok_or(error)
-        });
-        let time = self.setup.time_after(self.progress.done);
-        let mut told = match &mut simulation {
-            Some(simulation) => self.listen(simulation),
-            None => Ok(()),
-        };
-        told = told.and(match &result {
-            Ok(Status::Interrupted) => {
-                let text = std::mem::take(&mut self.progress.interruption);
-                self.journal.note(time, Kind::Interrupted, text)
-            }
-            Err(error) => self.journal.note(time, Kind::Failed, error.chain().join(": ")),
-            Ok(_) => Ok(()),
-        });
-        let told = told.map_err(|e| self.failed(e));
-        let finished = matches!(result, Ok(Status::Finished));
-        let (folder, keeps) = (self.job.folder, self.origin.is_some());
-        let failed = |source| Error::Output { path: folder.to_owned(), running: true, source };
-        let simulation = simulation.as_deref();
-        let participants = simulation.map_or(&[][..], Simulation::participants);
-        let coupling = simulation.map(Simulation::coupling).unwrap_or_default();
-        let written = self.write(&result, participants, coupling);
-        // the first error is the one that matters
-        result?;
-        told?;
-        let (summary, files) = written?;
-        if finished {
-            remove_checkpoint(folder).map_err(failed)?;
-        }
-        // a checkpoint needs the table that it was written with
-        if let Some(spare) = files.spare.filter(|_| finished || !keeps) {
-            std::fs::remove_file(spare).map_err(failed)?;
-        }
-        Ok(summary)
-    }
-
-    /// Writes tables, pictures, events and summary.
-    fn write(
-        self,
-        result: &Result<Status, Error>,
-        participants: &[Participant],
-        coupling: CouplingSummary,
-    ) -> Result<(Summary, Files), Error> {
-        let Self { job, setup, observer, output, mut journal, progress, earlier, .. } = self;
-        let Setup { scenario, system, .. } = setup;
-        let failed = |source| Error::Output { path: job.folder.to_owned(), running: true, source };
-        let gatherers = output.gatherers.clone();
-        let (files, completed) = output.finish(progress.done > 0);
-        let reached = setup.time_after(progress.done);
-        let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, job.folder));
-        let points = ride_quality.iter().flat_map(|quality| &quality.points);
-        let mut noted = Ok(());
-        for warning in points.flat_map(|point| &point.warnings) {
-            let text = format!("ride_quality: {warning}");
-            observer.notice(&text);
-            noted = noted.and(journal.note(reached, Kind::Note, text));
-        }
-        let (told, logged) = journal.finish();
-        let experiment = scenario.experiment;
-        let instances = totals::instances(setup, participants, &earlier, &told.discarded);
-        let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();
-        let simulated = reached - experiment.start;
-        let summary = Summary {
-            scenario: job.name.to_owned(),
-            title: scenario.title.clone(),
-            status: *result.as_ref().unwrap_or(&Status::Failed),
-            error: result.as_ref().err().map(Failure::from),
-            start: experiment.start,
-            stop: experiment.stop,
-            step: experiment.step,
-            steps: progress.done,
-            reached,
-            rows: files.rows,
-            resumed: earlier.resumed,
-            real_time_factor: if run_seconds > 0.0 { simulated / run_seconds } else { 0.0 },
-            algorithm: totals::algorithm_summary(
-                scenario,
-                system,
-                &setup.layout.blueprint,
-                coupling,
-            ),
-            initial_loops: progress.loops,
-            wall_time: totals::wall_time(self.begin, progress.start, run_seconds, &instances),
-            master_version: env!("CARGO_PKG_VERSION").to_owned(),
-            overrides: job.overrides.iter().map(ToString::to_string).collect(),
-            units: totals::units(scenario, system, &instances),
-            instances,
-            real_time: self.pacer.as_ref().map(Pacer::statistics),
-            events: told.events,
-            signals: signals(setup, participants, &gatherers),
-            ride_quality,
-            messages: told.messages,
-            tables: files.tables.clone(),
-            pictures: files.pictures.clone(),
-        };
-        let written = summary.write(job.folder);
-        completed.and(noted.and(logged).and(written).map_err(failed))?;
-        Ok((summary, files))
-    }
-}
-
-fn signals(
-    setup: &Setup,
-    participants: &[Participant],
-    gatherers: &[Gatherer],
-) -> indexmap::IndexMap<String, SignalSummary> {
-    let columns = setup.selection.columns(&setup.system);
-    let slots = setup.selection.slots(participants);
-    let text = |k: usize| {
-        let (participant, slot) = slots.get(k)?;
-        participants[*participant].text(*slot).map(|text| text.to_string_lossy().into_owned())
-    };
-    (0..)
-        .zip(columns)
-        .zip(gatherers)
-        .map(|((k, column), gatherer)| {
-            let (statistics, final_text) = (gatherer.statistics(), text(k));
-            (column.name, SignalSummary { unit: column.unit, final_text, statistics })
-        })
-        .collect()
 }

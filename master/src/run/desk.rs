@@ -54,21 +54,23 @@ impl<'a> Desk<'a> {
         }
     }
 
-    /// Completes the books, at the end of stepping.
+    /// Completes the books, at the end of stepping, and then terminates the units.
     pub(super) fn complete(
         &self,
         result: Result<Status, Halt>,
-        simulation: Option<&mut Simulation<'_>>,
+        mut simulation: Option<&mut Simulation<'_>>,
     ) -> Result<Summary, Error> {
         let mut books = self.books();
-        let result = match (std::mem::replace(&mut *books, Books::Complete(None)), result) {
-            (Books::Open(run), Ok(status)) => run.finish(Ok(status), simulation),
-            (Books::Open(run), Err(Halt::Error(error))) => run.finish(Err(error), simulation),
-            (Books::Complete(Some(outcome)), _) => outcome,
-            (_, _) => Err(Error::GivenUp),
+        let units = simulation.as_deref_mut();
+        let end = match (std::mem::replace(&mut *books, Books::Complete(None)), result) {
+            (Books::Open(run), Ok(status)) => run.finish(Ok(status), units),
+            (Books::Open(run), Err(Halt::Error(error))) => run.finish(Err(error), units),
+            (Books::Complete(Some(outcome)), _) => return outcome,
+            (_, _) => return Err(Error::GivenUp),
         };
+        // units may hang from here on; the books are complete
         drop(books);
-        result
+        end.part(simulation)
     }
 
     /// Completes the books up to the last finished step, in the place of a thread that hangs.
@@ -79,7 +81,7 @@ impl<'a> Desk<'a> {
                 if let Some(text) = witness::whereabouts() {
                     run.interrupted_in(&text);
                 }
-                Books::Complete(Some(run.finish(Ok(Status::Interrupted), None)))
+                Books::Complete(Some(run.finish(Ok(Status::Interrupted), None).part(None)))
             }
             complete @ Books::Complete(_) => complete,
         };

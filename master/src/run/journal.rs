@@ -162,11 +162,15 @@ impl Journal {
         Ok(())
     }
 
-    /// Completes events.csv; returns what the summary tells, and whether it worked.
-    pub(super) fn finish(self) -> (Told, io::Result<()>) {
-        let Self { log, messages, discarded, .. } = self;
-        let events = log.counts().clone();
-        (Told { messages, events, discarded }, log.finish().map(|_| ()))
+    /// What the summary is to know.
+    pub(super) fn told(&self) -> Told {
+        let (messages, discarded) = (self.messages.clone(), self.discarded.clone());
+        Told { messages, events: self.log.counts().clone(), discarded }
+    }
+
+    /// Completes events.csv as far as it is; more may follow.
+    pub(super) fn publish(&mut self) -> io::Result<()> {
+        self.log.publish()
     }
 }
 

@@ -9,6 +9,8 @@ mod as_run;
 mod checkpoint;
 mod course;
 mod desk;
+mod end;
+mod folder;
 mod journal;
 mod loops;
 mod output;
@@ -32,6 +34,8 @@ pub use as_run::FILE as AS_RUN;
 use checkpoint::Origin;
 pub use checkpoint::{Checkpoint, CheckpointError};
 use course::{Progress, Run};
+use folder::Folder;
+pub use folder::{FILE as FILES, add_files};
 use journal::Journal;
 use output::Output;
 pub use pace::{OverrunClass, RealTime};
@@ -106,23 +110,25 @@ impl Job<'_> {
         if keeps.is_some() {
             can_serialize(&setup)?;
         }
-        let origin = keeps
+        let mut origin = keeps
             .map(|_| Origin::new(self.name, self.scenario, self.overrides, &setup.system))
             .transpose()?;
         let failed =
             |source| Error::Output { path: self.folder.to_owned(), running: false, source };
         fs::create_dir_all(self.folder).map_err(failed)?;
-        // it is refused if another run writes to the folder, so what that one needs is touched later
+        let folder = Folder::claim(self.folder, setup.planned_files()).map_err(failed)?;
+        origin.iter_mut().for_each(|it| folder.run().clone_into(&mut it.run));
         let journal =
             Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
-        remove_checkpoint(self.folder).map_err(failed)?;
-        as_run::write(self.scenario, self.overrides, &setup.system, self.folder).map_err(failed)?;
+        as_run::write(folder.run(), self.scenario, self.overrides, &setup.system, self.folder)
+            .map_err(failed)?;
         let output = Output::create(&setup, self.folder).map_err(failed)?;
         let mut run = Run {
             job: self,
             setup: &setup,
             observer,
             begin,
+            folder,
             output,
             journal,
             origin,
@@ -149,18 +155,25 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
     let overrides = checkpoint.overrides();
     let setup = Setup::new(&scenario, &overrides)?;
     let origin = checkpoint.origin(&scenario, &setup.system)?;
-    let Checkpoint { name, simulation, output, journal, mut earlier, .. } = checkpoint;
+    let Checkpoint { run, name, simulation, output, journal, mut earlier, .. } = checkpoint;
     earlier.resumed += 1;
+    let mut claimed = Folder::reclaim(folder, &run, setup.planned_files())?;
     let output = Output::resume(&setup, folder, output)?;
     let journal = Journal::resume(folder, journal)
         .map_err(|source| CheckpointError::Results { path: EventLog::path(folder), source })?
         .showing(scenario.log_level);
+    claimed.reopen().map_err(|source| Error::Output {
+        path: folder.to_owned(),
+        running: false,
+        source,
+    })?;
     let job = Job { scenario: &scenario, name: &name, overrides: &overrides, folder };
     let run = Run {
         job: &job,
         setup: &setup,
         observer,
         begin,
+        folder: claimed,
         output,
         journal,
         origin: Some(origin),

@@ -4,7 +4,7 @@ use super::plan::Layout;
 use super::selection::Selection;
 use super::simulation::Simulation;
 use crate::error::Error;
-use crate::scenario::Scenario;
+use crate::scenario::{Format, Scenario};
 use crate::system::{Override, System};
 
 /// A scenario whose units are opened and whose names, connections, units of measurement and values
@@ -54,6 +54,13 @@ impl Setup {
     /// Names of the recorded signals, in the order of their values.
     pub fn signals(&self) -> impl Iterator<Item = String> {
         self.selection.recorded().map(|port| self.system.port_name(port))
+    }
+
+    /// Files that a run of it writes besides those of every run.
+    pub(super) fn planned_files(&self) -> impl Iterator<Item = String> {
+        let parquet = self.scenario.record.format.contains(&Format::Parquet);
+        let pictures = self.scenario.plots.iter().map(|plot| plot.file.clone());
+        pictures.chain(parquet.then(|| "results.parquet".to_owned()))
     }
 
     /// The time after so many steps (s), counted from the start.

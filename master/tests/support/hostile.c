@@ -8,6 +8,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #define fmi2Instantiate honest_fmi2Instantiate
 #define fmi2FreeInstance honest_fmi2FreeInstance
@@ -76,6 +78,41 @@
 enum { HONEST = 1000, NOT_A_NUMBER, INFINITE, ENDED, STUCK, COARSE };
 static int broken; /* after fmi2Fatal */
 
+#ifdef EXIT_WHILE_LOADING
+__attribute__((constructor)) static void quit(void)
+{
+    exit(0);
+}
+#endif
+#ifdef CRASH_AT_EXIT
+static void count(void);
+__attribute__((destructor)) static void crash(void)
+{
+    count();
+    *(volatile int *)NULL = 1;
+}
+#endif
+
+/* one byte in the log for each step */
+static void count(void)
+{
+    FILE *file = fopen(getenv("HOSTILE_LOG"), "a");
+    fputc('.', file);
+    fclose(file);
+}
+
+/* a child that ends well is nobody's business */
+static void fork_a_child(void (*end)(int))
+{
+    int status = -1;
+    pid_t child = fork();
+    if (child == 0)
+        end(0);
+    waitpid(child, &status, 0);
+    if (status != 0)
+        abort();
+}
+
 /* writes rubbish over the memory that an isolated unit shares with its master */
 static void trample(void)
 {
@@ -99,6 +136,27 @@ static int misbehave(const char *word)
         abort();
     if (!strcmp(word, "exit"))
         exit(3);
+    if (!strcmp(word, "quit")) /* as if all were well */
+        exit(0);
+    if (!strcmp(word, "quit-now"))
+        _exit(0);
+    if (!strcmp(word, "quit-C99"))
+        _Exit(0);
+    if (!strcmp(word, "quit-fast"))
+        quick_exit(0);
+    if (!strcmp(word, "children")) {
+        fork_a_child(exit);
+        fork_a_child(_exit);
+        return HONEST;
+    }
+    if (!strcmp(word, "slow")) {
+        count();
+        usleep(50000);
+        return HONEST;
+    }
+    if (!strcmp(word, "hang"))
+        for (;;)
+            pause();
     if (!strcmp(word, "loop"))
         for (volatile int k = 0;; k++)
             ;
