@@ -26,6 +26,7 @@ table! {
     "archive-top-level", "2.3", Note, "the top level holds what the standard names", top_level;
     "archive-refused", "2.3", Error, "the archive can be opened safely: sizes and names are sound", refused;
     "description-missing", "2.3", Error, "modelDescription.xml is at the top level", missing;
+    "icon", "2.3", Warning, "model.png is a PNG image", icon;
     "documentation", "2.3", Note, "there is documentation/index.html", documentation;
 }
 
@@ -192,6 +193,14 @@ fn missing(subject: &Subject) -> Vec<String> {
         Some(path) => format!("there is no {NAME}, only \"{path}\""),
         None => format!("there is no {NAME}"),
     }]
+}
+
+fn icon(subject: &Subject) -> Vec<String> {
+    let png = |bytes: &Vec<u8>| bytes.starts_with(b"\x89PNG\r\n\x1a\n");
+    match &subject.contents.icon {
+        Some(bytes) if !png(bytes) => vec!["model.png is not a PNG image".to_owned()],
+        _ => Vec::new(),
+    }
 }
 
 fn documentation(subject: &Subject) -> Vec<String> {

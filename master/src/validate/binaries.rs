@@ -1,6 +1,6 @@
 //! Rules on the binaries and sources (FMI 2.0.5, sections 2.1.1 and 2.3).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use object::{Architecture, BinaryFormat, Object as _};
 
@@ -196,7 +196,9 @@ fn sources(subject: &Subject) -> Vec<String> {
             let path = resolved(name)?;
             subject.contents.has(&format!("sources/{path}")).then_some(())
         };
-        let lost: Vec<&str> = names().filter(|name| there(name).is_none()).collect();
+        let mut lost: Vec<&str> = names().filter(|name| there(name).is_none()).collect();
+        let mut seen = HashSet::new();
+        lost.retain(|name| seen.insert(*name));
         if !lost.is_empty() {
             let count = counted(lost.len(), "file");
             let folder = subject.contents.has_folder("sources");

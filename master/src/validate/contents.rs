@@ -40,6 +40,8 @@ pub struct Contents {
     pub description: Option<Vec<u8>>,
     /// Files in `binaries/` with their bytes, as far as they can be unpacked.
     pub binaries: Vec<(String, Vec<u8>)>,
+    /// The bytes of model.png.
+    pub icon: Option<Vec<u8>>,
     /// Names of entries that cannot be unpacked, and why.
     pub damaged: Vec<(String, String)>,
     /// The description as text.
@@ -120,6 +122,8 @@ impl Contents {
             let read = if path == "modelDescription.xml" {
                 copy(zip, index, MAX_DESCRIPTION_SIZE, &mut unpacked)
                     .map(|()| self.description = Some(unpacked))
+            } else if path == "model.png" {
+                copy(zip, index, MAX_ENTRY_SIZE, &mut unpacked).map(|()| self.icon = Some(unpacked))
             } else if path.starts_with("binaries/") {
                 copy(zip, index, MAX_ENTRY_SIZE, &mut unpacked)
                     .map(|()| self.binaries.push((path, unpacked)))

@@ -65,13 +65,16 @@ fn model_name(subject: &Subject) -> Vec<String> {
 }
 
 fn identifier(subject: &Subject) -> Vec<String> {
-    subject.each_element("CoSimulation", |node| {
+    let check = |node: Node| {
         let identifier = node.attr("modelIdentifier")?;
         let mut letters = identifier.chars();
         let head = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
         let sound = head && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
-        (!sound).then(|| format!("has modelIdentifier=\"{identifier}\", which is no C identifier"))
-    })
+        (!sound)
+            .then(|| format!("has modelIdentifier=\"{identifier}\", which is not a C identifier"))
+    };
+    let interfaces = ["ModelExchange", "CoSimulation"];
+    interfaces.into_iter().flat_map(|name| subject.each_element(name, check)).collect()
 }
 
 fn length(subject: &Subject) -> Vec<String> {

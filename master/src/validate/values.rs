@@ -28,10 +28,13 @@ fn required(subject: &Subject) -> Vec<String> {
 
 fn forbidden(subject: &Subject) -> Vec<String> {
     subject.each_variable(|variable| {
-        let calculated = variable.initial == Some(Initial::Calculated)
-            || variable.causality == Causality::Independent;
-        (calculated && variable.start.is_some())
-            .then(|| "is calculated but has a start value".to_owned())
+        variable.start.as_ref()?;
+        let why = match (variable.causality, variable.initial) {
+            (Causality::Independent, _) => "independent",
+            (_, Some(Initial::Calculated)) => "calculated",
+            _ => return None,
+        };
+        Some(format!("is {why}, but has a start value"))
     })
 }
 

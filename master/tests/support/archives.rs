@@ -80,6 +80,7 @@ pub fn archives(rule: &str, bench: &Bench, binary: &[u8]) -> bool {
         "archive-ascii" => sound(&[("resources/ä", b"")]),
         "archive-control" => sound(&[("resources/a\tb", b"")]),
         "archive-top-level" => sound(&[("notes.txt", b"")]),
+        "icon" => sound(&[("model.png", b"GIF89a")]),
         "archive-refused" => sound(&[("resources/zeros", &vec![0; 64 << 20])]),
         "archive-link" => write(bench, |writer| {
             let options = SimpleFileOptions::default();
