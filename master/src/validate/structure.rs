@@ -17,7 +17,8 @@ table! {
     "initial-unknowns-excess", "2.2.8", Error, "InitialUnknowns hold only unknowns", initial_excess;
     "initial-unknowns-order", "2.2.8", Error, "InitialUnknowns are sorted by index", initial_order;
     "dependencies-order", "2.2.8", Error, "dependencies are ascending, none twice", order;
-    "dependencies-known", "2.2.8", Warning, "dependencies are knowns: inputs, states, or initially what is exact", known;
+    "dependencies-known", "2.2.8", Warning, "outputs and derivatives depend on inputs, states and time", known;
+    "dependencies-known-initial", "2.2.8", Error, "in InitialUnknowns dependencies are inputs, time, or exact", known_initial;
     "dependencies-kind", "2.2.8", Error, "dependenciesKind has one word for each dependency", kinds;
     "dependencies-kind-initial", "2.2.8", Error, "in InitialUnknowns dependencies are dependent or constant", initial_kinds;
     "dependencies-kind-type", "2.2.8", Error, "only Reals depend by constant, fixed, tunable or discrete factors", kind_types;
@@ -216,22 +217,35 @@ fn order(subject: &Subject) -> Vec<String> {
     })
 }
 
+/// Messages on entries of these lists that depend on a variable which a test does not accept.
+fn unknown(
+    subject: &Subject,
+    lists: &[&str],
+    accepts: impl Fn(usize, &Variable) -> bool,
+) -> Vec<String> {
+    let Some(description) = subject.description else { return Vec::new() };
+    each_entry(subject, |entry| {
+        let mut dependencies =
+            entry.dependencies.iter().flatten().filter(|_| lists.contains(&entry.list));
+        dependencies.find_map(|&index| {
+            let variable = variable(description, index).filter(|_| !subject.is_broken(index))?;
+            let always = matches!(variable.causality, Causality::Input | Causality::Independent);
+            (!always && !accepts(index, variable))
+                .then(|| format!("it depends on \"{}\", which is not a known", variable.name))
+        })
+    })
+}
+
+fn known_initial(subject: &Subject) -> Vec<String> {
+    unknown(subject, &["InitialUnknowns"], |_, variable| variable.initial == Some(Initial::Exact))
+}
+
+/// Any variable that is said to have a derivative passes for a state.
 fn known(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     let states: HashSet<usize> =
         description.variables.iter().filter_map(|it| Some(it.derivative_of? + 1)).collect();
-    each_entry(subject, |entry| {
-        let mut dependencies = entry.dependencies.iter().flatten();
-        dependencies.find_map(|&index| {
-            let variable = variable(description, index).filter(|_| !subject.is_broken(index))?;
-            let known = matches!(variable.causality, Causality::Input | Causality::Independent)
-                || match entry.list {
-                    "InitialUnknowns" => variable.initial == Some(Initial::Exact),
-                    _ => states.contains(&index),
-                };
-            (!known).then(|| format!("it depends on \"{}\", which is not a known", variable.name))
-        })
-    })
+    unknown(subject, &["Outputs", "Derivatives"], |index, _| states.contains(&index))
 }
 
 fn kinds(subject: &Subject) -> Vec<String> {

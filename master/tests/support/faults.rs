@@ -192,7 +192,7 @@ pub const CHANGES: &[(&str, &str, &str)] = &[
     ("structure-duplicate", "<Unknown index=\"3\"", "<Unknown index=\"2\"/><Unknown index=\"3\""),
     ("dependencies-order", "dependencies=\"1 5\"", "dependencies=\"5 1\""),
     ("dependencies-known", "dependencies=\"1\"", "dependencies=\"4\""),
-    ("dependencies-known", "dependencies=\"1 5\"", "dependencies=\"1 2\""),
+    ("dependencies-known-initial", "dependencies=\"1 5\"", "dependencies=\"1 2\""),
     ("dependencies-order", "dependencies=\"1 5\"", "dependencies=\"1 1\""),
     (
         "dependencies-kind",
