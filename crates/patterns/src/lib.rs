@@ -4,7 +4,8 @@
 //! zero padding of the range's first bound. Several ranges in one pattern count like nested
 //! loops, the last one fastest. Anything else, brackets included (`x[1]`), is taken literally.
 //! Where names are picked out of a known list (`record`, plots, `--set`, `order`), `*` also
-//! stands for any run of characters.
+//! stands for any run of characters. A name that exists as it is written is that name, whatever is in
+//! it: who resolves a pattern looks for it first.
 
 use thiserror::Error;
 
@@ -94,8 +95,17 @@ pub fn expand(pattern: &str) -> Result<Vec<String>, PatternError> {
 /// # Errors
 /// Different numbers of names, or either pattern cannot be expanded.
 pub fn zip(from: &str, to: &str) -> Result<Vec<(String, String)>, PatternError> {
-    let sources = expand(from)?;
-    let targets = expand(to)?;
+    pair((from, expand(from)?), (to, expand(to)?))
+}
+
+/// Pairs what two patterns stand for, as [`zip`] does.
+///
+/// # Errors
+/// Different numbers, and not one source.
+pub fn pair<T: Clone>(
+    (from, sources): (&str, Vec<T>),
+    (to, targets): (&str, Vec<T>),
+) -> Result<Vec<(T, T)>, PatternError> {
     match (sources.len(), targets.len()) {
         (n, m) if n == m => Ok(sources.into_iter().zip(targets).collect()),
         (1, _) => Ok(targets.into_iter().map(|target| (sources[0].clone(), target)).collect()),
@@ -106,6 +116,35 @@ pub fn zip(from: &str, to: &str) -> Result<Vec<(String, String)>, PatternError> 
             to_count,
         }),
     }
+}
+
+/// Cuts `instance.variable` at its first dot that is not in a range.
+///
+/// ```
+/// assert_eq!(patterns::split_port("ems_[01..64].gap.x"), Some(("ems_[01..64]", "gap.x")));
+/// assert_eq!(patterns::split_port("ems_[01..64]"), None);
+/// ```
+#[must_use]
+pub fn split_port(pattern: &str) -> Option<(&str, &str)> {
+    let mut from = 0;
+    loop {
+        let dot = from + pattern[from..].find('.')?;
+        // the range that the dot is in, if it is in one
+        let open = pattern[from..dot].rfind('[').map(|at| at + from);
+        let range = open.and_then(|open| {
+            let close = dot + pattern[dot..].find(']')?;
+            let (low, high) = pattern[open + 1..close].split_once("..")?;
+            (is_digits(low) && is_digits(high)).then_some(close + 1)
+        });
+        match range {
+            Some(end) => from = end,
+            None => return Some((&pattern[..dot], &pattern[dot + 1..])),
+        }
+    }
+}
+
+fn is_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// Whether the name fits the glob, in which `*` stands for any run of characters.
@@ -157,8 +196,7 @@ fn split(pattern: &str) -> Result<Vec<Part<'_>>, PatternError> {
 fn range_at<'a>(pattern: &str, text: &str) -> Result<Option<(Part<'a>, usize)>, PatternError> {
     let Some(close) = text.find(']') else { return Ok(None) };
     let Some((low, high)) = text[..close].split_once("..") else { return Ok(None) };
-    let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
-    if !digits(low) || !digits(high) {
+    if !is_digits(low) || !is_digits(high) {
         return Ok(None);
     }
     let number = |s: &str| {
@@ -231,6 +269,25 @@ mod tests {
     }
 
     #[test]
+    fn analytic_ports_are_cut_outside_of_ranges() {
+        for (pattern, expected) in [
+            ("a.x", Some(("a", "x"))),
+            ("a_[1..2].x", Some(("a_[1..2]", "x"))),
+            ("a_[1..2]_[01..03]b.x.y[1..2]", Some(("a_[1..2]_[01..03]b", "x.y[1..2]"))),
+            ("a[3..1].x", Some(("a[3..1]", "x"))),
+            ("a[x.y].z", Some(("a[x", "y].z"))),
+            ("a[1..].x", Some(("a[1", ".].x"))),
+            ("[1..2].[3..4]", Some(("[1..2]", "[3..4]"))),
+            ("ü*.x*", Some(("ü*", "x*"))),
+            (".", Some(("", ""))),
+            ("a_[1..2]", None),
+            ("", None),
+        ] {
+            assert_eq!(split_port(pattern), expected, "{pattern}");
+        }
+    }
+
+    #[test]
     fn analytic_globs() {
         assert!(matches("a*", "abc") && matches("*", "") && matches("a*c*e", "abcde"));
         assert!(!matches("a*c", "abcd") && !matches("ab", "abc") && !matches("ab*ba", "aba"));
@@ -259,6 +316,7 @@ mod tests {
             // at most three digits fit between brackets twice: a bounded expansion
             let _ = expand(&text);
             let _ = is_pattern(&text);
+            let _ = split_port(&text);
             let _ = matches(&text, "abc_01.gap");
         }
 
