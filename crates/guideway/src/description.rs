@@ -216,6 +216,8 @@ impl Description {
     /// # Errors
     /// [`Error::Json`] with the path of the entry at fault.
     pub fn from_json(text: &str) -> Result<Self, Error> {
+        // some editors begin UTF-8 with a byte order mark
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut reader = serde_json::Deserializer::from_str(text);
         let description = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
             Error::Json { path: error.path().to_string(), message: error.inner().to_string() }
@@ -240,6 +242,7 @@ mod tests {
         let first = Description::from_json(&text).unwrap();
         let again = Description::from_json(&serde_json::to_string(&first).unwrap()).unwrap();
         assert_eq!(first, again);
+        assert_eq!(Description::from_json(&format!("\u{feff}{text}")).unwrap(), first);
         assert_eq!((first.pole.forces, first.spans[0].count, first.mass_factor), (8, 1, 1.0));
     }
 

@@ -278,6 +278,8 @@ impl Description {
     /// # Errors
     /// [`Error::Read`] or [`Error::Invalid`], with the JSON path of the place.
     pub fn from_json(text: &str) -> Result<Self, Error> {
+        // some editors begin UTF-8 with a byte order mark
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut reader = serde_json::Deserializer::from_str(text);
         let description: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
             Error::Read { path: json_path(e.path()), message: e.inner().to_string() }

@@ -137,10 +137,10 @@ impl Run {
     }
 }
 
-/// Reads a text; `None` if it is not there.
+/// Reads a text; `None` if it is not there. A byte order mark that an editor has put in is left out.
 fn text(path: &Path) -> Result<Option<String>, ReportError> {
     match std::fs::read_to_string(path) {
-        Ok(text) => Ok(Some(text)),
+        Ok(text) => Ok(Some(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(source) => Err(ReportError::Read { path: path.to_owned(), source }),
     }

@@ -1,5 +1,6 @@
 //! scenario-as-run.json: what ran, with its patterns resolved.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use indexmap::IndexMap;
@@ -108,8 +109,13 @@ impl Scenario {
     #[must_use]
     pub fn plots(&self, recorded: &[String]) -> Vec<Plot> {
         let mut plots = self.content.plots.clone();
+        let known: HashSet<&str> = recorded.iter().map(String::as_str).collect();
         for panel in plots.iter_mut().flat_map(|plot| &mut plot.panels) {
-            let names = panel.signals.iter().flat_map(|pattern| chosen(pattern, recorded));
+            let names = panel.signals.iter().flat_map(|pattern| {
+                // a name that is recorded is itself, whatever is in it
+                let exact = known.contains(pattern.as_str()).then(|| vec![pattern.clone()]);
+                exact.unwrap_or_else(|| chosen(pattern, recorded))
+            });
             panel.signals = names.collect();
         }
         plots
@@ -138,7 +144,8 @@ impl Instance<'_> {
     pub fn value(&self, name: &str) -> Option<&Value> {
         let fits = |pattern: &str| {
             pattern == name
-                || patterns::expand(pattern).is_ok_and(|it| it.iter().any(|one| one == name))
+                || patterns::is_pattern(pattern)
+                    && patterns::expand(pattern).is_ok_and(|it| it.iter().any(|one| one == name))
         };
         let mut settings = self.entry.parameters.iter().chain(&self.entry.start);
         settings.rfind(|(pattern, _)| fits(pattern)).map(|(_, value)| value)
@@ -182,5 +189,8 @@ mod tests {
         let plots = scenario.plots(&recorded);
         assert_eq!(plots[0].panels[0].signals, ["m_1.x", "m_2.x", "m_2.y"]);
         assert_eq!(plots[0].panels[0].labels, ["one"]);
+        let recorded = ["m_*.y", "m_1.y", "m_[1..2].x"].map(str::to_owned);
+        let plots = scenario.plots(&recorded);
+        assert_eq!(plots[0].panels[0].signals, ["m_[1..2].x", "m_*.y"]);
     }
 }

@@ -9,7 +9,7 @@ use crate::error::ReportError;
 /// Text that one thread reads at a time (bytes).
 const PART: usize = 1 << 20;
 
-/// Recorded signals over time, without those that are texts; NaN where a signal was not due.
+/// Recorded signals over time, without those that are texts; NaN where a signal was not due, or is NaN.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Names of the signals, `instance.variable`.
@@ -48,10 +48,11 @@ impl Table {
         Some(&self.columns[index])
     }
 
-    /// Times and values of a signal where it was due.
+    /// Times and values of a signal where it was due and has a finite value.
     #[must_use]
     pub fn points(&self, index: usize) -> (Vec<f64>, Vec<f64>) {
-        let due = self.time.iter().zip(&self.columns[index]).filter(|(_, value)| !value.is_nan());
+        let due =
+            self.time.iter().zip(&self.columns[index]).filter(|(_, value)| value.is_finite());
         due.map(|(time, value)| (*time, *value)).unzip()
     }
 }
@@ -202,6 +203,8 @@ mod tests {
         assert_eq!(table.time, [0.0, 0.5]);
         assert_eq!(table.column("a.x").unwrap(), [1e-3, 3.0]);
         assert_eq!(table.points(1), (vec![0.0], vec![2.0]));
+        let table = read("time,a.x\n0,NaN\n1,2.0\n2,-inf\n3,inf\n", "results.csv").unwrap();
+        assert_eq!(table.points(0), (vec![1.0], vec![2.0]));
     }
 
     /// Many parts: every row is there once and in order, whatever the borders.
