@@ -106,8 +106,10 @@ pub enum ArchiveError {
 /// An opened archive whose entry names have all been checked.
 pub struct Archive<R> {
     zip: ZipArchive<R>,
-    /// checked name of each entry in zip order; `None` for the top folder itself
+    /// checked name of each entry in zip order; `None` for folders
     names: Vec<Option<String>>,
+    /// checked names of the folders that have an entry of their own
+    folders: Vec<String>,
     /// what was tolerated
     warnings: Vec<String>,
 }
@@ -139,7 +141,7 @@ impl<R: Read + Seek> Archive<R> {
         }
         let mut names = Vec::with_capacity(zip.len());
         let mut seen = HashSet::with_capacity(zip.len());
-        let mut warnings = Vec::new();
+        let (mut folders, mut warnings) = (Vec::new(), Vec::new());
         let mut total = 0_u64;
         for index in 0..zip.len() {
             let entry = zip.by_index_raw(index).map_err(ArchiveError::Zip)?;
@@ -164,9 +166,14 @@ impl<R: Read + Seek> Archive<R> {
             {
                 return Err(ArchiveError::Duplicate { name: raw });
             }
-            names.push(if entry.is_dir() { None } else { name });
+            if entry.is_dir() {
+                folders.extend(name);
+                names.push(None);
+            } else {
+                names.push(name);
+            }
         }
-        Ok(Self { zip, names, warnings })
+        Ok(Self { zip, names, folders, warnings })
     }
 
     /// Names of all files, checked and with forward slashes.
@@ -214,7 +221,8 @@ impl<R: Read + Seek> Archive<R> {
         Ok(Some(bytes))
     }
 
-    /// Unpacks the files whose name `wanted` accepts into the folder.
+    /// Unpacks the files whose name `wanted` accepts into the folder, and makes the folders whose
+    /// name with a slash at its end it accepts, be they empty.
     ///
     /// # Errors
     /// A damaged entry, or the folder cannot be written.
@@ -235,6 +243,10 @@ impl<R: Read + Seek> Archive<R> {
             // create_new: even a name that differs only by case cannot overwrite another
             let mut file = File::create_new(&path).map_err(failed)?;
             self.copy(index, &name, MAX_ENTRY_SIZE, &mut file)?;
+        }
+        for name in self.folders.iter().filter(|name| wanted(&format!("{name}/"))) {
+            let path = folder.join(name);
+            fs::create_dir_all(&path).map_err(|source| ArchiveError::Write { path, source })?;
         }
         Ok(())
     }
@@ -343,6 +355,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         archive.unpack(folder.path(), |name| name.starts_with("resources/")).unwrap();
         assert_eq!(fs::read(folder.path().join("resources/a b.json")).unwrap(), b"{}");
+        assert!(!folder.path().join("documentation").exists());
+    }
+
+    #[test]
+    fn issue_empty_folders_are_made() {
+        let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+        for name in ["resources/", "resources/cache/deep/", "documentation/"] {
+            writer.add_directory(name, SimpleFileOptions::default()).unwrap();
+        }
+        let bytes = writer.finish().unwrap().into_inner();
+        let mut archive = Archive::new(Cursor::new(bytes)).unwrap();
+        assert_eq!(archive.files().count(), 0);
+        let folder = tempfile::tempdir().unwrap();
+        archive.unpack(folder.path(), |name| name.starts_with("resources/")).unwrap();
+        assert!(folder.path().join("resources/cache/deep").is_dir());
         assert!(!folder.path().join("documentation").exists());
     }
 

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use sys::fmi2Status as Status;
 
 use crate::library::{Call, Functions};
-use crate::logger::Sink;
+use crate::logger::{self, Sink};
 use crate::trace::{Line, Traced, Tracer};
 
 /// What came back from a call.
@@ -282,8 +282,8 @@ pub(crate) const LOADING: u32 = u32::MAX - 1;
 pub(crate) struct Component {
     functions: Functions,
     pointer: *mut c_void,
-    // the unit holds their addresses as long as it lives
-    _sink: Arc<Sink>,
+    // the unit holds the callbacks' address, and talks to the sink, as long as it lives
+    sink: Arc<Sink>,
     _callbacks: Box<sys::fmi2CallbackFunctions>,
     /// saved states, null where freed
     states: Vec<sys::fmi2FMUstate>,
@@ -389,7 +389,7 @@ impl Component {
         Some(Self {
             functions,
             pointer,
-            _sink: Arc::clone(sink),
+            sink: Arc::clone(sink),
             _callbacks: callbacks,
             states: Vec::new(),
             dead: Arc::clone(dead),
@@ -914,6 +914,7 @@ impl Drop for Component {
         if self.dead.load(Ordering::Relaxed) {
             return;
         }
+        logger::calls(self.sink.badge());
         if let Some(free) = self.functions.free_fmu_state {
             self.mark.store(Call::fmi2FreeFMUstate as u32, Ordering::Relaxed);
             for (slot, mut state) in self.states.drain(..).enumerate() {

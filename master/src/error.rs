@@ -1,7 +1,7 @@
 //! What can go wrong with a run as a whole, and how to mend it.
 
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -167,6 +167,18 @@ impl Error {
         }
     }
 
+    /// The same, with the folder of results as it was given.
+    pub(crate) fn with_folder(mut self, absolute: &Path, given: &Path) -> Self {
+        if let Self::Output { path, .. } | Self::Parquet { folder: path, .. } = &mut self
+            && let Ok(rest) = path.strip_prefix(absolute)
+        {
+            // nothing joined would be a slash
+            let nothing = rest.as_os_str().is_empty();
+            *path = if nothing { given.to_owned() } else { given.join(rest) };
+        }
+        self
+    }
+
     /// All causes, outermost first.
     #[must_use]
     pub fn chain(&self) -> Vec<String> {
@@ -314,6 +326,9 @@ fn system_help(error: &SystemError) -> Option<&'static str> {
         SystemError::Unconnected { .. } => {
             "connect it, or give it a value under \"start\" of its instance"
         }
+        SystemError::Idle { .. } => {
+            "set what the output is computed from, or remove the connection or the value"
+        }
         SystemError::DrivenTwice { .. } => {
             "remove one of the connections, or make them one whose \"from\" is a list: a sum"
         }
@@ -395,10 +410,15 @@ fn package_help(error: &PackageError) -> Option<&'static str> {
 
 fn library_help(error: &LibraryError) -> &'static str {
     match error {
-        LibraryError::Missing { .. } => "export or build the unit for this system",
+        LibraryError::Missing { .. } => {
+            "export or build the unit for this system; its binary is named after the modelIdentifier"
+        }
         LibraryError::Load { .. } => {
             "a binary for another processor, or one that needs a newer C library or other \
              libraries, does not load; build it on this system"
+        }
+        LibraryError::NoExecution { .. } => {
+            "set TMPDIR to a folder that allows execution, such as TMPDIR=$HOME/tmp"
         }
         LibraryError::Symbol { .. } => "export it for co-simulation, with all functions visible",
         LibraryError::Version { .. } => "export it for FMI 2.0",

@@ -1,6 +1,6 @@
 //! Who depends on whom: order of evaluation, loops, a good Gauss-Seidel sequence.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::system::{Port, System};
 
@@ -174,11 +174,13 @@ pub fn sequence(system: &System, first: &[usize]) -> Vec<usize> {
     let n = system.instances.len();
     let stepping = SignalGraph::stepping(system);
     let mut graph = Graph::new(n);
+    let nodes: HashMap<Port, usize> =
+        stepping.ports.iter().enumerate().map(|(node, port)| (*port, node)).collect();
+    let mut known = HashSet::new();
     for link in &system.links {
         let (from, to) = (link.from.instance, link.to.instance);
-        let node = stepping.ports.iter().position(|port| *port == link.to);
-        let feeds = node.is_some_and(|node| !stepping.graph.next[node].is_empty());
-        if from != to && feeds && !graph.next[from].contains(&to) {
+        let feeds = nodes.get(&link.to).is_some_and(|&node| !stepping.graph.next[node].is_empty());
+        if from != to && feeds && known.insert((from, to)) {
             graph.edge(from, to);
         }
     }

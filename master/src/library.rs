@@ -39,6 +39,20 @@ pub enum LibraryError {
         #[source]
         source: libloading::Error,
     },
+    /// The folder that it was unpacked to does not allow to run anything.
+    #[error(
+        "unit {unit}: the binary cannot be loaded from {folder}, because this folder for temporary \
+         files is mounted noexec: set TMPDIR to a folder that allows execution"
+    )]
+    NoExecution {
+        /// The .fmu file.
+        unit: PathBuf,
+        /// Where it was unpacked to.
+        folder: PathBuf,
+        /// What the loader says.
+        #[source]
+        source: libloading::Error,
+    },
     /// A function is missing.
     #[error("unit {unit}: the binary ({binary}) lacks the function {symbol}")]
     Symbol {
@@ -249,10 +263,14 @@ impl Functions {
         let unit = || unit.to_owned();
         // SAFETY: loading runs the library's initialisers; running the unit's code is what the
         // user asked for
-        let library = unsafe { open_library(binary) }.map_err(|source| LibraryError::Load {
-            unit: unit(),
-            binary: binary_kind(binary),
-            source,
+        let library = unsafe { open_library(binary) }.map_err(|source| {
+            let folder = binary.parent().unwrap_or(Path::new(""));
+            let complaint = complaint(&source);
+            if forbids_execution(&complaint, is_noexec(folder)) {
+                let folder = std::env::temp_dir();
+                return LibraryError::NoExecution { unit: unit(), folder, source };
+            }
+            LibraryError::Load { unit: unit(), binary: binary_kind(binary), source }
         })?;
         let functions = Self::find(&library);
         // never unloaded: units may have started threads or registered exit handlers
@@ -311,6 +329,36 @@ unsafe fn open_library(path: &Path) -> Result<Library, libloading::Error> {
     unsafe { Library::new(path) }
 }
 
+/// All that the loader says.
+fn complaint(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
+/// Whether the loader's complaint comes from a folder that allows no execution. `noexec`: whether it is
+/// mounted so, where that is known.
+fn forbids_execution(complaint: &str, noexec: Option<bool>) -> bool {
+    let mapping = complaint.contains("failed to map segment from shared object");
+    match noexec {
+        Some(noexec) => mapping && noexec,
+        // the same complaint comes where memory runs out
+        None => mapping && complaint.contains("Operation not permitted"),
+    }
+}
+
+/// Whether a folder is on a file system that is mounted without execution.
+#[cfg(target_os = "linux")]
+fn is_noexec(folder: &Path) -> Option<bool> {
+    let flags = rustix::fs::statvfs(folder).ok()?.f_flag;
+    Some(flags.contains(rustix::fs::StatVfsMountFlags::NOEXEC))
+}
+
+/// Whether a folder is on a file system that is mounted without execution: not known on this system.
+#[cfg(not(target_os = "linux"))]
+fn is_noexec(_: &Path) -> Option<bool> {
+    None
+}
+
 /// Format and processor of a binary, for messages.
 #[must_use]
 pub fn binary_kind(path: &Path) -> String {
@@ -318,5 +366,29 @@ pub fn binary_kind(path: &Path) -> String {
     match object::File::parse(&*bytes) {
         Ok(file) => format!("{:?}, {:?}", file.format(), file.architecture()),
         Err(_) => "no binary of a known format".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn issue_a_folder_without_execution_is_told_from_other_troubles() {
+        let mapping = "/tmp/x/unit.so: failed to map segment from shared object";
+        let permission = "/tmp/x/unit.so: failed to map segment from shared object: Operation not \
+                          permitted";
+        let symbol = "/tmp/x/unit.so: undefined symbol: f";
+        for (complaint, noexec, expected) in [
+            (mapping, Some(true), true),
+            (mapping, Some(false), false),
+            (mapping, None, false),
+            (permission, Some(true), true),
+            (permission, None, true),
+            (symbol, Some(true), false),
+            (symbol, None, false),
+        ] {
+            assert_eq!(forbids_execution(complaint, noexec), expected, "{complaint} {noexec:?}");
+        }
     }
 }

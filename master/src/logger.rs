@@ -1,18 +1,19 @@
 //! Messages that units send through the logger callback.
 
+mod registry;
+mod sink;
+
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use fmi2_sys as sys;
 use serde::Serialize;
 
-use crate::description::Description;
-#[cfg(target_os = "linux")]
-use crate::isolate::Ring;
+pub(crate) use registry::{Badge, calls};
+pub use registry::{Stray, take_strays};
+pub(crate) use sink::Sink;
 
-/// Messages kept per instance; a unit that floods the log loses the oldest.
-const KEPT: usize = 100;
+use crate::description::Description;
 
 /// Messages that have arrived from all units.
 static ARRIVED: AtomicU64 = AtomicU64::new(0);
@@ -21,7 +22,7 @@ static ARRIVED: AtomicU64 = AtomicU64::new(0);
 /// are any to take.
 #[inline]
 pub(crate) fn arrived() -> u64 {
-    ARRIVED.load(Ordering::Relaxed)
+    ARRIVED.load(Ordering::Acquire)
 }
 
 /// Counts news of a unit that have come by another way than the callback.
@@ -41,26 +42,30 @@ pub struct Message {
     /// Whether the status is worse than `fmi2OK`.
     #[serde(skip)]
     pub grave: bool,
+    /// How many messages it stands for: 1, or all that were dropped in a flood.
+    #[serde(skip)]
+    pub count: u64,
+}
+
+impl Message {
+    fn new(status: sys::fmi2Status, category: String, text: String) -> Self {
+        let grave = status != sys::fmi2Status::fmi2OK;
+        Self { status: status.to_string(), category, text, grave, count: 1 }
+    }
+
+    /// Stands for so many messages that were not kept, if there were any.
+    pub(crate) fn dropped(count: u64) -> Option<Self> {
+        let noun = if count == 1 { "message" } else { "messages" };
+        let text = format!("{count} more {noun} dropped: a flood, of which the first are kept");
+        let message = Self::new(sys::fmi2Status::fmi2OK, String::new(), text);
+        (count > 0).then_some(Self { count, ..message })
+    }
 }
 
 impl std::fmt::Display for Message {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "[{}] {}", self.status, self.text)
     }
-}
-
-/// Where one instance's messages arrive. Its address is the `componentEnvironment`.
-pub(crate) struct Sink {
-    messages: Mutex<Store>,
-}
-
-/// Where messages stay until they are taken.
-enum Store {
-    /// For the master in this process.
-    Here(Vec<Message>),
-    /// For a master in another process.
-    #[cfg(target_os = "linux")]
-    Ring(&'static Ring),
 }
 
 unsafe extern "C" {
@@ -77,84 +82,38 @@ unsafe extern "C" {
     fn free(memory: *mut c_void);
 }
 
-/// Called by logger.c with the formatted text. Units may call it from threads of their own.
+/// Called by logger.c with the formatted text. Units may call it from threads of their own, before
+/// they are instantiated and after they are freed, and with any environment.
 #[unsafe(no_mangle)]
 extern "C" fn master_log_sink(
     environment: *mut c_void,
-    _instance: *const c_char,
+    instance: *const c_char,
     status: c_int,
     category: *const c_char,
     message: *const c_char,
 ) {
-    if environment.is_null() {
-        return;
-    }
-    // SAFETY: the environment is the address of a Sink that outlives its instance (callbacks())
-    let sink = unsafe { &*environment.cast::<Sink>() };
     let text = |pointer: *const c_char| {
-        if pointer.is_null() {
-            String::new()
-        } else {
-            // SAFETY: not null; the unit passes C strings
-            unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
-        }
+        // SAFETY: not null; the unit passes C strings
+        (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) }.to_string_lossy())
     };
-    let status = sys::fmi2Status(status.cast_unsigned());
-    let message = Message {
-        status: status.to_string(),
-        category: text(category),
-        text: text(message).trim_end().to_owned(),
-        grave: status != sys::fmi2Status::fmi2OK,
-    };
-    ARRIVED.fetch_add(1, Ordering::Relaxed);
-    match &mut *sink.messages.lock().unwrap_or_else(PoisonError::into_inner) {
-        Store::Here(messages) => {
-            if messages.len() == KEPT {
-                messages.remove(0);
-            }
-            messages.push(message);
-        }
-        #[cfg(target_os = "linux")]
-        Store::Ring(ring) => ring.push(message),
-    }
+    let message = Message::new(
+        sys::fmi2Status(status.cast_unsigned()),
+        text(category).unwrap_or_default().into_owned(),
+        text(message).unwrap_or_default().trim_end().to_owned(),
+    );
+    registry::deliver(Badge::of(environment), text(instance).as_deref(), message);
+    // after the delivery: who sees that it has arrived finds it
+    ARRIVED.fetch_add(1, Ordering::Release);
 }
 
-impl Default for Sink {
-    fn default() -> Self {
-        Self { messages: Mutex::new(Store::Here(Vec::new())) }
-    }
-}
-
-impl Sink {
-    /// The callback functions for an instance whose messages arrive here.
-    pub(crate) fn callbacks(&self) -> sys::fmi2CallbackFunctions {
-        sys::fmi2CallbackFunctions {
-            logger: Some(master_log),
-            allocateMemory: Some(calloc),
-            freeMemory: Some(free),
-            stepFinished: None,
-            componentEnvironment: std::ptr::from_ref(self).cast_mut().cast(),
-        }
-    }
-
-    /// A sink whose messages another process takes from the ring.
-    #[cfg(target_os = "linux")]
-    pub(crate) fn into_ring(ring: &'static Ring) -> Self {
-        Self { messages: Mutex::new(Store::Ring(ring)) }
-    }
-
-    /// Takes all messages, with variable references expanded.
-    pub(crate) fn take(&self, description: &Description) -> Vec<Message> {
-        let mut messages = match &mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner)
-        {
-            Store::Here(messages) => std::mem::take(messages),
-            #[cfg(target_os = "linux")]
-            Store::Ring(ring) => ring.take(),
-        };
-        for message in &mut messages {
-            message.text = expand(&message.text, description);
-        }
-        messages
+/// The callback functions for the instance of that badge.
+fn callbacks(badge: Badge) -> sys::fmi2CallbackFunctions {
+    sys::fmi2CallbackFunctions {
+        logger: Some(master_log),
+        allocateMemory: Some(calloc),
+        freeMemory: Some(free),
+        stepFinished: None,
+        componentEnvironment: badge.environment(),
     }
 }
 
@@ -213,7 +172,7 @@ mod tests {
 
     #[test]
     fn issue_null_and_long_messages_arrive() {
-        let sink = Sink::default();
+        let sink = Sink::new("test null and long");
         let callbacks = sink.callbacks();
         let logger = callbacks.logger.unwrap();
         let environment = callbacks.componentEnvironment;
@@ -245,16 +204,20 @@ mod tests {
                 c"%s".as_ptr(),
                 long.as_ptr(),
             );
-            logger(
-                std::ptr::null_mut(),
-                c"u".as_ptr(),
-                sys::fmi2Status(0),
-                c"c".as_ptr(),
-                c"x".as_ptr(),
-            );
+            // found by its name, whatever the environment
+            for environment in [0, 1, 2, usize::MAX] {
+                logger(
+                    std::ptr::without_provenance_mut(environment),
+                    c"test null and long".as_ptr(),
+                    sys::fmi2Status(0),
+                    c"c".as_ptr(),
+                    c"x".as_ptr(),
+                );
+            }
         }
         let messages = sink.take(&description());
-        assert_eq!(messages.len(), 3);
+        assert_eq!(messages.len(), 7);
+        assert!(messages[3..].iter().all(|message| message.text == "x"));
         assert_eq!(messages[0].text, "");
         assert_eq!(messages[1].text, "text 7 0.5 %");
         assert_eq!(messages[1].status, "unknown status 99");

@@ -1,5 +1,6 @@
 //! A unit on disk: the .fmu file unpacked into a folder of its own, its description read.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
@@ -99,6 +100,8 @@ pub struct Package {
     description: Description,
     files: Vec<String>,
     findings: Vec<Finding>,
+    /// name of the binary's file for this system, whether or not it exists
+    binary: String,
     folder: Scratch,
 }
 
@@ -124,6 +127,13 @@ impl Package {
                     || name.starts_with(crate::reference::files::FOLDER)
             })
             .map_err(archived)?;
+        // a unit may write to its resources, also where the archive has none
+        let resources = folder.path().join("resources");
+        std::fs::create_dir_all(&resources)
+            .map_err(|source| archived(ArchiveError::Write { path: resources, source }))?;
+        let files: Vec<String> = archive.files().map(str::to_owned).collect();
+        let identifier = &description.co_simulation.model_identifier;
+        let (binary, odd_name) = own_binary(&files, identifier);
         let findings = archive
             .warnings()
             .iter()
@@ -133,9 +143,9 @@ impl Package {
                 message: message.clone(),
             })
             .chain(description.findings.iter().cloned())
+            .chain(odd_name)
             .collect();
-        let files = archive.files().map(str::to_owned).collect();
-        Ok(Self { path: path.to_owned(), description, files, findings, folder })
+        Ok(Self { path: path.to_owned(), description, files, findings, binary, folder })
     }
 
     /// Reads the description of a .fmu file and leaves the rest packed.
@@ -198,36 +208,38 @@ impl Package {
         &self.findings
     }
 
-    /// The binary for this system, whether or not it exists.
+    /// The binary for this system, whether or not it exists: the one that the modelIdentifier names,
+    /// or else the only one.
     #[must_use]
     pub fn binary(&self) -> PathBuf {
-        let name =
-            format!("{}.{BINARY_EXTENSION}", self.description.co_simulation.model_identifier);
-        self.folder.path().join("binaries").join(PLATFORM).join(name)
+        self.folder.path().join("binaries").join(PLATFORM).join(&self.binary)
     }
 
-    /// Names of the systems that the archive has a binary for.
+    /// Names of the systems that the archive has a binary for that can be chosen.
     #[must_use]
     pub fn platforms(&self) -> Vec<&str> {
         let identifier = &self.description.co_simulation.model_identifier;
-        let mut platforms: Vec<&str> = self
-            .files
-            .iter()
-            .filter_map(|file| file.strip_prefix("binaries/")?.split_once('/'))
-            .filter(|(_, name)| {
-                name.rsplit_once('.').is_some_and(|(stem, end)| {
-                    stem == identifier && ["so", "dll", "dylib"].contains(&end)
-                })
-            })
-            .map(|(platform, _)| platform)
-            .collect();
-        platforms.sort_unstable();
-        platforms
+        let mut platforms: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for (platform, name) in binaries(&self.files) {
+            let Some((stem, end)) = name.rsplit_once('.') else { continue };
+            if ["so", "dll", "dylib"].contains(&end) {
+                platforms.entry(platform).or_default().push(stem);
+            }
+        }
+        platforms.retain(|_, stems| stems.len() == 1 || stems.contains(&identifier.as_str()));
+        platforms.into_keys().collect()
     }
 
-    /// What there is to load or build, for who looks for a binary in vain.
+    /// What there is to load or build, when no binary was found.
     #[must_use]
     pub fn offer(&self) -> String {
+        let here = libraries(&self.files);
+        if here.len() > 1 {
+            return format!(
+                "binaries/{PLATFORM} has {}, and none of them is named after the modelIdentifier",
+                here.join(", ")
+            );
+        }
         let platforms = self.platforms();
         if !platforms.is_empty() {
             return format!("it has binaries for: {}", platforms.join(", "));
@@ -254,10 +266,43 @@ impl Package {
         file_uri(&self.resources())
     }
 
-    /// The unpacked resources, whether or not there are any.
+    /// The folder of the unpacked resources; it is empty where there are none.
     #[must_use]
     pub fn resources(&self) -> PathBuf {
         self.folder.path().join("resources")
+    }
+}
+
+/// System and name of the files directly in a folder of `binaries`.
+fn binaries(files: &[String]) -> impl Iterator<Item = (&str, &str)> {
+    files
+        .iter()
+        .filter_map(|file| file.strip_prefix("binaries/")?.split_once('/'))
+        .filter(|(_, name)| !name.contains('/'))
+}
+
+/// Names of all libraries for this system.
+fn libraries(files: &[String]) -> Vec<&str> {
+    binaries(files)
+        .filter(|(platform, _)| *platform == PLATFORM)
+        .map(|(_, name)| name)
+        .filter(|name| name.rsplit_once('.').is_some_and(|(_, end)| end == BINARY_EXTENSION))
+        .collect()
+}
+
+/// Name of the binary to load on this system, and a finding if it is not the right one.
+fn own_binary(files: &[String], identifier: &str) -> (String, Option<Finding>) {
+    let right = format!("{identifier}.{BINARY_EXTENSION}");
+    match libraries(files)[..] {
+        [only] if only != right => {
+            let message = format!(
+                "binaries/{PLATFORM}/{only} should be named {right} after the modelIdentifier; it is \
+                 loaded as the only binary for this system"
+            );
+            let severity = Severity::Warning;
+            (only.to_owned(), Some(Finding { rule: "binary-name", severity, message }))
+        }
+        _ => (right, None),
     }
 }
 

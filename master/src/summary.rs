@@ -76,6 +76,8 @@ pub struct InstanceSummary {
     pub steps: u64,
     /// Steps that it discarded, and that were tried again in parts.
     pub discarded_steps: u64,
+    /// Messages that it sent.
+    pub messages: u64,
     /// Wall time in `fmi2DoStep` (s), extrapolated from every seventh step.
     pub step_seconds: f64,
     /// Wall time in calls that set inputs and get outputs (s), extrapolated likewise.
@@ -142,9 +144,17 @@ pub struct SignalSummary {
     /// Of a String, which has no statistics, the last text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub final_text: Option<String>,
-    /// Statistics over every communication point.
+    /// Statistics over every communication point at which it is finite.
     #[serde(flatten)]
     pub statistics: Option<Statistics>,
+    /// Number of communication points at which it is NaN or infinite.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub not_finite: u64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 /// A message of a unit.
@@ -215,6 +225,8 @@ pub struct Summary {
     pub ride_quality: Option<RideQuality>,
     /// The units' first messages.
     pub messages: Vec<UnitMessage>,
+    /// Number of the units' messages that are not among these.
+    pub omitted_messages: u64,
     /// Results in the folder.
     pub tables: Vec<String>,
     /// Pictures in the folder.

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering};
 
 use crate::component::{IDLE, LOADING};
 use crate::library::Call;
+use crate::logger::{self, Badge};
 
 /// The call going on in this process.
 pub(crate) static CALL: AtomicU32 = AtomicU32::new(IDLE);
@@ -21,12 +22,13 @@ pub(crate) struct Place {
     name: String,
     /// simulated time (s) as bits; NaN before the start
     time: AtomicU64,
+    badge: Badge,
 }
 
 impl Place {
-    pub(crate) fn new(name: &str) -> &'static Self {
+    pub(crate) fn new(name: &str, badge: Badge) -> &'static Self {
         let time = AtomicU64::new(f64::NAN.to_bits());
-        Box::leak(Box::new(Self { name: name.to_owned(), time }))
+        Box::leak(Box::new(Self { name: name.to_owned(), time, badge }))
     }
 
     #[inline]
@@ -38,6 +40,7 @@ impl Place {
     #[inline]
     pub(crate) fn enter(&'static self) {
         LAST.store(std::ptr::from_ref(self).cast_mut(), Ordering::Relaxed);
+        logger::calls(self.badge);
     }
 }
 

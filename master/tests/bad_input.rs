@@ -147,8 +147,10 @@ fn issue_binary_missing_or_wrong() {
     bench.run(&[]).fails(2, &["lacks the function fmi2DoStep", "X86_64"]);
     bench.pack("unit.fmu", &[("modelDescription.xml", text), ("sources/unit.c", b"int x;")]);
     bench.run(&[]).fails(2, &["comes as source code only (sources/)", "help:"]);
-    bench.pack("unit.fmu", &[("modelDescription.xml", text), ("binaries/linux64/other.so", b"")]);
-    bench.run(&[]).fails(2, &["unit.so is missing", "it has binaries/linux64/other.so"]);
+    let others = [("binaries/linux64/one.so", &b""[..]), ("binaries/linux64/two.so", &b""[..])];
+    bench.pack("unit.fmu", &[("modelDescription.xml", text), others[0], others[1]]);
+    let texts = ["unit.so is missing", "binaries/linux64 has one.so, two.so", "modelIdentifier"];
+    bench.run(&[]).fails(2, &texts);
     bench.pack("unit.fmu", &[("modelDescription.xml", text)]);
     bench.run(&[]).fails(2, &["no binaries at all"]);
 }

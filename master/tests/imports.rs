@@ -258,6 +258,87 @@ fn issue_undefined_units_connect_on_demand() {
     bench.run(&[]).succeeds();
 }
 
+/// A unit of measurement without a name is none, unless it is defined; then it is one as any.
+#[test]
+fn issue_a_unit_of_measurement_without_a_name() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    bench.unit("unit.fmu", &changed("unit=\"m\"", "unit=\"\""), &[]);
+    let ran = bench.run(&[]);
+    ran.succeeds();
+    let report = ran.stderr();
+    let notes = notes(&report);
+    assert!(notes.len() == 1 && notes[0].contains("\"u\" has the unit \"\", which is not def"), "{report}");
+    bench.run(&["--strict"]).fails(2, &["does not tolerate", "is not defined"]);
+    for name in ["", "-", "1"] {
+        // 1 of it is 2 m
+        let unit = format!("<Unit name=\"{name}\"><BaseUnit m=\"1\" factor=\"2\"/></Unit>");
+        let description = changed("unit=\"m\"", &format!("unit=\"{name}\""))
+            .replace("<Unit name=\"s\">", &format!("{unit}<Unit name=\"s\">"));
+        bench.unit("unit.fmu", &description, &[]);
+        let mut scenario = ring();
+        scenario["instances"]["a"]["start"] = json!({ "u": 3.0 });
+        scenario["connections"] = json!([ { "from": "a.z", "to": "b.u" } ]);
+        scenario["record"]["signals"] = json!(["a.u", "a.z", "b.u", "b.z"]);
+        bench.scenario(&scenario);
+        bench.run(&["--strict"]).succeeds();
+        // z is in m: 3 m are 1.5 units for b; u is recorded in m
+        assert_eq!(bench.rows()[1][1..], [6.0, 3.0, 3.0, 1.5], "{name:?}");
+        // nothing else than a length fits
+        let other = description.replace("BaseUnit m=\"1\" factor=\"2\"", "BaseUnit s=\"1\"");
+        bench.unit("unit.fmu", &other, &[]);
+        bench.run(&[]).fails(2, &["units of measurement", "connect quantities of the same kind"]);
+    }
+}
+
+/// The only binary is loaded under any name, with a warning, also in copies.
+#[test]
+fn issue_the_only_binary_is_loaded_whatever_its_name() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    let binary = bench.compile(&[]);
+    let once = changed("canInter", "canBeInstantiatedOnlyOncePerProcess=\"true\" canInter");
+    for description in [DESCRIPTION, &once] {
+        let text = description.as_bytes();
+        let place = "binaries/linux64/odd-name.so";
+        // neither another ending nor a folder below counts
+        let others = [("binaries/linux64/readme.txt", &b""[..]), ("binaries/linux64/x/y.so", b"")];
+        let files = [("modelDescription.xml", text), others[0], (place, &binary), others[1]];
+        bench.pack("unit.fmu", &files);
+        for arguments in [&[][..], &["--isolate"]] {
+            let ran = bench.run(arguments);
+            ran.succeeds();
+            let report = ran.stderr();
+            let notes = notes(&report);
+            let text = "odd-name.so should be named unit.so";
+            assert!(notes.len() == 1 && notes[0].contains(text), "{report}");
+        }
+        bench.run(&["--strict"]).fails(2, &["odd-name.so should be named unit.so"]);
+        assert!(bench.maglev(&["inspect", "unit.fmu"]).stdout().contains("linux64"));
+    }
+}
+
+/// The folder that fmuResourceLocation names is there, also where the archive has an empty one or
+/// none; folders in it are made.
+#[test]
+fn issue_the_resources_are_there_though_they_are_empty() {
+    let bench = Bench::new();
+    bench.scenario(&ring());
+    let binary = bench.compile(&["-DNEEDS_RESOURCES=\"\""]);
+    let place = "binaries/linux64/unit.so";
+    let files = [("modelDescription.xml", DESCRIPTION.as_bytes()), (place, &binary[..])];
+    bench.pack("unit.fmu", &files);
+    bench.run(&[]).succeeds();
+    bench.run(&["--isolate"]).succeeds();
+    let binary = bench.compile(&["-DNEEDS_RESOURCES=\"/cache/deep\""]);
+    let files = [("modelDescription.xml", DESCRIPTION.as_bytes()), (place, &binary[..])];
+    bench.pack("unit.fmu", &files);
+    bench.run(&[]).fails(2, &["it says: no folder", "/cache/deep"]);
+    let folders = ["resources/", "resources/cache/deep/"].map(|name| (name, &b""[..]));
+    bench.pack("unit.fmu", &[files[0], files[1], folders[0], folders[1]]);
+    bench.run(&[]).succeeds();
+}
+
 /// A unit that needs a tool names it and is tried: the tool may be there.
 #[test]
 fn issue_units_that_need_a_tool_name_it() {

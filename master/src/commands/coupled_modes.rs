@@ -91,7 +91,8 @@ fn find(scenario: &mut Scenario, overrides: &[Override]) -> Result<Modes, Error>
     scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
     scenario.record.interval = None;
     scenario.checkpoint = None;
-    Modes::find(&Setup::new(scenario, overrides)?)
+    let setup = Setup::new(scenario, overrides)?;
+    super::at_home(|| Modes::find(&setup))
 }
 
 /// Finds the modes of the scenario that ran and puts them beside its results.

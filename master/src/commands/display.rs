@@ -44,7 +44,7 @@ pub fn watch(
     if !handled {
         display.notice("Ctrl-C will lose the results of this run");
     }
-    let outcome = run(&mut display);
+    let outcome = super::at_home(|| run(&mut display));
     display.close();
     let again = || {
         if Checkpoint::path(folder).exists() {

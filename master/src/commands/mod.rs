@@ -16,6 +16,21 @@ use std::process::ExitCode;
 
 use master::error::Error;
 
+/// Does what runs units, and goes back to the folder that this program was started in, if a unit has
+/// left it.
+pub fn at_home<T>(work: impl FnOnce() -> T) -> T {
+    let home = std::env::current_dir();
+    let result = work();
+    if let Ok(home) = home
+        && std::env::current_dir().ok().as_ref() != Some(&home)
+        && let Err(error) = std::env::set_current_dir(&home)
+    {
+        let home = home.display();
+        eprintln!("warning: a unit left the working directory {home}, and it is gone: {error}");
+    }
+    result
+}
+
 /// Prints to stdout; a reader that has gone away is no error.
 pub fn print(text: &str) -> Result<ExitCode, Error> {
     match io::stdout().write_all(text.as_bytes()) {

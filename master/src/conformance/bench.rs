@@ -41,7 +41,9 @@ impl Bench {
         severity: Severity,
         trace: Option<std::fs::File>,
     ) -> Result<Self, Error> {
-        let package = Package::open(unit)?;
+        // a unit may change the working directory
+        let unit = std::path::absolute(unit).unwrap_or_else(|_| unit.to_owned());
+        let package = Package::open(&unit)?;
         let functions = Functions::load(&package)?;
         let found = Mutex::default();
         Ok(Self { package, functions, trace: Trace::new(trace), severity, found })

@@ -4,6 +4,7 @@
 //! as the units of a Gauss-Seidel step do: a group's inputs from groups that have stepped are
 //! interpolated, those from later ones extrapolated.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::settings::{AlgorithmName, IterationSettings};
@@ -25,13 +26,15 @@ pub struct Block {
 pub struct Blueprint {
     /// In sequence.
     pub blocks: Vec<Block>,
+    /// of each unit: its block, and its position in that
+    places: Vec<Option<(usize, usize)>>,
 }
 
 impl Blueprint {
     /// One algorithm for all units.
     #[must_use]
     pub fn whole(name: AlgorithmName, iteration: IterationSettings, order: Vec<usize>) -> Self {
-        Self { blocks: vec![Block { name, iteration, members: order }] }
+        Self::of(vec![Block { name, iteration, members: order }])
     }
 
     /// Groups and the rest. The rest is stepped by the `general` algorithm: where that steps one
@@ -39,9 +42,15 @@ impl Blueprint {
     /// first. A group is at the place of its first member.
     #[must_use]
     pub fn grouped(general: &Block, groups: &[Block], order: &[usize]) -> Self {
-        let rank = |unit: usize| order.iter().position(|&it| it == unit);
-        let grouped = |unit: usize| groups.iter().any(|group| group.members.contains(&unit));
-        let rest: Vec<usize> = order.iter().copied().filter(|&unit| !grouped(unit)).collect();
+        let mut ranks: HashMap<usize, usize> = HashMap::with_capacity(order.len());
+        for (k, &unit) in order.iter().enumerate() {
+            ranks.entry(unit).or_insert(k);
+        }
+        let rank = |unit: usize| ranks.get(&unit).copied();
+        let grouped: HashSet<usize> =
+            groups.iter().flat_map(|group| group.members.iter().copied()).collect();
+        let rest: Vec<usize> =
+            order.iter().copied().filter(|unit| !grouped.contains(unit)).collect();
         let block = |of: &Block, mut members: Vec<usize>| {
             members.sort_by_key(|&unit| rank(unit));
             Block { members, ..of.clone() }
@@ -68,13 +77,31 @@ impl Blueprint {
                 _ => joined.push(block),
             }
         }
-        Self { blocks: joined }
+        Self::of(joined)
     }
 
+    fn of(blocks: Vec<Block>) -> Self {
+        let mut places = Vec::new();
+        for (k, block) in blocks.iter().enumerate() {
+            for (j, &unit) in block.members.iter().enumerate() {
+                if places.len() <= unit {
+                    places.resize(unit + 1, None);
+                }
+                places[unit].get_or_insert((k, j));
+            }
+        }
+        Self { blocks, places }
+    }
+
+    /// Position of the block that a unit belongs to.
+    #[must_use]
+    pub fn home(&self, unit: usize) -> Option<usize> {
+        self.place(unit).map(|(block, _)| block)
+    }
+
+    /// Block and position in it.
     fn place(&self, unit: usize) -> Option<(usize, usize)> {
-        self.blocks.iter().enumerate().find_map(|(k, block)| {
-            Some((k, block.members.iter().position(|&member| member == unit)?))
-        })
+        self.places.get(unit).copied().flatten()
     }
 
     /// Whether an input is interpolated when the step is done.

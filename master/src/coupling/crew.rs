@@ -80,6 +80,9 @@ impl Crew {
             Some(pool) if phase.members.len() > 1 => pool.install(|| {
                 let (inputs, outputs) = (&exchange.inputs, &mut exchange.outputs);
                 let mine = &phase.mine;
+                let range = phase.first..phase.first + mine.len();
+                let (units, inputs) = (&mut units[range.clone()], &inputs[range.clone()]);
+                let outputs = &mut outputs[range];
                 let begun = units.par_iter_mut().zip(inputs).zip(mine);
                 first(begun.filter(|(_, mine)| **mine).map(|((u, i), _)| begin(u, i)))?;
                 let ended = units.par_iter_mut().zip(outputs).zip(mine);
@@ -107,28 +110,42 @@ fn first<E: Send>(results: impl ParallelIterator<Item = Result<(), E>>) -> Resul
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     pub(super) members: Vec<usize>,
-    /// per unit, whether it is a member
+    /// the foremost member
+    first: usize,
+    /// per unit from there to the last member, whether it is one
     mine: Vec<bool>,
 }
 
 impl Phase {
-    pub(super) fn new(members: Vec<usize>, units: usize) -> Self {
-        let mine = (0..units).map(|k| members.contains(&k)).collect();
-        Self { members, mine }
+    pub(super) fn new(members: Vec<usize>) -> Self {
+        let first = members.iter().copied().min().unwrap_or(0);
+        let last = members.iter().copied().max().unwrap_or(0);
+        let mut mine = vec![false; last - first + 1];
+        members.iter().for_each(|&k| mine[k - first] = true);
+        Self { members, first, mine }
     }
 
-    /// Divides a sequence of units into phases.
+    /// Divides a sequence into phases of units that do not feed each other.
     pub(super) fn divide(exchange: &Exchange, order: &[usize]) -> Vec<Self> {
-        let feeds = |from: usize, to: usize| exchange.feeds(from, to);
-        let mut phases: Vec<Vec<usize>> = Vec::new();
+        let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); exchange.len()];
         for &k in order {
+            for source in exchange.feeders(k) {
+                neighbours[k].push(source);
+                neighbours[source].push(k);
+            }
+        }
+        let mut phases: Vec<Vec<usize>> = Vec::new();
+        let mut phase_of = vec![usize::MAX; exchange.len()];
+        for &k in order {
+            let last = phases.len().wrapping_sub(1);
             match phases.last_mut() {
-                Some(phase) if !phase.iter().any(|&it| feeds(it, k) || feeds(k, it)) => {
+                Some(phase) if neighbours[k].iter().all(|&it| phase_of[it] != last) => {
                     phase.push(k);
                 }
                 _ => phases.push(vec![k]),
             }
+            phase_of[k] = phases.len() - 1;
         }
-        phases.into_iter().map(|members| Self::new(members, exchange.len())).collect()
+        phases.into_iter().map(Self::new).collect()
     }
 }

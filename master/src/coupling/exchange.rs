@@ -392,10 +392,9 @@ impl Exchange {
         found
     }
 
-    /// Whether an output of one unit feeds an input of another.
-    #[must_use]
-    pub fn feeds(&self, from: usize, to: usize) -> bool {
-        self.links[to].units().any(|unit| unit == from)
+    /// The units whose outputs feed inputs of a unit, some of them more than once.
+    pub fn feeders(&self, to: usize) -> impl Iterator<Item = usize> + '_ {
+        self.links[to].units()
     }
 
     /// What an error of a signal may be for a relative tolerance.

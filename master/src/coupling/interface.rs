@@ -103,16 +103,17 @@ impl Sweeps {
     fn lay_out<U: Unit>(&mut self, exchange: &Exchange, units: &[U]) {
         let again: Vec<usize> =
             self.order.iter().copied().filter(|&k| units[k].capabilities().restore).collect();
+        let mut repeats = vec![false; exchange.len()];
+        again.iter().for_each(|&k| repeats[k] = true);
+        let mut known = vec![false; exchange.signal_count()];
         let mut feedback: Vec<(SignalId, bool)> = Vec::new();
         for &target in &again {
             for (_, signal, _) in exchange.sources(target) {
                 let (source, _) = exchange.origin(signal);
-                let new = !feedback.iter().any(|(known, _)| *known == signal);
-                if new
+                let wanted = repeats[source]
                     && self.is_moved(exchange, signal)
-                    && again.contains(&source)
-                    && self.feeds_back(exchange, signal, target)
-                {
+                    && self.feeds_back(exchange, signal, target);
+                if wanted && !std::mem::replace(&mut known[signal], true) {
                     feedback.push((signal, exchange.signal(signal).offered() > 0));
                 }
             }

@@ -19,8 +19,8 @@ pub struct Jacobi {
 impl Jacobi {
     /// Steps these units.
     #[must_use]
-    pub fn new(exchange: &Exchange, members: Vec<usize>, crew: Arc<Crew>) -> Self {
-        Self { phase: Phase::new(members, exchange.len()), crew }
+    pub fn new(_: &Exchange, members: Vec<usize>, crew: Arc<Crew>) -> Self {
+        Self { phase: Phase::new(members), crew }
     }
 }
 

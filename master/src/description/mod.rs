@@ -297,6 +297,33 @@ pub struct Description {
     pub findings: Vec<Finding>,
     #[serde(skip)]
     by_name: HashMap<String, usize>,
+    #[serde(skip)]
+    places: Places,
+}
+
+/// Positions in the lists of a [`Description`], which may be long.
+#[derive(Debug, Clone, Default)]
+struct Places {
+    /// of a unit of measurement, by its name
+    units: HashMap<String, usize>,
+    /// of a variable in the outputs
+    outputs: HashMap<usize, usize>,
+    /// of a variable in the initial unknowns
+    initial_unknowns: HashMap<usize, usize>,
+}
+
+impl Places {
+    fn new(units: &[UnitDefinition], outputs: &[Unknown], initial: &[Unknown]) -> Self {
+        // of several, the first: it is entered last
+        let unknowns = |list: &[Unknown]| {
+            list.iter().enumerate().rev().map(|(k, it)| (it.variable, k)).collect()
+        };
+        Self {
+            units: units.iter().enumerate().rev().map(|(k, it)| (it.name.clone(), k)).collect(),
+            outputs: unknowns(outputs),
+            initial_unknowns: unknowns(initial),
+        }
+    }
 }
 
 impl Description {
@@ -310,7 +337,7 @@ impl Description {
     #[must_use]
     pub fn unit_of(&self, variable: usize) -> Option<&UnitDefinition> {
         let name = self.variables[variable].unit.as_deref()?;
-        self.units.iter().find(|unit| unit.name == name)
+        self.places.units.get(name).map(|&k| &self.units[k])
     }
 
     /// The names of an Enumeration's values, where they are defined.
@@ -348,7 +375,7 @@ impl Description {
     /// Inputs that an output depends on directly in step mode.
     #[must_use]
     pub fn step_dependencies(&self, output: usize) -> Vec<usize> {
-        self.dependencies(&self.outputs, output, |causality| causality == Causality::Input)
+        self.dependencies(self.places.outputs.get(&output).map(|&k| &self.outputs[k]))
     }
 
     /// Inputs that a variable depends on in initialization mode.
@@ -361,24 +388,16 @@ impl Description {
         {
             return Vec::new();
         }
-        self.dependencies(&self.initial_unknowns, unknown, |causality| {
-            causality == Causality::Input
-        })
+        let place = self.places.initial_unknowns.get(&unknown);
+        self.dependencies(place.map(|&k| &self.initial_unknowns[k]))
     }
 
-    fn dependencies(
-        &self,
-        list: &[Unknown],
-        unknown: usize,
-        counts: impl Fn(Causality) -> bool,
-    ) -> Vec<usize> {
-        let given = list
-            .iter()
-            .find(|entry| entry.variable == unknown)
-            .and_then(|entry| entry.dependencies.as_ref());
-        match given {
+    /// The inputs that it depends on; all of them, where the description leaves it open.
+    fn dependencies(&self, unknown: Option<&Unknown>) -> Vec<usize> {
+        match unknown.and_then(|unknown| unknown.dependencies.as_ref()) {
             Some(list) => {
-                list.iter().copied().filter(|&i| counts(self.variables[i].causality)).collect()
+                let is_input = |&i: &usize| self.variables[i].causality == Causality::Input;
+                list.iter().copied().filter(is_input).collect()
             }
             None => self.with_causality(Causality::Input).collect(),
         }

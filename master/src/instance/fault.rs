@@ -342,10 +342,27 @@ fn about(variables: &[String]) -> String {
     if variables.is_empty() { String::new() } else { format!(" for {}", variables.join(", ")) }
 }
 
+/// What a unit said: the first of its gravest messages, for these name the cause, or else the last.
 fn said(messages: &[Message]) -> String {
-    let grave: Vec<_> = messages.iter().filter(|message| message.grave).collect();
-    let shown = if grave.is_empty() { messages.iter().collect() } else { grave };
-    let texts: Vec<String> =
-        shown.iter().rev().take(3).rev().map(|message| message.text.clone()).collect();
-    if texts.is_empty() { String::new() } else { format!("; it says: {}", texts.join("; ")) }
+    const SHOWN: usize = 3;
+    let gravity = |message: &Message| match message.status.as_str() {
+        "fmi2OK" => 0,
+        "fmi2Warning" => 1,
+        _ => 2,
+    };
+    let highest = messages.iter().map(gravity).max().unwrap_or(0);
+    let mut shown: Vec<&str> = messages
+        .iter()
+        .filter(|message| gravity(message) == highest)
+        .map(|message| message.text.as_str())
+        .collect();
+    if highest == 0 {
+        shown.drain(..shown.len().saturating_sub(SHOWN));
+    }
+    let more = match shown.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!("; and {more} more like these"),
+    };
+    shown.truncate(SHOWN);
+    if shown.is_empty() { String::new() } else { format!("; it says: {}{more}", shown.join("; ")) }
 }

@@ -24,7 +24,7 @@ use crate::component::{
 use crate::description::Value;
 use crate::isolate::{Isolation, Worker};
 use crate::library::{Call, Functions};
-use crate::logger::{self, Message, Sink};
+use crate::logger::{self, Badge, Message, Sink};
 use crate::package::Package;
 use crate::witness::{CALL, Place};
 use fault::fail;
@@ -99,8 +99,8 @@ impl Instance {
         options: &Options,
     ) -> Result<Self, UnitError> {
         let identity = identity(package, name, options)?;
-        let sink = Arc::new(Sink::default());
-        let place = Place::new(name);
+        let sink = Sink::new(name);
+        let place = Place::new(name, sink.badge());
         place.enter();
         match Component::new(functions, dead, &identity, &sink, &CALL) {
             Some(component) => {
@@ -140,7 +140,7 @@ impl Instance {
         let identity = identity(package, name, options)?;
         let worker = Worker::start(package, isolation, &identity, name)?;
         let backend = Backend::Elsewhere(Box::new(worker));
-        Self::with(package, Place::new(name), name, &Arc::default(), backend).asked_for(options)
+        Self::with(package, Place::new(name, Badge::NONE), name, &Arc::default(), backend).asked_for(options)
     }
 
     /// Asks for the debug messages of single categories.

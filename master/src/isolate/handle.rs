@@ -103,9 +103,11 @@ impl Worker {
             memory: isolation.memory,
         };
         let report = worker.converse(&order, isolation.call_limit());
+        if matches!(report, Some(Report::Done)) {
+            return Ok(worker);
+        }
         let messages = worker.take_messages(package.description());
         match report {
-            Some(Report::Done) => Ok(worker),
             Some(Report::Unloadable(causes)) => {
                 Err(UnitFault::Unloadable { instance: instance(), causes }.into())
             }

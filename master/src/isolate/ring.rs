@@ -2,7 +2,7 @@
 //! one writer and one reader. It outlives the worker, so the last words before a crash are read.
 
 use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use crate::logger::Message;
 
@@ -18,6 +18,8 @@ pub(crate) struct Ring {
     written: AtomicU32,
     /// bytes read so far
     read: AtomicU32,
+    /// messages for which there was no room, since the last look
+    dropped: AtomicU64,
     bytes: UnsafeCell<[u8; SIZE]>,
 }
 
@@ -26,16 +28,19 @@ pub(crate) struct Ring {
 unsafe impl Sync for Ring {}
 
 impl Ring {
-    /// Writes a message, or drops it when the reader is too far behind. One writer at a time.
+    /// Writes a message, or counts it when the reader is too far behind. One writer at a time.
     pub(crate) fn push(&self, mut message: Message) {
         let end = message.text.floor_char_boundary(LONGEST);
         message.text.truncate(end);
-        let Message { status, category, text, grave } = &message;
+        let Message { status, category, text, grave, .. } = &message;
         let Ok(bytes) = postcard::to_stdvec(&(status, category, text, grave)) else { return };
+        // the first of a flood say its cause: later ones never overtake one that was dropped
+        let full = self.dropped.load(Ordering::Relaxed) > 0;
         let written = self.written.load(Ordering::Relaxed);
         let used = written.wrapping_sub(self.read.load(Ordering::Acquire)) as usize;
         let Ok(length) = u32::try_from(bytes.len()) else { return };
-        if used > SIZE || SIZE - used < bytes.len() + 4 {
+        if full || used > SIZE || SIZE - used < bytes.len() + 4 {
+            self.dropped.fetch_add(1, Ordering::Release);
             return;
         }
         self.copy_in(written, &length.to_le_bytes());
@@ -47,6 +52,7 @@ impl Ring {
     #[inline]
     pub(crate) fn has_some(&self) -> bool {
         self.written.load(Ordering::Relaxed) != self.read.load(Ordering::Relaxed)
+            || self.dropped.load(Ordering::Relaxed) != 0
     }
 
     /// Reads all messages. The unit may have written over the ring: any bytes are possible.
@@ -66,10 +72,11 @@ impl Ring {
             self.copy_out(read.wrapping_add(4), &mut bytes);
             read = read.wrapping_add(length + 4);
             if let Ok((status, category, text, grave)) = postcard::from_bytes(&bytes) {
-                messages.push(Message { status, category, text, grave });
+                messages.push(Message { status, category, text, grave, count: 1 });
             }
         }
         self.read.store(written, Ordering::Release);
+        messages.extend(Message::dropped(self.dropped.swap(0, Ordering::Acquire)));
         messages
     }
 
@@ -100,6 +107,7 @@ mod tests {
             category: String::new(),
             text: text.to_owned(),
             grave: false,
+            count: 1,
         }
     }
 
@@ -107,6 +115,7 @@ mod tests {
         Box::new(Ring {
             written: AtomicU32::new(u32::MAX - 100),
             read: AtomicU32::new(u32::MAX - 100),
+            dropped: AtomicU64::new(0),
             bytes: UnsafeCell::new([0; SIZE]),
         })
     }
@@ -131,6 +140,8 @@ mod tests {
         (0..10_000).for_each(|k| ring.push(message(&format!("message {k}"))));
         let read = ring.take();
         assert!(read.len() > 1000 && read[0].text == "message 0");
+        assert_eq!(read.iter().map(|it| it.count).sum::<u64>(), 10_000);
+        assert!(read[read.len() - 1].text.contains("more messages dropped"));
         ring.push(message("after"));
         assert_eq!(ring.take()[0].text, "after");
     }

@@ -109,7 +109,8 @@ impl Served {
                     Ok(functions) => functions,
                     Err(error) => return Ok(Report::Unloadable(super::causes(&error))),
                 };
-                let sink = Arc::new(Sink::into_ring(&self.control.ring));
+                let name = identity.name.to_string_lossy();
+                let sink = Sink::into_ring(&name, &self.control.ring);
                 let mark = &self.control.mark;
                 self.component = Component::new(functions, &self.dead, &identity, &sink, mark);
                 if self.component.is_some() { Report::Done } else { Report::Refused }

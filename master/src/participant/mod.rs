@@ -1,11 +1,12 @@
 //! An instance as coupling algorithms see it: fixed lists of what is sent and read in each step.
 
 mod equal;
+mod odd;
 mod rate;
 mod retry;
 mod slow;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -16,6 +17,7 @@ use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use crate::description::Type;
 use crate::instance::{Instance, StateId, UnitError};
 use equal::Equal;
+pub use odd::OddValue;
 use rate::Rate;
 use retry::Retry;
 pub use retry::{MAX_PARTS, Rejection};
@@ -131,11 +133,15 @@ pub struct Participant {
     sent: Buffers,
     received: Buffers,
     string_inputs: Vec<u32>,
-    // variables read: outputs that feed inputs come first, then what is only watched
+    /// Reals that are read: outputs that feed inputs come first, then what is only watched
     reals: Vec<usize>,
-    integers: Vec<usize>,
-    booleans: Vec<usize>,
+    /// Strings that are read, likewise
     strings: Vec<usize>,
+    /// where each variable read is among those of its type
+    slots: HashMap<usize, Slot>,
+    /// per Real read, whether it is known to have been NaN or infinite
+    known_odd: Vec<bool>,
+    odd_values: Vec<OddValue>,
     rate: Option<Rate>,
     equal: Option<Equal>,
     slow: Option<Slow>,
@@ -187,8 +193,9 @@ impl Participant {
         let references = |list: &[usize]| -> Vec<u32> { list.iter().map(reference).collect() };
         let with_watched = |outputs: Vec<usize>, kinds: &[Type]| {
             let mut list = outputs;
+            let mut known: HashSet<usize> = list.iter().copied().collect();
             for &variable in &traffic.watched {
-                if kinds.contains(&variables[variable].kind) && !list.contains(&variable) {
+                if kinds.contains(&variables[variable].kind) && known.insert(variable) {
                     list.push(variable);
                 }
             }
@@ -226,9 +233,10 @@ impl Participant {
             string_inputs: references(&traffic.string_inputs),
             layout,
             laid_out: false,
+            slots: slots(&reals, &integers, &booleans, &strings),
+            known_odd: vec![false; reals.len()],
+            odd_values: Vec::new(),
             reals,
-            integers,
-            booleans,
             strings,
             capabilities: declared(&instance),
             states: [None; PLACES],
@@ -345,7 +353,10 @@ impl Participant {
     /// Position of a variable among the Real outputs that feed inputs.
     #[must_use]
     pub fn output(&self, variable: usize) -> Option<usize> {
-        self.traffic.real_outputs.iter().position(|(it, _)| *it == variable)
+        match self.slots.get(&variable) {
+            Some(&Slot::Real(k)) => Some(k).filter(|&k| k < self.traffic.real_outputs.len()),
+            _ => None,
+        }
     }
 
     /// Latest value of a Real output that feeds inputs.
@@ -401,12 +412,7 @@ impl Participant {
     /// Where a watched variable's value is found.
     #[must_use]
     pub fn slot(&self, variable: usize) -> Option<Slot> {
-        let place = |list: &[usize]| list.iter().position(|&it| it == variable);
-        place(&self.reals)
-            .map(Slot::Real)
-            .or_else(|| place(&self.integers).map(Slot::Integer))
-            .or_else(|| place(&self.booleans).map(Slot::Boolean))
-            .or_else(|| place(&self.strings).map(Slot::String))
+        self.slots.get(&variable).copied()
     }
 
     /// A watched String's latest value.
@@ -429,6 +435,23 @@ impl Participant {
             Slot::String(_) => f64::NAN,
         }
     }
+}
+
+/// Where each variable is found.
+fn slots(
+    reals: &[usize],
+    integers: &[usize],
+    booleans: &[usize],
+    strings: &[usize],
+) -> HashMap<usize, Slot> {
+    fn entries(list: &[usize], slot: fn(usize) -> Slot) -> impl Iterator<Item = (usize, Slot)> {
+        list.iter().enumerate().map(move |(k, &variable)| (variable, slot(k)))
+    }
+    entries(reals, Slot::Real)
+        .chain(entries(integers, Slot::Integer))
+        .chain(entries(booleans, Slot::Boolean))
+        .chain(entries(strings, Slot::String))
+        .collect()
 }
 
 /// What the unit's description says that it can.
@@ -538,11 +561,8 @@ impl Unit for Participant {
         }
         // 0·x is zero unless x is NaN or infinite: one sum tells of all values
         let suspicious: f64 = self.received.reals.iter().map(|x| x * 0.0).sum();
-        if suspicious != 0.0
-            && let Some(k) = self.received.reals.iter().position(|x| !x.is_finite())
-        {
-            let value = self.received.reals[k];
-            return Err(self.instance.not_finite(self.reals[k], value, time).into());
+        if suspicious != 0.0 {
+            self.judge_odd_values(time)?;
         }
         let mut derivatives = self.received.derivatives.iter();
         for (k, &(variable, highest)) in self.traffic.real_outputs.iter().enumerate() {
@@ -621,26 +641,27 @@ impl Participant {
 
     /// Puts inputs in the place of what was read of them, as they cannot be read again before a step.
     fn show_inputs(&mut self, inputs: &Inputs) {
-        fn put<T>(places: &[usize], shown: &mut [T], inputs: impl Iterator<Item = (usize, T)>) {
-            let places: HashMap<usize, usize> =
-                places.iter().enumerate().map(|(place, &variable)| (variable, place)).collect();
-            for (variable, value) in inputs {
-                if let Some(&place) = places.get(&variable) {
-                    shown[place] = value;
-                }
+        let Self { traffic, slots, received, .. } = self;
+        for ((variable, _), p) in traffic.real_inputs.iter().zip(&inputs.reals) {
+            if let Some(&Slot::Real(k)) = slots.get(variable) {
+                received.reals[k] = p[0];
             }
         }
-        let Buffers { reals, integers, booleans, strings, .. } = &mut self.received;
-        let traffic = &self.traffic;
-        let values = inputs.reals.iter().map(|p| p[0]);
-        let variables = traffic.real_inputs.iter().map(|(variable, _)| *variable);
-        put(&self.reals, reals, variables.zip(values));
-        let variables = traffic.integer_inputs.iter().copied();
-        put(&self.integers, integers, variables.zip(inputs.integers.iter().copied()));
-        let variables = traffic.boolean_inputs.iter().copied();
-        put(&self.booleans, booleans, variables.zip(inputs.booleans.iter().copied()));
-        let variables = traffic.string_inputs.iter().copied();
-        put(&self.strings, strings, variables.zip(inputs.strings.iter().cloned()));
+        for (variable, value) in traffic.integer_inputs.iter().zip(&inputs.integers) {
+            if let Some(&Slot::Integer(k)) = slots.get(variable) {
+                received.integers[k] = *value;
+            }
+        }
+        for (variable, value) in traffic.boolean_inputs.iter().zip(&inputs.booleans) {
+            if let Some(&Slot::Boolean(k)) = slots.get(variable) {
+                received.booleans[k] = *value;
+            }
+        }
+        for (variable, value) in traffic.string_inputs.iter().zip(&inputs.strings) {
+            if let Some(&Slot::String(k)) = slots.get(variable) {
+                received.strings[k].clone_from(value);
+            }
+        }
     }
 
     fn tell_layout(&mut self) -> Result<(), UnitError> {

@@ -32,11 +32,12 @@ impl Curve {
         self.points_per_slice > other.points_per_slice
     }
 
-    /// Takes one point.
+    /// Takes one point; one that is NaN or infinite cannot be drawn.
     #[inline]
     pub fn take(&mut self, time: f64, value: f64) {
         let point = (time, value);
         match &mut self.slice {
+            _ if !value.is_finite() => {}
             Some(slice) => {
                 if value < slice.min.1 {
                     slice.min = point;
@@ -75,6 +76,23 @@ impl Curve {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn issue_what_is_no_number_is_left_out() {
+        for slices in [2, 100] {
+            let mut curve = Curve::new(20, slices);
+            for k in 0..20 {
+                let value = f64::from(k);
+                curve.take(value, if k % 3 == 0 { f64::NAN } else { value });
+            }
+            let points = curve.finish();
+            assert!(points.iter().all(|point| point.1.is_finite()), "{points:?}");
+            assert_eq!((points[0].1, points[points.len() - 1].1), (1.0, 19.0));
+        }
+        let mut curve = Curve::new(2, 100);
+        (0..2).for_each(|k| curve.take(f64::from(k), f64::INFINITY));
+        assert!(curve.finish().is_empty());
+    }
 
     proptest! {
         #[test]

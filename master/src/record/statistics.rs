@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Extremes and means of one signal over all communication points.
+/// Extremes and means of one signal over all communication points at which it is finite.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
     /// Smallest value.
@@ -34,6 +34,8 @@ pub struct Gatherer {
     squares: Sum,
     last: f64,
     points: u64,
+    /// points at which it was NaN or infinite
+    odd: u64,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -63,6 +65,10 @@ impl Gatherer {
     /// Takes one point.
     #[inline]
     pub fn take(&mut self, time: f64, value: f64) {
+        if !value.is_finite() {
+            self.odd += 1;
+            return;
+        }
         if self.points == 0 || value < self.min.0 {
             self.min = (value, time);
         }
@@ -73,6 +79,12 @@ impl Gatherer {
         self.squares.add(value * value);
         self.last = value;
         self.points += 1;
+    }
+
+    /// Number of points that were left out, because the value was NaN or infinite.
+    #[must_use]
+    pub fn left_out(&self) -> u64 {
+        self.odd
     }
 
     /// The statistics so far; nothing before the first point.
@@ -107,6 +119,20 @@ mod tests {
         let s = gatherer.statistics().unwrap();
         assert_eq!((s.min, s.time_of_min, s.max, s.time_of_max), (-1.0, 0.0, 3.0, 2.0));
         assert_eq!((s.mean, s.rms, s.last, s.points), (1.0, 3.0_f64.sqrt(), 3.0, 5));
+    }
+
+    #[test]
+    fn issue_values_that_are_no_numbers_are_left_out_and_counted() {
+        let mut gatherer = Gatherer::default();
+        gatherer.take(0.0, f64::NAN);
+        assert!(gatherer.statistics().is_none());
+        for (time, value) in [(1.0, 3.0), (2.0, f64::INFINITY), (3.0, -1.0), (4.0, f64::NAN)] {
+            gatherer.take(time, value);
+        }
+        let s = gatherer.statistics().unwrap();
+        assert_eq!((s.min, s.time_of_min, s.max, s.time_of_max), (-1.0, 3.0, 3.0, 1.0));
+        assert_eq!((s.mean, s.rms, s.last, s.points), (1.0, 5.0_f64.sqrt(), -1.0, 2));
+        assert_eq!(gatherer.left_out(), 3);
     }
 
     /// A plain sum of 1e16 and ten ones loses them all.

@@ -1,16 +1,17 @@
 //! scenario-as-run.json in the folder of results. It is not called scenario.json because that may be the
 //! file that is run.
 
+use std::collections::HashMap;
 use std::io;
 use std::path::{Path, absolute};
 
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use crate::description::Causality;
+use crate::description::{Causality, Variable};
 use crate::pattern;
 use crate::record::write_whole;
-use crate::scenario::{Instance, Scenario};
+use crate::scenario::{Instance, Scenario, Setting};
 use crate::system::{Override, System};
 
 /// Name of the file in the folder of results.
@@ -62,11 +63,15 @@ fn merged(
     overrides: &[Override],
     system: &System,
 ) -> IndexMap<String, Instance> {
+    let changes = changes(overrides, system);
     let mut merged = IndexMap::new();
     for (pattern, entry) in entries {
         // a system was made of these names, so they expand
         let names = pattern::expand(pattern).unwrap_or_default();
-        let mut members = names.iter().map(|name| changed(name, entry, overrides, system));
+        let mut members = names.iter().map(|name| {
+            let changes = system.find(name).and_then(|index| changes.get(&index));
+            changed(entry, changes.map_or(&[], Vec::as_slice))
+        });
         let first = members.next();
         let members: Vec<Instance> = first.into_iter().chain(members).collect();
         if members.windows(2).all(|pair| pair[0] == pair[1]) {
@@ -78,23 +83,33 @@ fn merged(
     merged
 }
 
-/// One instance with its values of the command line.
-fn changed(name: &str, entry: &Instance, overrides: &[Override], system: &System) -> Instance {
-    let mut entry = entry.clone();
-    let Some(index) = system.find(name) else { return entry };
+/// What the command line gives each instance, in its order: variable and value.
+fn changes<'a>(
+    overrides: &[Override],
+    system: &'a System,
+) -> HashMap<usize, Vec<(&'a Variable, Setting)>> {
+    let mut changes: HashMap<usize, Vec<_>> = HashMap::new();
     for it in overrides {
         // the system took them, so the names exist
-        let ports = system.select("", &it.target).unwrap_or_default();
-        for port in ports.into_iter().filter(|port| port.instance == index) {
+        for port in system.select("", &it.target).unwrap_or_default() {
             let variable = system.variable(port);
-            let list = match variable.causality {
-                Causality::Parameter => &mut entry.parameters,
-                _ => &mut entry.start,
-            };
-            // the last one counts, also after a pattern
-            list.shift_remove(&variable.name);
-            list.insert(variable.name.clone(), it.setting(variable));
+            changes.entry(port.instance).or_default().push((variable, it.setting(variable)));
         }
+    }
+    changes
+}
+
+/// An instance with its values of the command line.
+fn changed(entry: &Instance, changes: &[(&Variable, Setting)]) -> Instance {
+    let mut entry = entry.clone();
+    for (variable, setting) in changes {
+        let list = match variable.causality {
+            Causality::Parameter => &mut entry.parameters,
+            _ => &mut entry.start,
+        };
+        // the last one counts, also after a pattern
+        list.shift_remove(&variable.name);
+        list.insert(variable.name.clone(), setting.clone());
     }
     entry
 }

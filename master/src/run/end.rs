@@ -59,7 +59,10 @@ impl<'a> Run<'a> {
         simulation: Option<&mut Simulation<'_>>,
     ) -> Result<(), Error> {
         let time = self.setup.time_after(self.progress.done);
-        let heard = simulation.map_or(Ok(()), |simulation| self.listen(simulation));
+        let heard = match simulation {
+            Some(simulation) => self.listen(simulation),
+            None => self.journal.listen_to_strays(time, self.observer),
+        };
         let noted = heard.and(match result {
             Ok(Status::Interrupted) => {
                 let text = std::mem::take(&mut self.progress.interruption);
@@ -98,7 +101,7 @@ impl<'a> Run<'a> {
         let experiment = scenario.experiment;
         let participants = simulation.map_or(&[][..], Simulation::participants);
         let coupling = simulation.map(Simulation::coupling).unwrap_or_default();
-        let instances = totals::instances(setup, participants, &earlier, &told.discarded);
+        let instances = totals::instances(setup, participants, &earlier, &told);
         let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();
         let simulated = reached - experiment.start;
         let summary = Summary {
@@ -132,6 +135,7 @@ impl<'a> Run<'a> {
             signals: signals(setup, participants, &gatherers),
             ride_quality,
             messages: told.messages,
+            omitted_messages: told.omitted,
             tables: files.tables.clone(),
             pictures: files.pictures.clone(),
         };
@@ -215,7 +219,8 @@ fn signals(
         .zip(gatherers)
         .map(|((k, column), gatherer)| {
             let (statistics, final_text) = (gatherer.statistics(), text(k));
-            (column.name, SignalSummary { unit: column.unit, final_text, statistics })
+            let not_finite = if final_text.is_some() { 0 } else { gatherer.left_out() };
+            (column.name, SignalSummary { unit: column.unit, final_text, statistics, not_finite })
         })
         .collect()
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
-use crate::logger::{self, Message};
+use crate::logger::{self, Message, Stray};
 use crate::participant::Participant;
 use crate::record::{Event, EventLog, Kind, LogState};
 use crate::scenario::LogLevel;
@@ -15,6 +15,8 @@ use crate::summary::UnitMessage;
 
 /// Messages of units kept for the summary.
 const MAX_MESSAGES: usize = 200;
+/// Of these of one instance, so that a flood of one leaves room for the others.
+const MAX_OF_ONE: u64 = 100;
 
 /// Gathers messages and events: all of them for events.csv, the first for the summary.
 pub(super) struct Journal {
@@ -24,6 +26,10 @@ pub(super) struct Journal {
     warned: Vec<bool>,
     /// per instance, steps that it discarded
     discarded: Vec<u64>,
+    /// per instance, messages that it has sent
+    sent: Vec<u64>,
+    /// messages of unknown instances
+    strays: u64,
     /// messages of all units that have been listened to
     heard: u64,
     /// which messages the observer gets
@@ -37,6 +43,8 @@ pub(super) struct JournalState {
     messages: Vec<UnitMessage>,
     warned: Vec<bool>,
     discarded: Vec<u64>,
+    sent: Vec<u64>,
+    strays: u64,
 }
 
 /// What a journal tells in the summary.
@@ -46,19 +54,28 @@ pub(super) struct Told {
     pub(super) events: BTreeMap<Kind, u64>,
     /// per instance, steps that it discarded
     pub(super) discarded: Vec<u64>,
+    /// per instance, messages that it has sent
+    pub(super) sent: Vec<u64>,
+    /// messages that are not among those told
+    pub(super) omitted: u64,
 }
 
 impl Journal {
     pub(super) fn create(folder: &Path) -> io::Result<Self> {
         let log = EventLog::create(folder)?;
-        let (messages, warned, discarded) = Default::default();
-        Ok(Self { log, messages, warned, discarded, heard: 0, level: LogLevel::default() })
+        // what an earlier run of this process has left is not of this one
+        logger::take_strays();
+        let (messages, warned, discarded, sent) = Default::default();
+        let level = LogLevel::default();
+        Ok(Self { log, messages, warned, discarded, sent, strays: 0, heard: 0, level })
     }
 
     pub(super) fn resume(folder: &Path, state: JournalState) -> io::Result<Self> {
         let log = EventLog::resume(folder, &state.log)?;
-        let JournalState { messages, warned, discarded, .. } = state;
-        Ok(Self { log, messages, warned, discarded, heard: 0, level: LogLevel::default() })
+        logger::take_strays();
+        let JournalState { messages, warned, discarded, sent, strays, .. } = state;
+        let level = LogLevel::default();
+        Ok(Self { log, messages, warned, discarded, sent, strays, heard: 0, level })
     }
 
     /// Sets which messages of units the observer gets.
@@ -72,6 +89,8 @@ impl Journal {
             messages: self.messages.clone(),
             warned: self.warned.clone(),
             discarded: self.discarded.clone(),
+            sent: self.sent.clone(),
+            strays: self.strays,
         })
     }
 
@@ -101,8 +120,10 @@ impl Journal {
         self.heard = logger::arrived();
         self.warned.resize(participants.len(), false);
         self.discarded.resize(participants.len(), 0);
+        self.sent.resize(participants.len(), 0);
         for (k, participant) in participants.iter_mut().enumerate() {
             self.keep_rejections(k, participant)?;
+            self.keep_odd_values(participant, observer)?;
             let instance = participant.instance_mut();
             let messages = instance.take_messages();
             show(self.level, instance.name(), &messages, observer);
@@ -126,10 +147,28 @@ impl Journal {
                     })?;
                 }
             }
-            let name = instance.name().to_owned();
             for message in messages {
-                self.keep(time, &name, message)?;
+                let known = self.sent[k];
+                self.sent[k] += message.count;
+                self.keep(time, instance.name(), known, message)?;
             }
+        }
+        self.listen_to_strays(time, observer)
+    }
+
+    /// Takes messages of which it is not known whose they are, and of instances that are gone.
+    pub(super) fn listen_to_strays(
+        &mut self,
+        time: f64,
+        observer: &mut dyn Observer,
+    ) -> io::Result<()> {
+        for Stray { instance, message } in logger::take_strays() {
+            if message.grave && self.strays == 0 {
+                observer.notice(&format!("{instance} warns: {}", message.text));
+            }
+            let known = self.strays;
+            self.strays += message.count;
+            self.keep(time, &instance, known, message)?;
         }
         Ok(())
     }
@@ -147,11 +186,36 @@ impl Journal {
         Ok(())
     }
 
-    fn keep(&mut self, time: f64, instance: &str, message: Message) -> io::Result<()> {
+    fn keep_odd_values(
+        &mut self,
+        participant: &mut Participant,
+        observer: &mut dyn Observer,
+    ) -> io::Result<()> {
+        for odd in participant.take_odd_values() {
+            let instance = participant.instance().name();
+            observer.notice(&format!("at {} s {instance}.{odd}", odd.time));
+            self.log.add(&Event {
+                time: odd.time,
+                kind: Kind::Warning,
+                instance: instance.to_owned(),
+                text: odd.to_string(),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Keeps a message of an instance that has sent so many before.
+    fn keep(
+        &mut self,
+        time: f64,
+        instance: &str,
+        known: u64,
+        message: Message,
+    ) -> io::Result<()> {
         let kind = if message.grave { Kind::Warning } else { Kind::Message };
         let text = format!("[{}] {}", message.status, message.text);
         self.log.add(&Event { time, kind, instance: instance.to_owned(), text })?;
-        if self.messages.len() < MAX_MESSAGES {
+        if self.messages.len() < MAX_MESSAGES && known < MAX_OF_ONE && message.count == 1 {
             self.messages.push(UnitMessage {
                 time,
                 instance: instance.to_owned(),
@@ -164,8 +228,14 @@ impl Journal {
 
     /// What the summary is to know.
     pub(super) fn told(&self) -> Told {
-        let (messages, discarded) = (self.messages.clone(), self.discarded.clone());
-        Told { messages, events: self.log.counts().clone(), discarded }
+        let Self { log, messages, discarded, sent, strays, .. } = self;
+        Told {
+            omitted: sent.iter().sum::<u64>() + strays - messages.len() as u64,
+            messages: messages.clone(),
+            events: log.counts().clone(),
+            discarded: discarded.clone(),
+            sent: sent.clone(),
+        }
     }
 
     /// Completes events.csv as far as it is; more may follow.

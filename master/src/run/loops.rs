@@ -116,9 +116,12 @@ fn solver(system: &System, blueprint: &Blueprint, ports: &HashSet<Port>) -> Opti
     let units: HashSet<usize> = ports.iter().map(|port| port.instance).collect();
     let able =
         |&k: &usize| system.instances[k].description().co_simulation.can_get_and_set_fmu_state;
-    let block = blueprint.blocks.iter().find(|block| {
-        matches!(block.name, AlgorithmName::Iterated | AlgorithmName::Newton)
-            && block.members.iter().filter(|member| units.contains(member)).count() == units.len()
-    })?;
+    let mut homes = units.iter().map(|&unit| blueprint.home(unit));
+    let home = homes.next()??;
+    let block = &blueprint.blocks[home];
+    let iterates = matches!(block.name, AlgorithmName::Iterated | AlgorithmName::Newton);
+    if !iterates || homes.any(|other| other != Some(home)) {
+        return None;
+    }
     units.iter().all(able).then_some(block.name)
 }

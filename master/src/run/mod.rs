@@ -26,8 +26,10 @@ mod wiring;
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+use indexmap::IndexSet;
 
 pub use alone::Alone;
 pub use as_run::FILE as AS_RUN;
@@ -104,6 +106,12 @@ impl Job<'_> {
     /// # Errors
     /// Whatever stops the run, see [`Error`].
     pub fn run(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        let folder = at_start(self.folder)?;
+        let result = Job { folder: &folder, ..*self }.run_there(observer);
+        result.map_err(|error| error.with_folder(&folder, self.folder))
+    }
+
+    fn run_there(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
         let begin = Instant::now();
         let setup = Setup::new(self.scenario, self.overrides)?;
         let keeps = setup.scenario.checkpoint_stride();
@@ -149,6 +157,7 @@ impl Job<'_> {
 pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Error> {
     let begin = Instant::now();
     let checkpoint = Checkpoint::read(folder)?;
+    let folder = &at_start(folder)?;
     let mut scenario = checkpoint.scenario(folder).map_err(CheckpointError::from)?;
     // the trace shows how it came to the stop
     scenario.trace = None;
@@ -184,16 +193,21 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
     run.complete(Some(&simulation))
 }
 
+/// A folder as it is meant before any unit has run: a unit may change the working directory.
+fn at_start(folder: &Path) -> Result<PathBuf, Error> {
+    let failed = |source| Error::Output { path: folder.to_owned(), running: false, source };
+    std::path::absolute(folder).map_err(failed)
+}
+
 /// Checks that all units can give their states.
 fn can_serialize(setup: &Setup) -> Result<(), Error> {
-    let mut units = Vec::new();
+    let mut units = IndexSet::new();
     for plan in &setup.system.instances {
-        let path = plan.package.path().to_owned();
-        let can = plan.description().co_simulation.can_serialize_fmu_state;
-        if !can && !units.contains(&path) {
-            units.push(path);
+        if !plan.description().co_simulation.can_serialize_fmu_state {
+            units.insert(plan.package.path().to_owned());
         }
     }
+    let units: Vec<PathBuf> = units.into_iter().collect();
     if units.is_empty() { Ok(()) } else { Err(Error::NoCheckpoints { units }) }
 }
 

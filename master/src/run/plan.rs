@@ -1,6 +1,6 @@
 //! From the checked system to instances with their traffic laid out.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -17,7 +17,6 @@ use crate::instance::{Instance, Options, UnitError};
 use crate::isolate::Isolation;
 use crate::library::Functions;
 use crate::participant::Participant;
-use crate::pattern;
 use crate::scenario::{OnDiscard, Scenario, ScenarioError};
 use crate::system::{Plan, Port, System, SystemError};
 use crate::trace::Trace;
@@ -100,15 +99,15 @@ impl Layout {
         }
         let order = graph::sequence(system, &first);
         let mut groups: Vec<Block> = Vec::new();
+        let mut grouped = HashSet::new();
         for (k, group) in settings.groups.iter().enumerate() {
             let place = format!("algorithm.groups[{k}].instances");
             let mut members = Vec::new();
             for pattern in &group.instances {
                 members.extend(system.select_instances(&place, pattern)?);
             }
-            for (n, member) in members.iter().enumerate() {
-                let before = groups.iter().flat_map(|group| &group.members);
-                if before.chain(&members[..n]).any(|known| known == member) {
+            for member in &members {
+                if !grouped.insert(*member) {
                     let name = system.instances[*member].name.clone();
                     let why = "occurs twice in algorithm.groups";
                     return Err(SystemError::InstanceName { name, why });
@@ -136,24 +135,18 @@ impl Layout {
 
 /// Pairs of effort and flow: outputs that feed inputs.
 fn power_pairs(scenario: &Scenario, system: &System) -> Result<Vec<(Port, Port)>, SystemError> {
+    let feeding: HashSet<Port> = system.links.iter().map(|link| link.from).collect();
     let mut pairs = Vec::new();
     for (k, pair) in scenario.algorithm.power.iter().enumerate() {
         let place = format!("algorithm.power[{k}]");
-        let names = pattern::zip(&pair.effort, &pair.flow)
-            .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
-        for (effort, flow) in names {
-            let find = |name: &str| {
-                let found = system.select(&place, name)?;
-                let feeds = |port: &Port| system.links.iter().any(|link| link.from == *port);
-                match found[..] {
-                    [port] if feeds(&port) && system.variable(port).kind == Type::Real => Ok(port),
-                    _ => Err(SystemError::NotExchanged {
-                        place: place.clone(),
-                        port: name.to_owned(),
-                    }),
+        for (effort, flow) in system.pairs(&place, &pair.effort, &pair.flow)? {
+            for port in [effort, flow] {
+                if !feeding.contains(&port) || system.variable(port).kind != Type::Real {
+                    let port = system.port_name(port);
+                    return Err(SystemError::NotExchanged { place, port });
                 }
-            };
-            pairs.push((find(&effort)?, find(&flow)?));
+            }
+            pairs.push((effort, flow));
         }
     }
     Ok(pairs)

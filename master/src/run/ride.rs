@@ -35,6 +35,8 @@ enum RideError {
     Coarse(String, f64, #[source] analysis::Error),
     #[error("{0}: {1:.3} s are judged, and {SHORTEST} s are the least")]
     Short(String, f64),
+    #[error("{0} is {1} at {2} s")]
+    NotFinite(String, f64, f64),
     #[error("{0}: {1}")]
     Analysis(String, #[source] analysis::Error),
     #[error("results.csv cannot be read: {0}")]
@@ -240,6 +242,9 @@ impl Series {
         point: &RidePoint,
     ) -> Result<DirectionQuality, RideError> {
         let failed = |error| RideError::Analysis(signal.to_owned(), error);
+        if let Some(k) = self.values.iter().position(|value| !value.is_finite()) {
+            return Err(RideError::NotFinite(signal.to_owned(), self.values[k], self.times[k]));
+        }
         let rate = series::rate(&self.times).map_err(failed)?;
         let weighted = weighting.apply(&self.values, rate).map_err(|error| match error {
             analysis::Error::Setting { .. } => {

@@ -1,6 +1,7 @@
 //! The signals that a run is about: what is recorded and what is drawn.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use crate::description::Type;
 use crate::error::Error;
@@ -22,8 +23,8 @@ impl Selection {
     pub(super) fn new(scenario: &Scenario, system: &System) -> Result<Self, Error> {
         let mut ports: Vec<Port> = Vec::new();
         let mut strides = Vec::new();
-        // a set beside the list: thousands of signals are usual
-        let mut known = HashSet::new();
+        // positions beside the list: thousands of signals are usual
+        let mut known: HashMap<Port, usize> = HashMap::new();
         for (k, entry) in scenario.record.signals.iter().enumerate() {
             let place = format!("record.signals[{k}]");
             let patterns = match entry {
@@ -32,7 +33,8 @@ impl Selection {
             };
             for pattern in patterns {
                 for port in Self::select(system, &place, pattern, Texts::Named)? {
-                    if known.insert(port) {
+                    if let Entry::Vacant(entry) = known.entry(port) {
+                        entry.insert(ports.len());
                         ports.push(port);
                         strides.push(scenario.stride(k)?);
                     }
@@ -47,8 +49,7 @@ impl Selection {
                 for pattern in &panel.signals {
                     let place = format!("plots[{k}].panels[{j}].signals");
                     for port in Self::select(system, &place, pattern, Texts::Refused)? {
-                        let known = ports.iter().position(|it| *it == port);
-                        curves.push(known.unwrap_or_else(|| {
+                        curves.push(*known.entry(port).or_insert_with(|| {
                             ports.push(port);
                             ports.len() - 1
                         }));
@@ -87,7 +88,7 @@ impl Selection {
         texts: Texts,
     ) -> Result<Vec<Port>, SystemError> {
         let mut ports = system.select(place, pattern)?;
-        if pattern.contains('*') {
+        if pattern.contains('*') && system.exact(pattern).is_none() {
             ports.retain(|port| system.variable(*port).kind != Type::String);
         }
         if texts == Texts::Named {

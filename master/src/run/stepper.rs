@@ -1,5 +1,6 @@
 //! What a run steps with: algorithms, signals, control of the step, and what they report.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::loops::FeedLoop;
@@ -233,14 +234,14 @@ impl Limits {
         participants: &[Participant],
     ) {
         let settings = &scenario.algorithm;
-        let newton: Vec<usize> = blueprint
+        let newton: HashSet<usize> = blueprint
             .blocks
             .iter()
             .filter(|block| block.name == AlgorithmName::Newton)
             .filter(|block| block.iteration.jacobian == JacobianSource::Directional)
             .flat_map(|block| block.members.iter().copied())
             .collect();
-        let again: Vec<usize> = blueprint.repeats().collect();
+        let again: HashSet<usize> = blueprint.repeats().collect();
         for (k, participant) in participants.iter().enumerate() {
             let able = participant.capabilities();
             let unit = &system.instances[k].description().co_simulation;

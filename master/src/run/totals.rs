@@ -1,17 +1,20 @@
 //! What the summary says of instances, units and algorithm.
 
+use std::collections::HashMap;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::Setup;
+use super::journal::Told;
 use crate::coupling::Blueprint;
 use crate::graph::SignalGraph;
 use crate::participant::Participant;
 use crate::scenario::{AlgorithmName, Scenario};
 use crate::summary::{AlgorithmSummary, CouplingSummary, InstanceSummary, UnitSummary, WallTime};
-use crate::system::System;
+use crate::system::{Plan, System};
 
 /// What a run had done before it went on from a checkpoint.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -54,19 +57,20 @@ pub(super) fn instances(
     setup: &Setup,
     participants: &[Participant],
     earlier: &Earlier,
-    discarded: &[u64],
+    told: &Told,
 ) -> IndexMap<String, InstanceSummary> {
-    let units = &setup.scenario.units;
-    let unit_of = |path| units.iter().find(|(_, it)| *it == path).map(|(name, _)| name);
+    let units: HashMap<&Path, &String> =
+        setup.scenario.units.iter().rev().map(|(name, path)| (path.as_path(), name)).collect();
     (0..)
         .zip(&setup.system.instances)
         .map(|(k, plan): (usize, _)| {
             let work = earlier.work(k, participants);
             let summary = InstanceSummary {
-                unit: unit_of(plan.package.path()).cloned().unwrap_or_default(),
+                unit: units.get(plan.package.path()).copied().cloned().unwrap_or_default(),
                 tolerance: plan.tolerance,
                 steps: work.steps,
-                discarded_steps: discarded.get(k).copied().unwrap_or(0),
+                discarded_steps: told.discarded.get(k).copied().unwrap_or(0),
+                messages: told.sent.get(k).copied().unwrap_or(0),
                 step_seconds: work.step_seconds,
                 exchange_seconds: work.exchange_seconds,
             };
@@ -80,28 +84,34 @@ pub(super) fn units(
     system: &System,
     instances: &IndexMap<String, InstanceSummary>,
 ) -> IndexMap<String, UnitSummary> {
+    let mut first: HashMap<&Path, &Plan> = HashMap::new();
+    for plan in &system.instances {
+        first.entry(plan.package.path()).or_insert(plan);
+    }
     let mut units = IndexMap::new();
     for (name, path) in &scenario.units {
         // without an instance there is nothing to tell
-        let Some(first) = system.instances.iter().find(|plan| plan.package.path() == path) else {
-            continue;
+        let Some(plan) = first.get(path.as_path()) else { continue };
+        let description = plan.description();
+        let unit = UnitSummary {
+            path: path.display().to_string(),
+            model: description.model_name.clone(),
+            version: description.version.clone(),
+            guid: description.guid.clone(),
+            generation_tool: description.generation_tool.clone(),
+            instances: 0,
+            steps: 0,
+            step_seconds: 0.0,
+            exchange_seconds: 0.0,
         };
-        let description = first.description();
-        let mine = || instances.values().filter(|it| it.unit == *name);
-        units.insert(
-            name.clone(),
-            UnitSummary {
-                path: path.display().to_string(),
-                model: description.model_name.clone(),
-                version: description.version.clone(),
-                guid: description.guid.clone(),
-                generation_tool: description.generation_tool.clone(),
-                instances: mine().count(),
-                steps: mine().map(|it| it.steps).sum(),
-                step_seconds: mine().map(|it| it.step_seconds).sum(),
-                exchange_seconds: mine().map(|it| it.exchange_seconds).sum(),
-            },
-        );
+        units.insert(name.clone(), unit);
+    }
+    for instance in instances.values() {
+        let Some(unit) = units.get_mut(&instance.unit) else { continue };
+        unit.instances += 1;
+        unit.steps += instance.steps;
+        unit.step_seconds += instance.step_seconds;
+        unit.exchange_seconds += instance.exchange_seconds;
     }
     units
 }

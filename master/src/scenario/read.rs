@@ -14,6 +14,9 @@ use super::{Instance, Scenario, ScenarioError, Setting, comment};
 /// The member that names the file which is extended.
 const EXTENDS: &str = "extends";
 
+/// The byte order mark.
+const MARK: char = '\u{feff}';
+
 /// One file on its own.
 struct Source {
     path: PathBuf,
@@ -168,7 +171,11 @@ fn blame(chain: &[Source], steps: &[Step], at: &str, message: &str) -> ScenarioE
 }
 
 impl Source {
-    fn new(text: String, path: &Path) -> Result<Self, ScenarioError> {
+    fn new(mut text: String, path: &Path) -> Result<Self, ScenarioError> {
+        // some editors begin UTF-8 with a byte order mark
+        if text.starts_with(MARK) {
+            text.drain(..MARK.len_utf8());
+        }
         let value = read(&text, path)?;
         let mut source = Self { path: path.to_owned(), text, value, extends: None };
         if let Err(steps) = comment::strip(&mut source.value) {
@@ -293,6 +300,19 @@ mod tests {
         fs::write(folder.path().join("sub/c.fmu"), "").unwrap();
         assert_eq!(scenario.units["a"].canonicalize().unwrap(), unit("a.fmu"));
         assert_eq!(scenario.units["b"].canonicalize().unwrap(), unit("sub/c.fmu"));
+    }
+
+    #[test]
+    fn issue_a_byte_order_mark_is_passed_over() {
+        let mark = "\u{feff}";
+        let top = format!("{mark}{{ \"extends\": \"base.json\", \"title\": \"top\" }}");
+        let odd = format!("{mark}{{ \"extends\": \"base.json\", \"titel\": \"top\" }}");
+        let base = format!("{mark}{BASE}");
+        let folder = folder(&[("base.json", &base), ("top.json", &top), ("odd.json", &odd)]);
+        let scenario = Scenario::load(&folder.path().join("top.json")).unwrap();
+        assert_eq!((scenario.title.as_str(), scenario.experiment.stop), ("top", 1.0));
+        assert!(Scenario::parse(&base, Path::new("s.json")).is_ok());
+        assert!(refused(&folder, "odd.json").contains("`titel`"));
     }
 
     #[test]

@@ -204,6 +204,16 @@ pub enum SystemError {
         /// Why not.
         why: String,
     },
+    /// A value for an input that a connection feeds.
+    #[error("{place}: the value has no effect, because {port} is connected to {from}")]
+    Idle {
+        /// JSON path, or the option of the command line.
+        place: String,
+        /// The input.
+        port: String,
+        /// The output that feeds it.
+        from: String,
+    },
     /// A text where only numbers can be drawn.
     #[error("{place}: {port} is a String, which cannot be drawn")]
     NotNumeric {

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use super::{Link, Port, Result, System, SystemError};
 use crate::description::{Causality, Conversion, Type};
-use crate::pattern;
 use crate::scenario::{Connection, Scenario};
 
 impl System {
@@ -17,11 +16,7 @@ impl System {
             let place = format!("connections[{k}]");
             for (n, target) in connection.to.as_slice().iter().enumerate() {
                 for (m, (source, factor)) in connection.from.terms().enumerate() {
-                    let pairs = pattern::zip(source, target)
-                        .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
-                    for (from, to) in pairs {
-                        let from = self.port(&place, &from)?;
-                        let to = self.port(&place, &to)?;
+                    for (from, to) in self.pairs(&place, source, target)? {
                         let link = self.link(&place, from, to, connection, (m, factor))?;
                         match fed.get(&to) {
                             // terms of one sum
@@ -117,11 +112,13 @@ impl System {
             for variable in description.with_causality(Causality::Input) {
                 let port = Port { instance, variable };
                 let plan = &mut self.instances[instance];
-                if fed.contains(&port) || plan.inputs.iter().any(|(index, _)| *index == variable) {
+                if fed.contains(&port) || plan.inputs.contains_key(&variable) {
                     continue;
                 }
                 match &description.variables[variable].start {
-                    Some(value) => plan.inputs.push((variable, value.clone())),
+                    Some(value) => {
+                        plan.inputs.insert(variable, value.clone());
+                    }
                     None => {
                         return Err(SystemError::Unconnected { input: self.port_name(port) });
                     }

@@ -62,9 +62,9 @@ pub struct Plan {
     /// Debug messages of these categories; empty: of all categories; `None`: no debug messages.
     pub debug_log: Option<Vec<String>>,
     /// Set while instantiated: parameters and exact or approximate start values.
-    pub parameters: Vec<(usize, Value)>,
+    pub parameters: IndexMap<usize, Value>,
     /// Set in initialization mode: inputs.
-    pub inputs: Vec<(usize, Value)>,
+    pub inputs: IndexMap<usize, Value>,
 }
 
 impl Plan {
@@ -83,7 +83,7 @@ pub struct System {
     /// In the order of the scenario.
     pub links: Vec<Link>,
     by_name: HashMap<String, usize>,
-    /// What was noticed about connections.
+    /// What was noticed about connections, and about values for connected inputs.
     notes: Vec<String>,
 }
 
@@ -133,6 +133,7 @@ impl System {
             system.override_value(entry)?;
         }
         system.connect(scenario)?;
+        system.judge_idle_values(overrides)?;
         system.check_inputs()?;
         Ok(system)
     }

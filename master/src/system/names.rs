@@ -1,18 +1,16 @@
-//! From the names in a scenario to instances and variables.
+//! From the names in a scenario to instances and variables. A name that exists as it is written is that
+//! name; only another one is a pattern.
 
 use super::{Port, Result, System, SystemError};
-use crate::pattern;
+use crate::pattern::{self, PatternError};
 
 impl System {
-    pub(super) fn port(&self, place: &str, name: &str) -> Result<Port> {
-        let Some((instance, variable)) = name.split_once('.') else {
-            return Err(SystemError::Form { place: place.to_owned(), name: name.to_owned() });
-        };
-        let Some(index) = self.find(instance) else {
-            return Err(self.unknown_instance(place, instance));
-        };
-        let variable = self.find_variable(place, index, variable)?;
-        Ok(Port { instance: index, variable })
+    /// The port that is named exactly so.
+    pub(crate) fn exact(&self, name: &str) -> Option<Port> {
+        let (instance, variable) = name.split_once('.')?;
+        let instance = self.find(instance)?;
+        let variable = self.instances[instance].description().find(variable)?;
+        Some(Port { instance, variable })
     }
 
     /// The error for an instance name that does not exist.
@@ -28,20 +26,37 @@ impl System {
         }
     }
 
-    pub(super) fn find_variable(&self, place: &str, instance: usize, name: &str) -> Result<usize> {
+    /// The error for a variable that an instance does not have.
+    fn unknown_variable(&self, place: &str, instance: usize, name: &str) -> SystemError {
         let plan = &self.instances[instance];
         let description = plan.description();
-        description.find(name).ok_or_else(|| SystemError::Unknown {
+        let names = description.variables.iter().map(|variable| variable.name.as_str());
+        SystemError::Unknown {
             place: place.to_owned(),
             what: "variable",
             name: name.to_owned(),
             within: Some(format!("{} (unit {})", plan.name, description.model_name)),
-            suggestion: pattern::suggest(
-                name,
-                description.variables.iter().map(|variable| variable.name.as_str()),
-            )
-            .map(str::to_owned),
-        })
+            suggestion: pattern::suggest(name, names).map(str::to_owned),
+        }
+    }
+
+    /// The variables of an instance that a name with ranges stands for; a star is a star.
+    pub(super) fn find_variables(
+        &self,
+        place: &str,
+        instance: usize,
+        pattern: &str,
+    ) -> Result<Vec<usize>> {
+        let description = self.instances[instance].description();
+        if let Some(variable) = description.find(pattern) {
+            return Ok(vec![variable]);
+        }
+        let names = pattern::expand(pattern).map_err(|source| in_pattern(place, source))?;
+        let find = |name: &String| {
+            let found = description.find(name);
+            found.ok_or_else(|| self.unknown_variable(place, instance, name))
+        };
+        names.iter().map(find).collect()
     }
 
     /// All ports that a name with ranges and stars stands for, in order.
@@ -49,33 +64,63 @@ impl System {
     /// # Errors
     /// A plain name does not exist, or a pattern matches nothing.
     pub fn select(&self, place: &str, pattern: &str) -> Result<Vec<Port>> {
-        let names = pattern::expand(pattern)
-            .map_err(|source| SystemError::Pattern { place: place.to_owned(), source })?;
-        let mut ports = Vec::new();
-        for name in names {
-            if !name.contains('*') {
-                ports.push(self.port(place, &name)?);
-                continue;
-            }
-            let before = ports.len();
-            let Some((instance_glob, variable_glob)) = name.split_once('.') else {
-                return Err(SystemError::Form { place: place.to_owned(), name });
-            };
-            for (instance, plan) in self.instances.iter().enumerate() {
-                if !pattern::matches(instance_glob, &plan.name) {
-                    continue;
-                }
-                for (variable, it) in plan.description().variables.iter().enumerate() {
-                    if pattern::matches(variable_glob, &it.name) {
-                        ports.push(Port { instance, variable });
-                    }
-                }
-            }
-            if ports.len() == before {
-                return Err(SystemError::NoMatch { place: place.to_owned(), pattern: name });
-            }
+        self.resolve(place, pattern, true)
+    }
+
+    /// All ports that a name with ranges stands for, in order; a star is a star.
+    pub(super) fn ports(&self, place: &str, pattern: &str) -> Result<Vec<Port>> {
+        self.resolve(place, pattern, false)
+    }
+
+    /// The ports of two names with ranges, paired.
+    ///
+    /// # Errors
+    /// A name does not exist, or the two stand for different numbers of ports.
+    pub fn pairs(&self, place: &str, from: &str, to: &str) -> Result<Vec<(Port, Port)>> {
+        let (sources, targets) = match (self.ports(place, from), self.ports(place, to)) {
+            (Ok(sources), Ok(targets)) => (sources, targets),
+            // that the numbers differ says more than a name that is missing for it
+            (sources, targets) => match pattern::zip(from, to) {
+                Err(source @ PatternError::Lengths { .. }) => return Err(in_pattern(place, source)),
+                _ => (sources?, targets?),
+            },
+        };
+        pattern::pair((from, sources), (to, targets)).map_err(|source| in_pattern(place, source))
+    }
+
+    fn resolve(&self, place: &str, pattern: &str, stars: bool) -> Result<Vec<Port>> {
+        if let Some(port) = self.exact(pattern) {
+            return Ok(vec![port]);
         }
-        Ok(ports)
+        let Some((instances, variables)) = pattern::split_port(pattern) else {
+            return Err(SystemError::Form { place: place.to_owned(), name: pattern.to_owned() });
+        };
+        let names = pattern::expand(instances).map_err(|source| in_pattern(place, source))?;
+        let members = names
+            .into_iter()
+            .map(|name| Ok((self.members(place, &name, stars)?, name)))
+            .collect::<Result<Vec<_>>>()?;
+        let mut choice = Choice { system: self, place, stars, ports: Vec::new() };
+        for (members, name) in members {
+            choice.add(&name, members, variables)?;
+        }
+        if choice.ports.len() > pattern::MAX_NAMES {
+            let source = PatternError::TooMany { pattern: pattern.to_owned() };
+            return Err(in_pattern(place, source));
+        }
+        Ok(choice.ports)
+    }
+
+    /// The instances that a name without ranges stands for.
+    fn members(&self, place: &str, name: &str, stars: bool) -> Result<Vec<usize>> {
+        if let Some(index) = self.find(name) {
+            return Ok(vec![index]);
+        }
+        if !stars || !name.contains('*') {
+            return Err(self.unknown_instance(place, name));
+        }
+        let all = self.instances.iter().enumerate();
+        Ok(all.filter(|(_, plan)| pattern::matches(name, &plan.name)).map(|(k, _)| k).collect())
     }
 
     /// All instances that a name with ranges and stars stands for, in order.
@@ -83,24 +128,83 @@ impl System {
     /// # Errors
     /// A name does not exist, or a pattern matches nothing.
     pub fn select_instances(&self, place: &str, pattern: &str) -> Result<Vec<usize>> {
-        let names = pattern::expand(pattern)
-            .map_err(|source| SystemError::Pattern { place: place.to_owned(), source })?;
+        let names = pattern::expand(pattern).map_err(|source| in_pattern(place, source))?;
         let mut found = Vec::new();
         for name in names {
-            if name.contains('*') {
-                let before = found.len();
-                let all = self.instances.iter().enumerate();
-                found.extend(
-                    all.filter(|(_, plan)| pattern::matches(&name, &plan.name)).map(|(k, _)| k),
-                );
-                if found.len() == before {
-                    return Err(SystemError::NoMatch { place: place.to_owned(), pattern: name });
-                }
-            } else {
-                let index = self.find(&name);
-                found.push(index.ok_or_else(|| self.unknown_instance(place, &name))?);
+            let members = self.members(place, &name, true)?;
+            if members.is_empty() {
+                return Err(SystemError::NoMatch { place: place.to_owned(), pattern: name });
             }
+            found.extend(members);
         }
         Ok(found)
+    }
+}
+
+fn in_pattern(place: &str, source: PatternError) -> SystemError {
+    SystemError::Pattern { place: place.to_owned(), source }
+}
+
+/// The ports that a pattern stands for, as they are found.
+struct Choice<'a> {
+    system: &'a System,
+    place: &'a str,
+    stars: bool,
+    ports: Vec<Port>,
+}
+
+impl Choice<'_> {
+    /// Adds variables of the instances that one name stands for.
+    fn add(&mut self, name: &str, members: Vec<usize>, variables: &str) -> Result<()> {
+        let (exact, others): (Vec<usize>, Vec<usize>) =
+            members.into_iter().partition(|&it| self.variable(it, variables).is_some());
+        for instance in &exact {
+            self.ports.extend(self.variable(*instance, variables));
+        }
+        if others.is_empty() && !exact.is_empty() {
+            return Ok(());
+        }
+        let expanded =
+            pattern::expand(variables).map_err(|source| in_pattern(self.place, source))?;
+        for variable in expanded {
+            let before = self.ports.len();
+            for &instance in &others {
+                self.add_matches(instance, &variable);
+            }
+            if self.ports.len() == before && exact.is_empty() {
+                return Err(self.nothing(name, &others, &variable));
+            }
+        }
+        Ok(())
+    }
+
+    fn variable(&self, instance: usize, name: &str) -> Option<Port> {
+        let variable = self.system.instances[instance].description().find(name)?;
+        Some(Port { instance, variable })
+    }
+
+    /// Adds the variables of an instance that a name without ranges stands for, if any.
+    fn add_matches(&mut self, instance: usize, name: &str) {
+        if let Some(port) = self.variable(instance, name) {
+            self.ports.push(port);
+        } else if self.stars && name.contains('*') {
+            let variables = &self.system.instances[instance].description().variables;
+            let all = variables.iter().enumerate();
+            let matching = all.filter(|(_, it)| pattern::matches(name, &it.name));
+            self.ports.extend(matching.map(|(variable, _)| Port { instance, variable }));
+        }
+    }
+
+    /// The error for names of an instance and a variable that stand for nothing.
+    fn nothing(&self, name: &str, members: &[usize], variable: &str) -> SystemError {
+        match *members {
+            [only] if !name.contains('*') && !(self.stars && variable.contains('*')) => {
+                self.system.unknown_variable(self.place, only, variable)
+            }
+            _ => SystemError::NoMatch {
+                place: self.place.to_owned(),
+                pattern: format!("{name}.{variable}"),
+            },
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Instances and the values that the scenario and the command line give them.
 
+use std::cell::OnceCell;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -8,11 +10,17 @@ use indexmap::IndexMap;
 use super::error::causality_name;
 use super::{Override, Plan, Port, Result, System, SystemError};
 use crate::description::{Causality, Initial, Type, Value, Variability, Variable};
+use crate::graph::SignalGraph;
 use crate::package::Package;
 use crate::pattern;
 use crate::scenario::{DebugLog, Instance, LogLevel, Setting};
 
 impl Override {
+    /// Where it comes from, for messages.
+    fn place(&self) -> String {
+        format!("--set {self}")
+    }
+
     /// The value for a variable: text for a String, whatever it looks like.
     pub(crate) fn setting(&self, variable: &Variable) -> Setting {
         match variable.kind {
@@ -63,8 +71,8 @@ impl System {
                 every: instance.every,
                 tolerance: instance.tolerance,
                 debug_log,
-                parameters: Vec::new(),
-                inputs: Vec::new(),
+                parameters: IndexMap::new(),
+                inputs: IndexMap::new(),
             });
             self.set_all(&place, index, instance)?;
         }
@@ -85,12 +93,10 @@ impl System {
         for (list, settings) in [("parameters", &instance.parameters), ("start", &instance.start)] {
             let place = format!("{place}.{list}");
             for (names, setting) in settings {
-                let expanded = pattern::expand(names)
-                    .map_err(|source| SystemError::Pattern { place: place.clone(), source })?;
-                for name in expanded {
-                    let variable = self.find_variable(&place, index, &name)?;
+                for variable in self.find_variables(&place, index, names)? {
                     let port = Port { instance: index, variable };
                     self.check_list(&place, port, list)?;
+                    let name = &self.variable(port).name;
                     self.set(&format!("{place}.{name}"), port, setting)?;
                 }
             }
@@ -113,7 +119,7 @@ impl System {
     }
 
     pub(super) fn override_value(&mut self, entry: &Override) -> Result<()> {
-        let place = format!("--set {}={}", entry.target, entry.value);
+        let place = entry.place();
         let ports = self.select(&place, &entry.target)?;
         for port in ports {
             self.set(&place, port, &entry.setting(self.variable(port)))?;
@@ -144,21 +150,64 @@ impl System {
         }
         let plan = &mut self.instances[port.instance];
         let list = if is_input { &mut plan.inputs } else { &mut plan.parameters };
-        match list.iter_mut().find(|(variable, _)| *variable == port.variable) {
-            Some(entry) => entry.1 = value,
-            None => list.push((port.variable, value)),
+        list.insert(port.variable, value);
+        Ok(())
+    }
+
+    /// Refuses values of the command line for inputs that a connection feeds, since they would have
+    /// no effect, and remarks those of the scenario. Where signals depend on each other in a loop
+    /// while initializing, they are first guesses.
+    pub(super) fn judge_idle_values(&mut self, overrides: &[Override]) -> Result<()> {
+        if self.instances.iter().all(|plan| plan.inputs.is_empty()) {
+            return Ok(());
+        }
+        let sources: HashMap<Port, Port> =
+            self.links.iter().map(|link| (link.to, link.from)).collect();
+        let guesses = OnceCell::new();
+        let idle = |place: &dyn Fn() -> String, port: Port| {
+            let from = *sources.get(&port)?;
+            let guessed = guesses.get_or_init(|| self.looped_inputs()).contains(&port);
+            (!guessed).then(|| SystemError::Idle {
+                place: place(),
+                port: self.port_name(port),
+                from: self.port_name(from),
+            })
+        };
+        for entry in overrides {
+            let ports = self.select("", &entry.target)?;
+            if let Some(error) = ports.into_iter().find_map(|port| idle(&|| entry.place(), port)) {
+                return Err(error);
+            }
+        }
+        let mut remarks = self.instances.iter().enumerate().flat_map(|(instance, plan)| {
+            let ports = plan.inputs.keys().map(move |&variable| Port { instance, variable });
+            ports.filter_map(|port| idle(&|| format!("instances.{}.start", plan.name), port))
+        });
+        if let Some(first) = remarks.next() {
+            let more = match remarks.count() {
+                0 => String::new(),
+                more => format!(" (and {more} more like it)"),
+            };
+            self.notes.push(format!("{first}{more}"));
         }
         Ok(())
+    }
+
+    /// The inputs that depend on themselves while initializing.
+    fn looped_inputs(&self) -> HashSet<Port> {
+        let signals = SignalGraph::initial(self);
+        let nodes = signals.loops().into_iter().flatten();
+        nodes.filter(|&node| signals.is_input[node]).map(|node| signals.ports[node]).collect()
     }
 
     /// The variables of that name with the value that each takes while stepping.
     pub(crate) fn changes(&self, name: &str, setting: &Setting) -> Result<Vec<(Port, Value)>> {
         let place = format!("set {name}");
         let ports = self.select(&place, name)?;
+        let fed: HashSet<Port> = self.links.iter().map(|link| link.to).collect();
         let change = |port: Port| {
             let variable = self.variable(port);
-            let free = variable.causality == Causality::Input
-                && !self.links.iter().any(|link| link.to == port);
+            let free = variable.causality == Causality::Input && !fed.contains(&port);
             if !free && variable.variability != Variability::Tunable {
                 return Err(SystemError::NotSettable {
                     place: place.clone(),

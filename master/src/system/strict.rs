@@ -1,6 +1,8 @@
 //! What is imperfect about the units: reported by default. What the standard forbids, a strict run
 //! refuses.
 
+use std::collections::HashSet;
+
 use super::System;
 use crate::description::Finding;
 use crate::package::Package;
@@ -36,17 +38,16 @@ fn grouped(findings: &[Finding]) -> Vec<String> {
 }
 
 impl System {
-    /// What was tolerated of the units, one line per unit and kind of defect.
+    /// What was tolerated of the units, one line per unit and kind of defect, and of the scenario.
     #[must_use]
     pub fn notices(&self, step: f64) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut told = HashSet::new();
         let mut notices = self.notes.clone();
         for plan in &self.instances {
             let path = plan.package.path();
-            if told.contains(&path) {
+            if !told.insert(path) {
                 continue;
             }
-            told.push(path);
             let mut texts = grouped(plan.package.findings());
             texts.extend(unfit_step(&plan.package, step));
             notices.extend(texts.into_iter().map(|text| format!("{}: {text}", path.display())));

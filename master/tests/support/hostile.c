@@ -160,6 +160,8 @@ static int misbehave(const char *word)
     if (!strcmp(word, "loop"))
         for (volatile int k = 0;; k++)
             ;
+    if (!strcmp(word, "chdir"))
+        return chdir("/") ? ERROR : HONEST;
     if (!strcmp(word, "trample"))
         trample();
     if (!strcmp(word, "hoard")) { /* 64 GB */

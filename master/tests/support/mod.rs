@@ -136,10 +136,14 @@ impl Bench {
         self.pack(name, &[("modelDescription.xml", description.as_bytes()), (&place, binary)]);
     }
 
-    /// Packs any files.
+    /// Packs any files; a name that ends with a slash is that of a folder.
     pub fn pack(&self, name: &str, files: &[(&str, &[u8])]) {
         let mut writer = ZipWriter::new(fs::File::create(self.path(name)).unwrap());
         for (name, bytes) in files {
+            if name.ends_with('/') {
+                writer.add_directory(*name, SimpleFileOptions::default()).unwrap();
+                continue;
+            }
             writer.start_file(*name, SimpleFileOptions::default()).unwrap();
             writer.write_all(bytes).unwrap();
         }

@@ -4,6 +4,9 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef NEEDS_RESOURCES
+#include <sys/stat.h>
+#endif
 
 typedef void *component;
 typedef unsigned int vref;
@@ -52,6 +55,17 @@ component fmi2Instantiate(const char *name, int type, const char *guid, const ch
                   GUID);
         return NULL;
     }
+#ifdef NEEDS_RESOURCES
+    /* the value is a folder below fmuResourceLocation, or empty */
+    char folder[4096];
+    struct stat found;
+    strncpy(folder, resources + strlen("file://"), sizeof folder - 64);
+    strcat(folder, NEEDS_RESOURCES);
+    if (stat(folder, &found) || !S_ISDIR(found.st_mode)) {
+        call->log(call->environment, name, ERROR, NULL, "no folder %s", folder);
+        return NULL;
+    }
+#endif
     it = calloc(1, sizeof *it);
     it->call = call;
     strncpy(it->name, name, sizeof it->name - 1);

@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use crate::xml::{self, Plain as _};
 
-use super::{CoSimulation, DefaultExperiment, Description, Finding, Severity, Type};
+use super::{CoSimulation, DefaultExperiment, Description, Finding, Places, Severity, Type};
 
 /// More XML nodes than this are refused: about 100 bytes of memory each.
 pub(crate) const MAX_NODES: u32 = 5_000_000;
@@ -133,8 +133,10 @@ impl<'a> Reader<'a> {
         });
         let types = self.types(root);
         let enumerations = self.enumerations(root)?;
-        let variables = self.variables(root, &types)?;
+        let mut variables = self.variables(root, &types)?;
         let by_name = self.index(&variables)?;
+        let units = self.units(root)?;
+        self.undefined_units(&mut variables, &units);
         let (outputs, initial_unknowns) = self.structure(root, &variables)?;
         let mut description = Description {
             fmi_version,
@@ -151,7 +153,8 @@ impl<'a> Reader<'a> {
                 .unwrap_or_else(|| "flat".to_owned()),
             co_simulation,
             offers_model_exchange: child(root, "ModelExchange").is_some(),
-            units: self.units(root)?,
+            places: Places::new(&units, &outputs, &initial_unknowns),
+            units,
             log_categories: children(root, "LogCategories", "Category")
                 .filter_map(|node| node.attr("name").map(str::to_owned))
                 .collect(),

@@ -1,6 +1,6 @@
 //! The variables, with what their declared types lend them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use roxmltree::Node;
 
@@ -8,7 +8,7 @@ use crate::xml::Plain as _;
 
 use super::types::Types;
 use super::{DescriptionError, Reader, Result, children, type_of};
-use crate::description::{Causality, Initial, Severity, Type, Value, Variability, Variable};
+use crate::description::{Causality, Initial, Severity, Type, UnitDefinition, Value, Variability, Variable};
 
 impl<'a> Reader<'a> {
     pub(super) fn variables(
@@ -150,6 +150,29 @@ impl<'a> Reader<'a> {
                 let error = self.invalid(node, "initial", "exact, approx or calculated");
                 self.ignored(&error)
             }
+        }
+    }
+
+    /// Reports units of measurement that are not defined. One without a name is none.
+    pub(super) fn undefined_units(&mut self, variables: &mut [Variable], units: &[UnitDefinition]) {
+        let defined: HashSet<&str> = units.iter().map(|unit| unit.name.as_str()).collect();
+        for variable in variables {
+            let Some(unit) = variable.unit.as_deref().filter(|it| !defined.contains(it)) else {
+                continue;
+            };
+            let nameless = unit.trim().is_empty();
+            let taken = if nameless {
+                "it is taken as without a unit"
+            } else {
+                "it connects only to units of the same name"
+            };
+            let name = &variable.name;
+            let message =
+                format!("variable \"{name}\" has the unit \"{unit}\", which is not defined; {taken}");
+            if nameless {
+                variable.unit = None;
+            }
+            self.note("unit-defined", Severity::Warning, message);
         }
     }
 

@@ -1,0 +1,226 @@
+//! Which instance a message is of. What a unit hands to the logger may be wrong in every part: the
+//! environment of another instance or a number, no name or another one. Nothing of it is followed.
+//!
+//! Three things can say who it is: the environment, the name, and the instance that this thread is
+//! calling just now. Two that agree are right; else the name counts more than the call, and the call
+//! more than the environment, which units with a static copy of the callbacks take from the instance
+//! that was made last. Messages of which nothing is known are kept as [`Stray`]s.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
+
+use super::{Message, Sink};
+
+/// Strays kept until they are taken.
+const STRAYS: usize = 1000;
+
+/// What an instance is known by: an address that is never used again, and never followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Badge(usize);
+
+impl Badge {
+    /// Of no instance in this process.
+    pub(crate) const NONE: Self = Self(0);
+
+    pub(super) fn new() -> Self {
+        // for units that follow what is not theirs: there are zeros
+        let place: &'static [usize; 4] = Box::leak(Box::new([0; 4]));
+        Self(std::ptr::from_ref(place).expose_provenance())
+    }
+
+    pub(super) fn of(environment: *const std::ffi::c_void) -> Self {
+        Self(environment.addr())
+    }
+
+    pub(super) fn environment(self) -> *mut std::ffi::c_void {
+        std::ptr::with_exposed_provenance_mut(self.0)
+    }
+}
+
+thread_local! {
+    static CALLED: Cell<Badge> = const { Cell::new(Badge::NONE) };
+}
+
+/// This thread is about to call the instance of that badge.
+#[inline]
+pub(crate) fn calls(badge: Badge) {
+    CALLED.set(badge);
+}
+
+/// A message whose instance is unknown or gone.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stray {
+    /// Name of the instance that is gone, or what is known of it.
+    pub instance: String,
+    /// What it said.
+    pub message: Message,
+}
+
+/// An instance that is or was.
+struct Entry {
+    name: String,
+    sink: Weak<Sink>,
+}
+
+#[derive(Default)]
+struct Registry {
+    entries: HashMap<Badge, Entry>,
+    /// of those that are alive
+    by_name: HashMap<String, Vec<Badge>>,
+    strays: Vec<Stray>,
+    /// strays beyond those kept
+    dropped: u64,
+}
+
+static REGISTRY: LazyLock<Mutex<Registry>> = LazyLock::new(Mutex::default);
+
+fn registry() -> MutexGuard<'static, Registry> {
+    REGISTRY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+pub(super) fn enter(badge: Badge, name: &str, sink: &Arc<Sink>) {
+    let mut registry = registry();
+    let entry = Entry { name: name.to_owned(), sink: Arc::downgrade(sink) };
+    registry.entries.insert(badge, entry);
+    registry.by_name.entry(name.to_owned()).or_default().push(badge);
+}
+
+pub(super) fn leave(badge: Badge, name: &str) {
+    let mut registry = registry();
+    if let Some(badges) = registry.by_name.get_mut(name) {
+        badges.retain(|it| *it != badge);
+        if badges.is_empty() {
+            registry.by_name.remove(name);
+        }
+    }
+}
+
+pub(super) fn stray(instance: String, message: Message) {
+    let mut registry = registry();
+    if registry.strays.len() < STRAYS {
+        registry.strays.push(Stray { instance, message });
+    } else {
+        registry.dropped += message.count;
+    }
+}
+
+/// Takes the messages whose instance is unknown or gone.
+pub fn take_strays() -> Vec<Stray> {
+    let mut registry = registry();
+    let mut strays = std::mem::take(&mut registry.strays);
+    let dropped = Message::dropped(std::mem::take(&mut registry.dropped));
+    strays.extend(dropped.map(|message| Stray { instance: UNKNOWN.to_owned(), message }));
+    strays
+}
+
+const UNKNOWN: &str = "unknown instance";
+
+/// Brings a message to its instance, or to the strays. `name` is what the unit calls the instance.
+pub(super) fn deliver(environment: Badge, name: Option<&str>, message: Message) {
+    let found = registry().find(environment, name, CALLED.get());
+    // nothing is locked any more: the last holder of a sink locks the registry
+    match found {
+        Ok(sink) => sink.push(message),
+        Err(instance) => stray(instance, message),
+    }
+}
+
+impl Registry {
+    /// The sink that a message is for, or whose it seems to be.
+    fn find(
+        &self,
+        environment: Badge,
+        name: Option<&str>,
+        called: Badge,
+    ) -> Result<Arc<Sink>, String> {
+        let known = |badge: Badge| self.entries.contains_key(&badge).then_some(badge);
+        let (environment, called) = (known(environment), known(called));
+        let namesakes = name.and_then(|name| self.by_name.get(name)).map_or(&[][..], Vec::as_slice);
+        let namesake = [environment, called]
+            .into_iter()
+            .flatten()
+            .find(|badge| namesakes.contains(badge))
+            .or_else(|| namesakes.last().copied());
+        let judged = if environment == called { environment } else { None };
+        let badge = judged.or(namesake).or(called).or(environment).or_else(|| self.only());
+        match badge.and_then(|badge| self.entries.get(&badge)) {
+            Some(entry) => entry.sink.upgrade().ok_or_else(|| entry.name.clone()),
+            None => Err(match name.filter(|name| !name.is_empty()) {
+                Some(name) => format!("{UNKNOWN} \"{name}\""),
+                None => UNKNOWN.to_owned(),
+            }),
+        }
+    }
+
+    /// The only instance of this process, such as that of a worker.
+    fn only(&self) -> Option<Badge> {
+        let mut alive = self.by_name.values().flatten();
+        alive.next().copied().filter(|_| alive.next().is_none())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Badges that no process has, in the order a, b, c (gone), called by nobody but as said.
+    fn registry_of_two() -> (Registry, Vec<Arc<Sink>>) {
+        let mut registry = Registry::default();
+        let sinks = [Sink::new("test a"), Sink::new("test b")];
+        for sink in &sinks {
+            let name = sink.name().to_owned();
+            let entry = Entry { name: name.clone(), sink: Arc::downgrade(sink) };
+            registry.entries.insert(sink.badge(), entry);
+            registry.by_name.entry(name).or_default().push(sink.badge());
+        }
+        let gone = Entry { name: "test c".to_owned(), sink: Weak::new() };
+        registry.entries.insert(Badge(7), gone);
+        (registry, sinks.into())
+    }
+
+    #[test]
+    fn issue_a_message_finds_its_instance_by_whatever_is_right() {
+        let (registry, sinks) = registry_of_two();
+        let (a, b, gone) = (sinks[0].badge(), sinks[1].badge(), Badge(7));
+        let find = |environment, name: Option<&str>, called| {
+            let found = registry.find(environment, name, called);
+            found.map(|sink| sink.name().to_owned()).unwrap_or_else(|name| name)
+        };
+        let (odd, none) = (Badge(1), Badge::NONE);
+        for (environment, name, called, expected) in [
+            (a, Some("test a"), none, "test a"),
+            (a, None, none, "test a"),
+            (a, Some("nobody"), none, "test a"),
+            // numbers and null for an environment
+            (odd, Some("test b"), none, "test b"),
+            (none, Some("test b"), a, "test b"),
+            (odd, None, b, "test b"),
+            (odd, Some("nobody"), b, "test b"),
+            // that of another instance
+            (a, Some("test b"), none, "test b"),
+            (a, Some("test b"), b, "test b"),
+            (a, None, b, "test b"),
+            (a, Some("nobody"), b, "test b"),
+            // a static name
+            (a, Some("test b"), a, "test a"),
+            // of an instance that is gone, and of nobody
+            (gone, Some("test c"), none, "test c"),
+            (gone, None, none, "test c"),
+            (odd, None, none, "unknown instance"),
+            (odd, Some(""), none, "unknown instance"),
+            (none, Some("nobody"), none, "unknown instance \"nobody\""),
+        ] {
+            let found = find(environment, name, called);
+            assert_eq!(found, expected, "{environment:?} {name:?} {called:?}");
+        }
+    }
+
+    #[test]
+    fn issue_a_message_of_nobody_is_of_the_only_instance_of_a_process() {
+        let (mut registry, sinks) = registry_of_two();
+        registry.by_name.remove("test b");
+        let found = registry.find(Badge(2), Some("nobody"), Badge::NONE).ok();
+        assert_eq!(found.map(|sink| sink.badge()), Some(sinks[0].badge()));
+    }
+}
