@@ -16,7 +16,6 @@ pub(crate) fn info() -> Info {
         .author(env!("CARGO_PKG_AUTHORS"))
         .license(env!("CARGO_PKG_LICENSE"))
         .experiment(0.0, 10.0, 1e-3)
-        .max_output_derivative_order(2)
 }
 
 /// Load of one of the 64 magnets that carry the paper's two cars of 38 t, in N.
@@ -134,30 +133,36 @@ impl Inputs {
 
 impl Outputs {
     pub(crate) fn declare(interface: &mut Interface) -> Self {
-        let mut output = |name: &'static str, unit: Unit, nominal: f64, text: &'static str| {
-            interface.real(name).output().unit(unit).nominal(nominal).description(text).done()
-        };
+        // with the order up to which its time derivatives are on offer
+        let mut output =
+            |name: &'static str, order, unit: Unit, nominal: f64, text: &'static str| {
+                let output = interface.real(name).output().derivatives(order);
+                output.unit(unit).nominal(nominal).description(text).done()
+            };
         let force = output(
             "force",
+            2,
             Unit::NEWTON,
             5000.0,
             "Levitation force, attraction to the rail positive",
         );
         let lateral_force = output(
             "lateral_force",
+            0,
             Unit::NEWTON,
             100.0,
             "Lateral force on the magnet, positive to the left; it restores",
         );
         let current =
-            output("current", Unit::AMPERE, 10.0, "Coil current, operating point included");
+            output("current", 1, Unit::AMPERE, 10.0, "Coil current, operating point included");
         let voltage = output(
             "voltage",
+            1,
             Unit::VOLT,
             10.0,
             "Voltage applied by the controller, operating point included, within the voltage limits",
         );
-        let mut estimate = |name, text| output(name, Unit::ONE, 0.1, text);
+        let mut estimate = |name, text| output(name, 1, Unit::ONE, 0.1, text);
         let estimates = [
             estimate("estimate_gap", "Estimate y1 of eq. 5: 250/m times the gap's deviation"),
             estimate("estimate_gap_velocity", "Estimate y2 of eq. 5: 2.5 s/m times the gap's rate"),

@@ -236,6 +236,17 @@ fn analytic_directional_derivatives_are_those_of_the_outputs() {
     }
 }
 
+/// What the description promises of derivatives is kept from the start on, in every law: force 2,
+/// current, voltage and five estimates 1.
+#[test]
+fn invariant_declared_derivatives_are_given() {
+    for (parameters, mut unit) in units() {
+        assert_eq!(unit.declared_derivatives().unwrap(), 9, "{parameters:?}");
+        step(&mut unit, 0.0, 1.3e-3);
+        assert_eq!(unit.declared_derivatives().unwrap(), 9, "{parameters:?}");
+    }
+}
+
 /// Derivatives of the outputs at the end of a step are those of steps that end 10 µs earlier and
 /// later: the inputs' own slopes at the end are part of them. Central differences err by
 /// (1e-5·1e3)²/6 = 2e-5 of the fastest part.

@@ -16,7 +16,6 @@ pub(crate) fn info() -> Info {
         .author(env!("CARGO_PKG_AUTHORS"))
         .license(env!("CARGO_PKG_LICENSE"))
         .experiment(0.0, 10.0, 1e-3)
-        .max_output_derivative_order(2)
 }
 
 /// Handles of the inputs.
@@ -71,10 +70,12 @@ pub(crate) struct Outputs {
 
 impl Outputs {
     pub(crate) fn declare(interface: &mut Interface, magnets: usize, spans: usize) -> Self {
-        let mut row = |name, count, unit, nominal, text: &str| {
+        // with the order up to which its time derivatives are on offer
+        let mut row = |name, count, order, unit, nominal, text: &str| {
             interface
                 .reals(name, count)
                 .output()
+                .derivatives(order)
                 .unit(unit)
                 .nominal(nominal)
                 .description(text)
@@ -84,6 +85,7 @@ impl Outputs {
             displacement: row(
                 "displacement",
                 magnets,
+                2,
                 Unit::METRE,
                 1e-3,
                 "Track surface at magnet {k}: deflection plus irregularity, up positive",
@@ -91,6 +93,7 @@ impl Outputs {
             rate: row(
                 "rate",
                 magnets,
+                1,
                 Unit::METRE_PER_SECOND,
                 1e-2,
                 "Rate of the track surface as magnet {k}, moving over it, sees it; up positive",
@@ -98,6 +101,7 @@ impl Outputs {
             deflection: row(
                 "deflection",
                 magnets,
+                2,
                 Unit::METRE,
                 1e-3,
                 "Deflection of the guideway at magnet {k}, mean over its forces, up positive",
@@ -105,6 +109,7 @@ impl Outputs {
             irregularity: row(
                 "irregularity",
                 magnets,
+                2,
                 Unit::METRE,
                 1e-3,
                 "Irregularity of the track at magnet {k}, up positive",
@@ -112,6 +117,7 @@ impl Outputs {
             midspan_displacement: row(
                 "midspan_displacement",
                 spans,
+                2,
                 Unit::METRE,
                 1e-3,
                 "Deflection in the middle of span {k}, up positive",
@@ -119,6 +125,7 @@ impl Outputs {
             midspan_velocity: row(
                 "midspan_velocity",
                 spans,
+                1,
                 Unit::METRE_PER_SECOND,
                 1e-2,
                 "Velocity of the middle of span {k}",
@@ -126,6 +133,7 @@ impl Outputs {
             midspan_acceleration: row(
                 "midspan_acceleration",
                 spans,
+                0,
                 Unit::METRE_PER_SECOND_SQUARED,
                 1.0,
                 "Acceleration of the middle of span {k}",
@@ -133,6 +141,7 @@ impl Outputs {
             quarter_displacement: row(
                 "quarter_displacement",
                 spans,
+                2,
                 Unit::METRE,
                 1e-3,
                 "Deflection at a quarter of span {k} from its start, up positive; the second mode shows here",

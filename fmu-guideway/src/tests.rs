@@ -171,6 +171,17 @@ fn invariant_held_positions_follow_the_speed() {
     assert!((run(false, false) / exact - 1.0).abs() > 1e-3);
 }
 
+/// What the description promises of derivatives is kept from the start on: 3 outputs of order 2 and
+/// one of order 1 per magnet, 2 and 1 per span.
+#[test]
+fn invariant_declared_derivatives_are_given() {
+    for steps in [0, 2] {
+        let mut unit = bogie(true, steps, 1e-3);
+        let spans = unit.integer("span_count").unwrap() as usize;
+        assert_eq!(unit.declared_derivatives().unwrap(), 8 * 7 + spans * 5);
+    }
+}
+
 /// Order 1 and 2 output derivatives against differences of stepped outputs.
 #[test]
 fn order_output_derivatives_are_the_slopes_of_the_outputs() {

@@ -15,7 +15,6 @@ pub(crate) fn info(model: &Model) -> Info {
         .author(env!("CARGO_PKG_AUTHORS"))
         .license(env!("CARGO_PKG_LICENSE"))
         .experiment(0.0, 36.0, 1e-3)
-        .max_output_derivative_order(2)
 }
 
 /// Handles of the inputs, one per magnet each.
@@ -112,6 +111,7 @@ impl Outputs {
             gap: interface
                 .reals("gap", magnets)
                 .output()
+                .derivatives(2)
                 .unit(Unit::METRE)
                 .display("mm")
                 .nominal(8e-3)
@@ -120,6 +120,7 @@ impl Outputs {
             gap_rate: interface
                 .reals("gap_rate", magnets)
                 .output()
+                .derivatives(1)
                 .unit(Unit::METRE_PER_SECOND)
                 .nominal(1e-2)
                 .description("Rate of the air gap of magnet {k}, opening positive")
@@ -127,6 +128,7 @@ impl Outputs {
             acceleration: interface
                 .reals("acceleration", magnets)
                 .output()
+                .derivatives(1)
                 .unit(Unit::METRE_PER_SECOND_SQUARED)
                 .nominal(1.0)
                 .description("Inertial acceleration of magnet {k}, down positive")
@@ -134,6 +136,7 @@ impl Outputs {
             lateral_offset: interface
                 .reals("lateral_offset", magnets)
                 .output()
+                .derivatives(1)
                 .unit(Unit::METRE)
                 .display("mm")
                 .nominal(1e-3)
@@ -142,6 +145,7 @@ impl Outputs {
             static_load: interface
                 .reals("static_load", magnets)
                 .output()
+                .derivatives(1)
                 .unit(Unit::NEWTON)
                 .nominal(5e3)
                 .description("Force that holds magnet {k} in static equilibrium; constant")
@@ -149,6 +153,7 @@ impl Outputs {
             position: interface
                 .reals("position", magnets)
                 .output()
+                .derivatives(1)
                 .unit(Unit::METRE)
                 .nominal(10.0)
                 .description("Place of magnet {k} along the track")

@@ -14,6 +14,9 @@ use crate::resources::Resources;
 use crate::table::Table;
 use crate::{Error, Model};
 
+/// Highest order of derivatives of inputs that the kit takes.
+pub(crate) const INPUT_DERIVATIVES: i32 = 3;
+
 /// The description of `M` with these resources, as UTF-8 XML.
 ///
 /// # Errors
@@ -91,6 +94,9 @@ impl Printer {
         self.units(interface)?;
         self.categories()?;
         self.experiment(interface)?;
+        if guid.is_some() {
+            self.annotations(interface)?;
+        }
         self.open("ModelVariables", &[])?;
         for variable in &interface.variables {
             self.variable(variable)?;
@@ -101,7 +107,7 @@ impl Printer {
     }
 
     fn co_simulation(&mut self, interface: &Interface) -> io::Result<()> {
-        let order = interface.info.max_output_derivative_order;
+        let order = interface.max_output_derivative_order();
         self.empty(
             "CoSimulation",
             &[
@@ -182,6 +188,34 @@ impl Printer {
                 ("stepSize", Some(number(experiment.step))),
             ],
         )
+    }
+
+    /// What the standard has no words for: how many derivatives of inputs are taken, in one call for
+    /// all orders, and which outputs offer derivatives up to which order. Without it an importer would
+    /// have to try, and after `fmi2Error` an instance may not be continued. What a unit computes does
+    /// not follow from it, so it does not count for the GUID.
+    fn annotations(&mut self, interface: &Interface) -> io::Result<()> {
+        self.open("VendorAnnotations", &[])?;
+        self.open("Tool", &[("name", text("fmi2-export"))])?;
+        let inputs = [("inputs", text(INPUT_DERIVATIVES))];
+        let highest = interface.max_output_derivative_order();
+        if highest == 0 {
+            self.empty("Derivatives", &inputs)?;
+        } else {
+            self.open("Derivatives", &inputs)?;
+            for order in 1..=highest {
+                let variables = interface.variables.iter().enumerate();
+                let offering = variables.filter(|(_, variable)| variable.derivatives == order);
+                let list = ranges(offering.map(|(index, _)| index + 1));
+                if !list.is_empty() {
+                    let attributes = [("order", text(order)), ("variables", Some(list))];
+                    self.empty("Outputs", &attributes)?;
+                }
+            }
+            self.close("Derivatives")?;
+        }
+        self.close("Tool")?;
+        self.close("VendorAnnotations")
     }
 
     fn variable(&mut self, variable: &Variable) -> io::Result<()> {
@@ -270,6 +304,21 @@ fn class(variable: &Variable) -> (&'static str, &'static str, Option<&'static st
         Role::Local => ("local", varying, Some("calculated")),
         Role::Constant => ("local", "constant", Some("exact")),
     }
+}
+
+/// Ascending numbers as a list of numbers and ranges: `3 5-12`.
+fn ranges(numbers: impl Iterator<Item = usize>) -> String {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for number in numbers {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == number => *last = number,
+            _ => runs.push((number, number)),
+        }
+    }
+    let run = |&(first, last): &(usize, usize)| {
+        if first == last { first.to_string() } else { format!("{first}-{last}") }
+    };
+    runs.iter().map(run).collect::<Vec<_>>().join(" ")
 }
 
 fn indices(interface: &Interface, wanted: impl Fn(Role) -> bool) -> Vec<usize> {

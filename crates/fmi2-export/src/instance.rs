@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use crate::derivative::Scratch;
+use crate::description::INPUT_DERIVATIVES;
 use crate::interface::{Role, Type};
 use crate::logger::Logger;
 use crate::model::Step;
@@ -424,8 +425,10 @@ impl Instance {
                 let text = format!("{name} is no continuous input and so has no derivative");
                 return Err(Error::invalid(text));
             }
-            if !(1..=3).contains(&order) {
-                let text = format!("{name}: derivatives of order 1 to 3 are used, not {order}");
+            if !(1..=INPUT_DERIVATIVES).contains(&order) {
+                let text = format!(
+                    "{name}: derivatives of order 1 to {INPUT_DERIVATIVES} are used, not {order}"
+                );
                 return Err(Error::invalid(text));
             }
             if !value.is_finite() {
@@ -448,7 +451,6 @@ impl Instance {
         out: &mut [std::mem::MaybeUninit<f64>],
     ) -> Result<(), Error> {
         self.refresh()?;
-        let highest = self.table.interface.info.max_output_derivative_order;
         for (&reference, &order) in references.iter().zip(orders) {
             let rule = self.table.reals.get(reference as usize);
             let rule = rule.ok_or_else(|| unknown(Type::Real, reference))?;
@@ -456,10 +458,9 @@ impl Instance {
                 let name = self.table.name(Type::Real, reference as usize);
                 return Err(Error::invalid(format!("{name} is not an output")));
             }
+            let highest = self.table.derivatives[reference as usize];
             if !u32::try_from(order).is_ok_and(|order| (1..=highest).contains(&order)) {
-                let name = self.table.name(Type::Real, reference as usize);
-                let text = format!("{name}: derivatives of order 1 to {highest} are offered");
-                return Err(Error::invalid(text));
+                return Err(self.refuse_derivative(reference, order, highest));
             }
         }
         if references.is_empty() {
@@ -472,6 +473,19 @@ impl Instance {
             out.write(self.check_derivative_value(reference, order, value)?);
         }
         Ok(())
+    }
+
+    /// Of an order that other outputs have, or of none: the instance goes on either way.
+    #[cold]
+    fn refuse_derivative(&self, reference: u32, order: i32, highest: u32) -> Error {
+        let name = self.table.name(Type::Real, reference as usize);
+        let most = self.table.interface.max_output_derivative_order();
+        if u32::try_from(order).is_ok_and(|order| (1..=most).contains(&order)) {
+            return Error::discard(format!(
+                "derivative {order} of {name} is not offered, only up to order {highest}"
+            ));
+        }
+        Error::invalid(format!("{name}: derivatives of order 1 to {most} are offered"))
     }
 
     #[inline]

@@ -42,6 +42,8 @@ pub(crate) struct Table {
     pub(crate) interface: Interface,
     pub(crate) guid: Uuid,
     pub(crate) reals: Vec<RealRule>,
+    /// Highest order of time derivatives on offer, by value reference of the reals.
+    pub(crate) derivatives: Vec<u32>,
     /// Rules of the other types, by `Type as usize - 1`.
     pub(crate) others: [Vec<Rule>; 3],
     /// Value references of the real inputs, by slot.
@@ -65,6 +67,7 @@ impl Table {
         let mut table = Self {
             guid,
             reals: Vec::with_capacity(interface.by_type[0].len()),
+            derivatives: Vec::with_capacity(interface.by_type[0].len()),
             others: Default::default(),
             real_inputs: Vec::with_capacity(interface.real_inputs as usize),
             computed: Vec::new(),
@@ -94,6 +97,7 @@ impl Table {
                         tunable,
                         output: variable.role == Role::Output,
                     };
+                    table.derivatives.push(variable.derivatives);
                     table.push_real(rule, start.unwrap_or(0.0), settable == 0 && start.is_none());
                 }
                 Data::Integer { start, min, max } => {

@@ -82,6 +82,8 @@ pub struct Instance {
     log: Box<Log>,
     /// Name, type and value reference of every variable.
     names: Vec<(String, Type, u32)>,
+    /// Names of the outputs that offer derivatives, with the highest order.
+    offered: Vec<(String, u32)>,
     /// One saved state, for [`Instance::save`] and [`Instance::restore`].
     saved: fmi2FMUstate,
 }
@@ -103,6 +105,9 @@ impl Instance {
         let mut this =
             Self::instantiate::<M>("unit", &description::braced(&table.guid), &location)?;
         this.names = names(&table);
+        let variables = table.interface.variables.iter();
+        let offering = variables.filter(|variable| variable.derivatives > 0);
+        this.offered = offering.map(|it| (it.name.clone(), it.derivatives)).collect();
         Ok(this)
     }
 
@@ -121,7 +126,13 @@ impl Instance {
         let component = unsafe {
             ffi::instantiate::<M>(name, kind, guid, location, &raw const callbacks, 0, 1)
         };
-        let mut this = Self { component, log, names: Vec::new(), saved: std::ptr::null_mut() };
+        let mut this = Self {
+            component,
+            log,
+            names: Vec::new(),
+            offered: Vec::new(),
+            saved: std::ptr::null_mut(),
+        };
         if component.is_null() {
             return Err(this.failure("fmi2Instantiate", fmi2Status::fmi2Error));
         }
@@ -379,6 +390,22 @@ impl Instance {
         let status =
             unsafe { ffi::set_real_input_derivatives(component, vr, 1, order, &raw const value) };
         self.check("fmi2SetRealInputDerivatives", status)
+    }
+
+    /// Asks for every derivative that an output is declared to offer; `Ok` with their number if all are
+    /// given.
+    ///
+    /// # Errors
+    /// The model does not give one that it declares.
+    pub fn declared_derivatives(&mut self) -> Result<usize, Failure> {
+        let mut count = 0;
+        for (name, highest) in self.offered.clone() {
+            for order in (1..).take(highest as usize) {
+                self.output_derivative(&name, order)?;
+                count += 1;
+            }
+        }
+        Ok(count)
     }
 
     /// Derivative of an order of a real output.

@@ -84,8 +84,8 @@ impl Model for Prepared {
     type State = ();
 
     fn declare(_: &Resources, t: &mut Interface) -> Result<Self, Error> {
-        t.describe(Info::new("prepared", "Prepared").max_output_derivative_order(2));
-        Ok(Self(0, t.reals("y", 3).output().done()))
+        t.describe(Info::new("prepared", "Prepared"));
+        Ok(Self(0, t.reals("y", 3).output().derivatives(2).done()))
     }
 
     fn initialise(&mut self, _: &mut Values, _: f64) -> Result<(), Error> {

@@ -31,6 +31,7 @@ fn golden_elements_come_in_the_order_of_the_standard() {
         "UnitDefinitions",
         "LogCategories",
         "DefaultExperiment",
+        "VendorAnnotations",
         "ModelVariables",
         "ModelStructure",
     ];
@@ -56,6 +57,29 @@ fn golden_elements_come_in_the_order_of_the_standard() {
     let experiment = child(root, "DefaultExperiment");
     assert_eq!(experiment.attribute("stepSize"), Some("0.01"));
     assert_eq!(experiment.attribute("tolerance"), Some("1e-6"));
+}
+
+/// `y` alone offers derivatives; all inputs take three. The GUID does not follow from it: it is what it
+/// was before the annotation came.
+#[test]
+fn golden_derivatives_are_annotated() {
+    let xml = xml();
+    let document = Document::parse(&xml).unwrap();
+    let root = document.root_element();
+    let tools = elements(child(root, "VendorAnnotations"));
+    assert_eq!(tools.len(), 1);
+    assert_eq!(tools[0].attribute("name"), Some("fmi2-export"));
+    // the schema of the standard allows one element per tool
+    let content = elements(tools[0]);
+    assert_eq!(content.len(), 1);
+    assert!(content[0].has_tag_name("Derivatives"));
+    assert_eq!(content[0].attribute("inputs"), Some("3"));
+    let outputs = elements(content[0]);
+    assert_eq!(outputs.len(), 1);
+    assert_eq!(outputs[0].attribute("order"), Some("2"));
+    let index: usize = outputs[0].attribute("variables").unwrap().parse().unwrap();
+    let variables = elements(child(root, "ModelVariables"));
+    assert_eq!(variables[index - 1].attribute("name"), Some("y"));
 }
 
 #[test]

@@ -72,6 +72,7 @@ pub struct Draft<T: sealed::Type> {
     count: Option<usize>,
     role: Option<Role>,
     discrete: bool,
+    derivatives: u32,
     description: String,
     start: Option<T::Value>,
     starts: Option<Vec<T::Value>>,
@@ -100,6 +101,7 @@ impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
             count,
             role: None,
             discrete: false,
+            derivatives: 0,
             description: String::new(),
             start: None,
             starts: None,
@@ -232,6 +234,7 @@ fn element<T: sealed::Type>(draft: &Draft<T>, role: Role, k: usize) -> Variable 
         role,
         discrete: draft.discrete || !continuous,
         reference: 0,
+        derivatives: draft.derivatives,
         data,
     }
 }
@@ -246,6 +249,13 @@ impl<H> Declaration<'_, Real, H> {
     /// The unit to show values in: one of the unit's display units.
     pub fn display(mut self, name: &'static str) -> Self {
         self.draft.display = Some(name);
+        self
+    }
+
+    /// Up to which order [`Model::output_derivative`](crate::Model::output_derivative) answers for
+    /// this output; without it, for none.
+    pub fn derivatives(mut self, order: u32) -> Self {
+        self.draft.derivatives = order;
         self
     }
 

@@ -11,7 +11,6 @@ pub struct Info {
     pub(crate) copyright: String,
     pub(crate) license: String,
     pub(crate) experiment: Option<Experiment>,
-    pub(crate) max_output_derivative_order: u32,
 }
 
 /// Default experiment: times in s, and a relative tolerance where the model uses one.
@@ -40,7 +39,6 @@ impl Info {
             copyright: String::new(),
             license: String::new(),
             experiment: None,
-            max_output_derivative_order: 0,
         }
     }
 
@@ -92,14 +90,6 @@ impl Info {
         if let Some(experiment) = &mut self.experiment {
             experiment.tolerance = Some(tolerance);
         }
-        self
-    }
-
-    /// Up to which order [`Model::output_derivative`](crate::Model::output_derivative) answers for
-    /// at least one output.
-    #[must_use]
-    pub fn max_output_derivative_order(mut self, order: u32) -> Self {
-        self.max_output_derivative_order = order;
         self
     }
 }

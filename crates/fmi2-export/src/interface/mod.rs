@@ -84,6 +84,8 @@ pub(crate) struct Variable {
     pub(crate) discrete: bool,
     /// Index into the array of its type.
     pub(crate) reference: u32,
+    /// Up to which order its time derivatives are on offer; 0: none.
+    pub(crate) derivatives: u32,
     pub(crate) data: Data,
 }
 
@@ -291,6 +293,11 @@ impl Interface {
         for (unknown, known) in pairs {
             self.initially.entry(unknown).or_default().insert(known);
         }
+    }
+
+    /// The highest order of a time derivative that any output offers.
+    pub(crate) fn max_output_derivative_order(&self) -> u32 {
+        self.variables.iter().map(|variable| variable.derivatives).max().unwrap_or(0)
     }
 
     /// Adds a fault of the model's own to the list that ends the instantiation.

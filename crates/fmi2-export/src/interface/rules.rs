@@ -20,6 +20,9 @@ pub(super) fn check_variable(variable: &Variable, faults: &mut Vec<String>) {
     if !is_printable(&variable.description) {
         fault("the description has a control character".into());
     }
+    if variable.derivatives > 0 && (variable.role != Role::Output || variable.discrete) {
+        fault("only continuous outputs offer derivatives".into());
+    }
     match data {
         Data::Real { start, min, max, nominal, unit, display } => {
             if [start, min, max, nominal].into_iter().flatten().any(|value| !value.is_finite()) {

@@ -63,8 +63,7 @@ impl Model for Everything {
                 .copyright("©")
                 .license("MIT OR Apache-2.0")
                 .experiment(0.0, 10.0, 0.01)
-                .tolerance(1e-6)
-                .max_output_derivative_order(2),
+                .tolerance(1e-6),
         );
         let extra = resources.read_if_present("extra.txt")?;
         if let Some(name) = extra {
@@ -88,7 +87,7 @@ impl Model for Everything {
             mode: t.integer("mode").input(0).done(),
             switch: t.boolean("switch").input(false).done(),
             note: t.string("note").input("none").done(),
-            y: t.real("y").output().unit(Unit::NEWTON).done(),
+            y: t.real("y").output().derivatives(2).unit(Unit::NEWTON).done(),
             z: t.reals("z", 3).output().description("output {k}").done(),
             steps: t.integer("steps").output().done(),
             odd: t.boolean("odd").output().done(),
