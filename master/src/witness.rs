@@ -61,7 +61,7 @@ pub(crate) fn whereabouts() -> Option<String> {
 /// program itself may end this process ([`leave`], [`release`]).
 pub(crate) fn while_loading<T>(unit: &str, load: impl FnOnce() -> T) -> T {
     system::guard();
-    Place::new(unit).enter();
+    Place::new(unit, Badge::NONE).enter();
     CALL.store(LOADING, Ordering::Relaxed);
     let loaded = load();
     CALL.store(IDLE, Ordering::Relaxed);

@@ -268,7 +268,10 @@ fn issue_a_unit_of_measurement_without_a_name() {
     ran.succeeds();
     let report = ran.stderr();
     let notes = notes(&report);
-    assert!(notes.len() == 1 && notes[0].contains("\"u\" has the unit \"\", which is not def"), "{report}");
+    assert!(
+        notes.len() == 1 && notes[0].contains("\"u\" has the unit \"\", which is not def"),
+        "{report}"
+    );
     bench.run(&["--strict"]).fails(2, &["does not tolerate", "is not defined"]);
     for name in ["", "-", "1"] {
         // 1 of it is 2 m

@@ -43,7 +43,8 @@ fn issue_foreign_environments_are_never_followed_and_every_message_arrives() {
     for (me, other) in [("a", "b"), ("b", "a")] {
         for environment in ENVIRONMENTS {
             for name in NAMES {
-                let of = |place: &str| &found[&format!("[fmi2OK] {place} {environment} {name} {me}")];
+                let of =
+                    |place: &str| &found[&format!("[fmi2OK] {place} {environment} {name} {me}")];
                 assert_eq!(of("call"), me, "{environment} {name}");
                 let expected = match (environment, name) {
                     (_, "right") | ("own", _) => me,

@@ -26,7 +26,10 @@ fn scenario() -> Value {
 fn bench() -> Bench {
     let bench = Bench::new();
     let local = DESCRIPTION
-        .replace("name=\"y\" valueReference=\"1\" causality=\"output\" initial", "name=\"y\" valueReference=\"1\" causality=\"local\" initial")
+        .replace(
+            "name=\"y\" valueReference=\"1\" causality=\"output\" initial",
+            "name=\"y\" valueReference=\"1\" causality=\"local\" initial",
+        )
         .replace("<Unknown index=\"2\" dependencies=\"\"/>", "");
     assert!(local.contains("causality=\"local\""));
     bench.unit("unit.fmu", &local, &[]);

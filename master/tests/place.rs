@@ -50,7 +50,8 @@ fn issue_a_changed_working_directory_and_a_failed_run() {
     bench.unit("unit.fmu", &with_states(), &["-DHOSTILE"]);
     bench.scenario(&ring());
     let mischief = "a fmi2DoStep chdir 0.1";
-    let arguments = ["--checkpoint-every", "0.2", "--set", "b.fault=4", "--set", "b.fail_time=0.65"];
+    let arguments =
+        ["--checkpoint-every", "0.2", "--set", "b.fault=4", "--set", "b.fail_time=0.65"];
     bench.hostile(mischief, &arguments).fails(1, &["unit b", "the model broke"]);
     assert_eq!(bench.rows().len(), 7);
     assert!(bench.path("out/checkpoint.bin").is_file());
@@ -78,7 +79,10 @@ fn issue_a_temporary_folder_that_allows_no_execution() {
     let isolated = bench.shell("TMPDIR='no exec' maglev run scenario.json --out out --isolate");
     let unmounted = Command::new("umount").arg(&folder).status().unwrap();
     for ran in [plain, isolated] {
-        ran.fails(2, &["no exec", "is mounted noexec: set TMPDIR to a folder that allows execution"]);
+        ran.fails(
+            2,
+            &["no exec", "is mounted noexec: set TMPDIR to a folder that allows execution"],
+        );
     }
     assert!(unmounted.success());
 }

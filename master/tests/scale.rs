@@ -20,7 +20,9 @@ use support::{Bench, DESCRIPTION};
 fn seconds(bench: &Bench, scenario: &Value) -> f64 {
     bench.scenario(scenario);
     let timed = "TIMEFORMAT='%U %S'; time maglev run scenario.json --out out --no-report --quiet";
-    let ran = bench.shell(&format!("{{ {timed} 2>errors; }} 2>times; status=$?; cat errors >&2; exit $status"));
+    let ran = bench.shell(&format!(
+        "{{ {timed} 2>errors; }} 2>times; status=$?; cat errors >&2; exit $status"
+    ));
     ran.succeeds();
     let times = fs::read_to_string(bench.path("times")).unwrap();
     times.split_whitespace().map(|number| number.parse::<f64>().unwrap()).sum()

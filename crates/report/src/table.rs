@@ -51,8 +51,7 @@ impl Table {
     /// Times and values of a signal where it was due and has a finite value.
     #[must_use]
     pub fn points(&self, index: usize) -> (Vec<f64>, Vec<f64>) {
-        let due =
-            self.time.iter().zip(&self.columns[index]).filter(|(_, value)| value.is_finite());
+        let due = self.time.iter().zip(&self.columns[index]).filter(|(_, value)| value.is_finite());
         due.map(|(time, value)| (*time, *value)).unzip()
     }
 }

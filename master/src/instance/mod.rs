@@ -140,7 +140,8 @@ impl Instance {
         let identity = identity(package, name, options)?;
         let worker = Worker::start(package, isolation, &identity, name)?;
         let backend = Backend::Elsewhere(Box::new(worker));
-        Self::with(package, Place::new(name, Badge::NONE), name, &Arc::default(), backend).asked_for(options)
+        Self::with(package, Place::new(name, Badge::NONE), name, &Arc::default(), backend)
+            .asked_for(options)
     }
 
     /// Asks for the debug messages of single categories.

@@ -205,13 +205,7 @@ impl Journal {
     }
 
     /// Keeps a message of an instance that has sent so many before.
-    fn keep(
-        &mut self,
-        time: f64,
-        instance: &str,
-        known: u64,
-        message: Message,
-    ) -> io::Result<()> {
+    fn keep(&mut self, time: f64, instance: &str, known: u64, message: Message) -> io::Result<()> {
         let kind = if message.grave { Kind::Warning } else { Kind::Message };
         let text = format!("[{}] {}", message.status, message.text);
         self.log.add(&Event { time, kind, instance: instance.to_owned(), text })?;

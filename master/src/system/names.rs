@@ -81,7 +81,9 @@ impl System {
             (Ok(sources), Ok(targets)) => (sources, targets),
             // that the numbers differ says more than a name that is missing for it
             (sources, targets) => match pattern::zip(from, to) {
-                Err(source @ PatternError::Lengths { .. }) => return Err(in_pattern(place, source)),
+                Err(source @ PatternError::Lengths { .. }) => {
+                    return Err(in_pattern(place, source));
+                }
                 _ => (sources?, targets?),
             },
         };

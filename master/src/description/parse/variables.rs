@@ -8,7 +8,9 @@ use crate::xml::Plain as _;
 
 use super::types::Types;
 use super::{DescriptionError, Reader, Result, children, type_of};
-use crate::description::{Causality, Initial, Severity, Type, UnitDefinition, Value, Variability, Variable};
+use crate::description::{
+    Causality, Initial, Severity, Type, UnitDefinition, Value, Variability, Variable,
+};
 
 impl<'a> Reader<'a> {
     pub(super) fn variables(
@@ -167,8 +169,9 @@ impl<'a> Reader<'a> {
                 "it connects only to units of the same name"
             };
             let name = &variable.name;
-            let message =
-                format!("variable \"{name}\" has the unit \"{unit}\", which is not defined; {taken}");
+            let message = format!(
+                "variable \"{name}\" has the unit \"{unit}\", which is not defined; {taken}"
+            );
             if nameless {
                 variable.unit = None;
             }
