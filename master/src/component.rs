@@ -54,13 +54,32 @@ impl Answer {
     /// Whether the unit can go on as if nothing had happened.
     #[inline]
     pub(crate) fn goes_on(self) -> bool {
-        self.is_good() || self.is(Status::fmi2Warning)
+        self.is_good() || self.is(Status::fmi2Warning) || self.refuses_derivatives()
     }
 
-    /// This, or the next one unless that is as it should be.
+    /// Whether the unit has not taken derivatives of inputs, and has come to no harm by it.
+    pub(crate) fn refuses_derivatives(self) -> bool {
+        self.call == Call::fmi2SetRealInputDerivatives
+            && (self.is(Status::fmi2Warning) || self.is(Status::fmi2Discard))
+    }
+
+    /// This, or the next one if it says more.
     #[inline]
     pub(crate) fn then(self, next: Self) -> Self {
-        if next.is_good() { self } else { next }
+        if next.is_good() || self.weight() > next.weight() { self } else { next }
+    }
+
+    /// How much an answer says among those to one exchange, of which one is kept: a failure most, then
+    /// what has consequences here.
+    #[cold]
+    fn weight(self) -> u8 {
+        match self.call {
+            _ if self.is_good() => 0,
+            _ if !self.goes_on() => 4,
+            Call::fmi2SetRealInputDerivatives => 3,
+            Call::fmi2DoStep => 2,
+            _ => 1,
+        }
     }
 
     #[inline]
@@ -220,6 +239,8 @@ pub(crate) struct Layout {
     pub(crate) set_booleans: Vec<u32>,
     pub(crate) set_derivatives: Vec<u32>,
     pub(crate) set_orders: Vec<i32>,
+    /// where each call that sets derivatives ends in these two
+    pub(crate) set_derivative_calls: Vec<usize>,
     pub(crate) get_reals: Vec<u32>,
     pub(crate) get_integers: Vec<u32>,
     pub(crate) get_booleans: Vec<u32>,
@@ -543,9 +564,16 @@ impl Component {
         if !l.set_booleans.is_empty() && worst.goes_on() {
             worst = worst.then(self.set::<Boolean>(&l.set_booleans, sent.booleans));
         }
-        if !l.set_derivatives.is_empty() && worst.goes_on() {
-            let values = sent.derivatives;
-            worst = worst.then(self.set_derivatives(&l.set_derivatives, &l.set_orders, values));
+        let mut begin = 0;
+        for &end in &l.set_derivative_calls {
+            if !worst.goes_on() {
+                break;
+            }
+            let part = begin..end;
+            let (references, orders) =
+                (&l.set_derivatives[part.clone()], &l.set_orders[part.clone()]);
+            worst = worst.then(self.set_derivatives(references, orders, &sent.derivatives[part]));
+            begin = end;
         }
         worst
     }

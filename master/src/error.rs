@@ -446,6 +446,24 @@ fn unit_help(error: &UnitError) -> Option<&'static str> {
         UnitFault::Status { status, .. } if status == "fmi2Fatal" => {
             "the unit gave up for good: check its parameters and inputs, or ask who made it"
         }
+        UnitFault::Status { call: "fmi2SetRealInputDerivatives", .. } => {
+            "the unit declares that it takes derivatives of inputs (canInterpolateInputs) and does not: \
+             give its instance \"input_derivatives\": 0 in the scenario, then its inputs are held over a \
+             step"
+        }
+        UnitFault::Status { call: "fmi2GetRealOutputDerivatives", .. } => {
+            "the unit declares derivatives of outputs (maxOutputDerivativeOrder) and fails to give them: \
+             with \"derivatives\": false under \"algorithm\" they are taken from history"
+        }
+        UnitFault::Status { call: "fmi2GetDirectionalDerivative", .. } => {
+            "the unit declares directional derivatives (providesDirectionalDerivative) and fails to give \
+             them: with \"iteration\": { \"jacobian\": \"steps\" } under \"algorithm\" Newton's method \
+             takes differences of steps"
+        }
+        UnitFault::Stalled { .. } => {
+            "the unit has ended on its own: its messages in events.csv say why; results from that time \
+             on are worth nothing"
+        }
         UnitFault::Status { .. } => {
             "check the unit's parameters and inputs; a smaller step may help"
         }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::coupling::{ControlReport, Iteration, PowerReport};
 use crate::error::Error;
 use crate::initialize::SolvedLoop;
+use crate::logger::Message;
 use crate::record::{Kind, Statistics, write_whole};
 use crate::run::{RealTime, RideQuality};
 
@@ -74,6 +75,11 @@ pub struct InstanceSummary {
     pub tolerance: Option<f64>,
     /// Finished steps, also those that others took back, and each part of a step made in parts.
     pub steps: u64,
+    /// Steps that returned `fmi2Warning`.
+    pub warned_steps: u64,
+    /// Since when its steps have returned `fmi2Warning` and changed nothing (s), if they did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stalled_since: Option<f64>,
     /// Steps that it discarded, and that were tried again in parts.
     pub discarded_steps: u64,
     /// Messages that it sent.
@@ -168,6 +174,17 @@ pub struct UnitMessage {
     pub status: String,
     /// The text.
     pub text: String,
+}
+
+impl From<&UnitMessage> for Message {
+    fn from(message: &UnitMessage) -> Self {
+        Self {
+            status: message.status.clone(),
+            category: String::new(),
+            text: message.text.clone(),
+            grave: message.status != "fmi2OK",
+        }
+    }
 }
 
 /// Everything in summary.json.

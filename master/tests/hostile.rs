@@ -103,8 +103,8 @@ fn statuses(isolation: &[&str]) {
             match status {
                 "fmi2OK" => assert!(ran.status() == 0 && !report.contains("unit b"), "{what}"),
                 "fmi2Warning" => {
-                    let told = "unit b warns: a call returned fmi2Warning";
-                    assert_eq!(report.matches(told).count(), 1, "{what}");
+                    let told = format!("unit b warns: {call} returned fmi2Warning");
+                    assert_eq!(report.matches(&told).count(), 1, "{what}");
                 }
                 "fmi2Pending" if call == "fmi2DoStep" => {}
                 _ if from == "-1" => {

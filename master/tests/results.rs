@@ -69,10 +69,11 @@ fn issue_events_have_simulated_times() {
     assert_eq!(lines.next(), Some("time,kind,instance,text"));
     let warnings: Vec<&str> = lines.filter(|line| line.contains(",warning,b,")).collect();
     let times: Vec<&str> = warnings.iter().map(|line| line.split(',').next().unwrap()).collect();
-    assert_eq!(times, ["0.7000000000000001", "0.8", "0.9", "1.0"], "{log}");
-    assert!(warnings[0].contains("u is odd at 100 #"), "{log}");
+    assert_eq!(times, ["0.7000000000000001", "0.7000000000000001", "0.8", "0.9", "1.0"], "{log}");
+    assert!(warnings[0].contains("first in the step from 0.6000000000000001 s"), "{log}");
+    assert!(warnings[1].contains("u is odd at 100 #"), "{log}");
     let summary = bench.summary();
-    assert_eq!(summary["events"]["warning"], 4);
+    assert_eq!(summary["events"]["warning"], 5);
     assert_eq!(summary["messages"][0]["time"], 0.700_000_000_000_000_1);
     let ran = bench.run(&["--set", "b.fault=4", "--set", "b.fail_time=0.65"]);
     ran.fails(1, &["the model broke"]);

@@ -224,6 +224,17 @@ pub struct CoSimulation {
     pub source_files: Vec<String>,
 }
 
+/// What a unit of the exporter that comes with this master says of derivatives, beyond the standard:
+/// its vendor annotation.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Derivatives {
+    /// Highest order of derivatives of inputs that it takes, all orders in one call.
+    pub inputs: usize,
+    /// Outputs by their index, with the highest order of derivatives that each offers; those left out
+    /// offer none.
+    pub outputs: HashMap<usize, usize>,
+}
+
 /// A type whose values have names.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Enumeration {
@@ -278,6 +289,9 @@ pub struct Description {
     /// Whether there is a `<ModelExchange>` too.
     #[serde(skip)]
     pub offers_model_exchange: bool,
+    /// What it says of derivatives beyond the standard, if it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub derivatives: Option<Derivatives>,
     /// Units of measurement.
     pub units: Vec<UnitDefinition>,
     /// Categories that its log messages may have.
@@ -331,6 +345,28 @@ impl Description {
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
+    }
+
+    /// Highest order of derivatives of inputs that the unit is sure to take. The standard has a word
+    /// for the first order only (`canInterpolateInputs`).
+    #[must_use]
+    pub fn input_derivative_order(&self) -> usize {
+        if !self.co_simulation.can_interpolate_inputs {
+            return 0;
+        }
+        self.derivatives.as_ref().map_or(1, |derivatives| derivatives.inputs.min(3))
+    }
+
+    /// Highest order of derivatives that an output is declared to offer.
+    #[must_use]
+    pub fn output_derivative_order(&self, output: usize) -> usize {
+        let variable = &self.variables[output];
+        if variable.kind != Type::Real || variable.variability != Variability::Continuous {
+            return 0;
+        }
+        let most = self.co_simulation.max_output_derivative_order as usize;
+        let own = self.derivatives.as_ref();
+        own.map_or(most, |it| it.outputs.get(&output).copied().unwrap_or(0).min(most))
     }
 
     /// The unit of measurement of a variable, where it has one that is defined.

@@ -15,7 +15,7 @@ use super::{InitializeError, Level, Sets, SolvedLoop, Solver, Transported};
 use crate::coupling::acceleration::Accelerator;
 use crate::description::Type;
 use crate::graph::SignalGraph;
-use crate::instance::UnitError;
+use crate::instance::{Offer, UnitError};
 use crate::scenario::{Acceleration, Initialization};
 use crate::system::{Link, Port, Transfer};
 
@@ -248,18 +248,23 @@ impl Solver<'_> {
         let description = self.system.instances[instance].description();
         let reference = |variable: usize| description.variables[variable].value_reference;
         let real = |&&variable: &&usize| description.variables[variable].kind == Type::Real;
-        let outputs: Vec<usize> = outputs.iter().filter(real).copied().collect();
+        // what does not depend on these inputs has no derivative by them, and is not asked for
+        let follows = |&&variable: &&usize| {
+            let inputs = description.initial_dependencies(variable);
+            knowns.iter().any(|(known, _)| inputs.contains(known))
+        };
+        let outputs: Vec<usize> = outputs.iter().filter(real).filter(follows).copied().collect();
+        if outputs.is_empty() {
+            return Ok(Vec::new());
+        }
         let unknowns: Vec<u32> = outputs.iter().map(|&variable| reference(variable)).collect();
         let mut gains = vec![0.0; unknowns.len()];
         let unit = &mut self.instances[instance];
-        if description.co_simulation.provides_directional_derivative {
+        if unit.offers(Offer::Directional) {
             let references: Vec<u32> = knowns.iter().map(|&(v, _)| reference(v)).collect();
             let seed: Vec<f64> = knowns.iter().map(|(_, seed)| *seed).collect();
             let given = unit.get_directional_derivative(&unknowns, &references, &seed, &mut gains);
-            unit.still_alive()?;
-            if given.is_err() {
-                // a unit may have complained; differences do
-                unit.take_messages();
+            if !unit.unless_refused(given)? {
                 gains = self.difference(instance, &unknowns, &knowns)?;
             }
         } else {

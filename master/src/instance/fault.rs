@@ -20,6 +20,16 @@ impl UnitError {
 }
 
 impl UnitError {
+    /// Whether the unit has only left something undone that it need not do: the instance goes on.
+    #[must_use]
+    pub fn is_refusal(&self) -> bool {
+        match &*self.0 {
+            UnitFault::Status { status, .. } => status == "fmi2Discard",
+            UnitFault::Lacks { .. } => true,
+            _ => false,
+        }
+    }
+
     /// Whether the unit has ended the simulation in an orderly way.
     #[must_use]
     pub fn asks_to_end(&self) -> bool {
@@ -222,6 +232,20 @@ pub enum UnitFault {
         instance: String,
         /// Why, outermost first.
         causes: Vec<String>,
+    },
+    /// Its steps return `fmi2Warning` and change nothing, and it has said that it has terminated.
+    #[error(
+        "unit {instance} has stopped computing: it has said that it has terminated, its steps return \
+         fmi2Warning, and no Real output has changed since {since} s{}",
+        said(messages)
+    )]
+    Stalled {
+        /// Name of the instance.
+        instance: String,
+        /// Time since which nothing has changed (s).
+        since: f64,
+        /// What the unit said.
+        messages: Vec<Message>,
     },
     /// An output is NaN or infinite.
     #[error("unit {instance}: {variable} is {value} at {time} s{}", said(messages))]

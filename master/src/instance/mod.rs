@@ -1,14 +1,16 @@
 //! One instance of a unit: a safe wrapper around its C functions.
 //!
-//! Every status of every call is looked at. `fmi2Warning` goes on (and is told once),
-//! `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`UnitError`], `fmi2Pending` is polled. After
-//! `fmi2Fatal` nothing of the unit is called any more, not even to free it. The functions are called
+//! Every status of every call is looked at. `fmi2Warning` goes on (and is told once, see
+//! [`Warnings`]), `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`UnitError`], `fmi2Pending` is
+//! polled. After `fmi2Fatal` nothing of the unit is called any more, not even to free it. The functions are called
 //! in this process, or in a [worker process](crate::isolate), where a crash is caught.
 
 mod fault;
+mod offers;
 mod options;
 mod state;
 mod step;
+mod warnings;
 
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
@@ -31,8 +33,11 @@ use fault::fail;
 #[cfg(unix)]
 pub(crate) use fault::signal_name;
 pub use fault::{UnitError, UnitFault};
+pub(crate) use offers::BrokenPromise;
+pub use offers::Offer;
 pub use options::Options;
 pub use state::StateId;
+pub use warnings::{Refusal, Warnings};
 
 /// A step that is still pending after this time counts as hanging, unless another limit is set.
 pub const PENDING_LIMIT: Duration = Duration::from_secs(600);
@@ -57,7 +62,10 @@ pub struct Instance {
     place: &'static Place,
     /// shared by all instances of a library
     dead: Arc<AtomicBool>,
-    warned: bool,
+    warnings: Warnings,
+    offers: offers::Offers,
+    /// messages that came with a refusal, or to an earlier instance in its place
+    earlier: Vec<Message>,
     running: bool,
     steps: u64,
     time: Option<f64>,
@@ -170,7 +178,9 @@ impl Instance {
             backend,
             place,
             dead: Arc::clone(dead),
-            warned: false,
+            warnings: Warnings::default(),
+            offers: offers::Offers::of(package.description()),
+            earlier: Vec::new(),
             running: false,
             steps: 0,
             time: None,
@@ -197,6 +207,12 @@ impl Instance {
         matches!(self.backend, Backend::Elsewhere(_))
     }
 
+    /// Whether it is initialized, and neither terminated nor failed.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+
     /// Number of finished steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
@@ -210,6 +226,17 @@ impl Instance {
             Backend::Here { sink, .. } => sink.take(description),
             Backend::Elsewhere(worker) => worker.take_messages(description),
         }
+    }
+
+    /// Takes messages that came with a refusal, or to an earlier instance in its place.
+    pub(crate) fn take_earlier_messages(&mut self) -> Vec<Message> {
+        std::mem::take(&mut self.earlier)
+    }
+
+    /// Gives it messages that came with a refusal, or to an earlier instance in its place.
+    pub(crate) fn inherit(&mut self, messages: Vec<Message>) {
+        self.earlier.extend(messages);
+        logger::note_arrival();
     }
 
     /// Sets how long a step may be pending before it counts as hanging.
@@ -473,10 +500,11 @@ impl Instance {
         self.alive()
     }
 
-    /// Whether a call has returned `fmi2Warning` so far.
+    /// What calls have returned `fmi2Warning` so far.
+    #[inline]
     #[must_use]
-    pub fn warned(&self) -> bool {
-        self.warned
+    pub fn warnings(&self) -> &Warnings {
+        &self.warnings
     }
 
     #[inline]
@@ -531,19 +559,27 @@ impl Instance {
         };
         match status {
             sys::fmi2Status::fmi2OK => return Ok(()),
+            _ if answer.refuses_derivatives() && self.warnings.may_refuse(self.steps) => {
+                self.warnings.refuse(status);
+                return Ok(());
+            }
             sys::fmi2Status::fmi2Warning => {
-                if !std::mem::replace(&mut self.warned, true) {
-                    logger::note_arrival();
-                }
+                self.warnings.note(answer.call, self.time);
                 return Ok(());
             }
             sys::fmi2Status::fmi2Fatal => self.dead.store(true, Ordering::Relaxed),
             _ => {}
         }
-        // after an error, the standard allows reset, restoring and freeing, but no fmi2Terminate;
-        // units answer so to derivatives that they do not know, though, and mean no harm
-        let asked_only = [Call::fmi2SetRealInputDerivatives, Call::fmi2GetRealOutputDerivatives];
-        if !asked_only.contains(&answer.call) {
+        // after an error, the standard allows reset, restoring and freeing, but no fmi2Terminate
+        let refused = status == sys::fmi2Status::fmi2Discard
+            && [
+                Call::fmi2GetFMUstate,
+                Call::fmi2SetRealInputDerivatives,
+                Call::fmi2GetRealOutputDerivatives,
+                Call::fmi2GetDirectionalDerivative,
+            ]
+            .contains(&answer.call);
+        if !refused {
             self.running = false;
         }
         fail(UnitFault::Status {

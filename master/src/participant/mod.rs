@@ -1,20 +1,23 @@
 //! An instance as coupling algorithms see it: fixed lists of what is sent and read in each step.
 
+mod derivatives;
 mod equal;
 mod odd;
+mod offers;
 mod rate;
 mod retry;
 mod slow;
+mod stall;
+mod timing;
 
 use std::collections::{HashMap, HashSet};
 use std::ffi::{CStr, CString};
-use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
 
 use crate::component::{Layout, Received, Sent};
 use crate::coupling::signal::Taylor;
 use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
-use crate::description::Type;
+use crate::description::{Causality, Type};
 use crate::instance::{Instance, StateId, UnitError};
 use equal::Equal;
 pub use odd::OddValue;
@@ -23,64 +26,9 @@ use retry::Retry;
 pub use retry::{MAX_PARTS, Rejection};
 pub use slow::Between;
 use slow::Slow;
-
-/// Every so many steps are timed: reading the clock costs as much as a small unit's step. A prime,
-/// so that it does not beat with a unit's own rhythm.
-const TIMED: u64 = 7;
-
-/// Wall time of an instance, extrapolated from every seventh step.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Timing {
-    timed: u64,
-    sent: u64,
-    now: bool,
-    stepping: Duration,
-    exchanging: Duration,
-}
-
-/// Seconds that a timed section of no content seems to take: the clock's own part.
-fn clock_cost() -> f64 {
-    static COST: OnceLock<f64> = OnceLock::new();
-    *COST.get_or_init(|| {
-        let shortest = (0..200).map(|_| Instant::now().elapsed()).min();
-        shortest.unwrap_or_default().as_secs_f64()
-    })
-}
-
-impl Timing {
-    fn scaled(&self, time: Duration, sections: u64) -> f64 {
-        if self.timed == 0 {
-            return 0.0;
-        }
-        #[expect(clippy::cast_precision_loss, reason = "counts of steps")]
-        let (timed, sent, sections) = (self.timed as f64, self.sent as f64, sections as f64);
-        let net = time.as_secs_f64() - timed * sections * clock_cost();
-        net.max(0.0) * sent / timed
-    }
-
-    /// Seconds in `fmi2DoStep`.
-    #[must_use]
-    pub fn step_seconds(&self) -> f64 {
-        self.scaled(self.stepping, 1)
-    }
-
-    /// Seconds in the calls that set inputs and get outputs.
-    #[must_use]
-    pub fn exchange_seconds(&self) -> f64 {
-        self.scaled(self.exchanging, 2)
-    }
-
-    fn begin_step(&mut self) {
-        self.now = self.sent.is_multiple_of(TIMED);
-        self.sent += 1;
-        self.timed += u64::from(self.now);
-    }
-
-    #[inline]
-    fn begin(&self) -> Option<Instant> {
-        self.now.then(Instant::now)
-    }
-}
+use stall::Watch;
+pub use stall::{STALLED, Stall};
+pub use timing::Timing;
 
 /// What one instance exchanges; variables by their index in the description.
 #[derive(Debug, Clone, Default)]
@@ -93,6 +41,10 @@ pub struct Traffic {
     pub boolean_inputs: Vec<usize>,
     /// Connected String inputs.
     pub string_inputs: Vec<usize>,
+    /// Whether derivatives of all orders go to the unit in one call.
+    pub one_call: bool,
+    /// Highest derivative that the signals of its Real inputs have to give.
+    pub wanted_order: usize,
     /// Real outputs that feed inputs, and the highest derivative to read of each.
     pub real_outputs: Vec<(usize, usize)>,
     /// Integer and Enumeration outputs that feed inputs.
@@ -147,6 +99,16 @@ pub struct Participant {
     slow: Option<Slow>,
     retry: Option<Retry>,
     rejections: Vec<Rejection>,
+    watch: Watch,
+    /// whether the unit has refused derivatives of inputs and gets values only
+    held: bool,
+    /// whether it has not given a derivative of an output that it declares
+    withholds_outputs: bool,
+    refusal_told: bool,
+    /// per Real input, where its derivatives are among those sent
+    places: Vec<[usize; 3]>,
+    /// per Real input, which of the Real outputs follow it at once; made when first asked for
+    feeds: Option<Vec<Vec<usize>>>,
 }
 
 /// Values of one direction.
@@ -207,6 +169,11 @@ impl Participant {
             with_watched(traffic.integer_outputs.clone(), &[Type::Integer, Type::Enumeration]);
         let booleans = with_watched(traffic.boolean_outputs.clone(), &[Type::Boolean]);
         let strings = with_watched(traffic.string_outputs.clone(), &[Type::String]);
+        let is_computed = |&place: &usize| {
+            let causality = variables[reals[place]].causality;
+            matches!(causality, Causality::Output | Causality::Local)
+        };
+        let computed = (0..reals.len()).filter(is_computed).collect();
         let layout = Layout {
             set_reals: traffic
                 .real_inputs
@@ -238,7 +205,7 @@ impl Participant {
             odd_values: Vec::new(),
             reals,
             strings,
-            capabilities: declared(&instance),
+            capabilities: offers::capabilities(&instance),
             states: [None; PLACES],
             instance,
             traffic,
@@ -248,94 +215,15 @@ impl Participant {
             slow: None,
             retry: None,
             rejections: Vec::new(),
+            watch: Watch::new(computed),
+            held: false,
+            withholds_outputs: false,
+            refusal_told: false,
+            places: Vec::new(),
+            feeds: None,
         };
         participant.lay_out_derivatives();
         participant
-    }
-
-    fn lay_out_derivatives(&mut self) {
-        let variables = &self.instance.package().description().variables;
-        let flat = |list: &[(usize, usize)]| -> (Vec<u32>, Vec<i32>) {
-            list.iter()
-                .flat_map(|&(variable, highest)| {
-                    let reference = variables[variable].value_reference;
-                    (1..=3).take(highest).map(move |order| (reference, order))
-                })
-                .unzip()
-        };
-        let layout = &mut self.layout;
-        (layout.set_derivatives, layout.set_orders) = flat(&self.traffic.real_inputs);
-        (layout.get_derivatives, layout.get_orders) = flat(&self.traffic.real_outputs);
-        self.sent.derivatives = vec![0.0; layout.set_derivatives.len()];
-        self.received.derivatives = vec![0.0; layout.get_derivatives.len()];
-        self.laid_out = false;
-    }
-
-    /// Finds out which output derivatives the unit gives, up to those wanted, and keeps to them.
-    /// Call at the start of stepping. Returns the orders on offer per Real output.
-    ///
-    /// # Errors
-    /// Only a fatal one: an output whose derivative is refused is taken from history instead.
-    pub fn probe_outputs(&mut self) -> Result<Vec<usize>, UnitError> {
-        let mut outputs = std::mem::take(&mut self.traffic.real_outputs);
-        for (variable, highest) in &mut outputs {
-            let reference =
-                self.instance.package().description().variables[*variable].value_reference;
-            let wanted = std::mem::take(highest);
-            for order in (1..=3).take(wanted) {
-                let mut value = [f64::NAN];
-                let answer =
-                    self.instance.get_real_output_derivatives(&[reference], &[order], &mut value);
-                self.instance.still_alive()?;
-                if answer.is_err() || !value[0].is_finite() {
-                    break;
-                }
-                *highest += 1;
-            }
-        }
-        let offered = outputs.iter().map(|(_, highest)| *highest).collect();
-        self.traffic.real_outputs = outputs;
-        self.lay_out_derivatives();
-        Ok(offered)
-    }
-
-    /// Finds out up to which order the unit takes input derivatives, by sending zeros, and keeps
-    /// to it. Call after the outputs at the start have been read. Returns the order per Real input.
-    ///
-    /// # Errors
-    /// Only a fatal one.
-    pub fn probe_inputs(&mut self) -> Result<Vec<usize>, UnitError> {
-        let wanted = self.traffic.real_inputs.iter().map(|(_, highest)| *highest).max();
-        let mut accepted = 0;
-        for order in (1..=3).take(wanted.unwrap_or(0)) {
-            let references: Vec<u32> = self
-                .traffic
-                .real_inputs
-                .iter()
-                .zip(&self.layout.set_reals)
-                .filter(|((_, highest), _)| i32::try_from(*highest).is_ok_and(|h| h >= order))
-                .map(|(_, &reference)| reference)
-                .collect();
-            let orders = vec![order; references.len()];
-            let zeros = vec![0.0; references.len()];
-            let answer = self.instance.set_real_input_derivatives(&references, &orders, &zeros);
-            self.instance.still_alive()?;
-            if answer.is_err() {
-                break;
-            }
-            accepted += 1;
-        }
-        for (_, highest) in &mut self.traffic.real_inputs {
-            *highest = (*highest).min(accepted);
-        }
-        self.lay_out_derivatives();
-        Ok(self.traffic.real_inputs.iter().map(|(_, highest)| *highest).collect())
-    }
-
-    /// Highest derivative to send per Real input.
-    #[must_use]
-    pub fn input_orders(&self) -> Vec<usize> {
-        self.traffic.real_inputs.iter().map(|(_, highest)| *highest).collect()
     }
 
     /// Whether Real inputs are connected.
@@ -365,24 +253,10 @@ impl Participant {
         self.output(variable).map(|k| self.received.reals[k])
     }
 
-    /// Finds out whether the unit can do what it says: saves and restores its state, and asks for a
-    /// directional derivative. Call before the first step.
-    ///
-    /// # Errors
-    /// Only a fatal one.
-    pub fn probe_capabilities(&mut self) -> Result<(), UnitError> {
-        if self.capabilities.restore {
-            let saved = self.save(0).and_then(|()| self.restore(0));
-            self.instance.still_alive()?;
-            self.capabilities.restore = saved.is_ok();
-        }
-        if self.capabilities.directional && !self.traffic.real_inputs.is_empty() {
-            let mut column = vec![0.0; self.traffic.real_outputs.len()];
-            let given = self.directional(0, &mut column);
-            self.instance.still_alive()?;
-            self.capabilities.directional = given.is_ok();
-        }
-        Ok(())
+    /// Highest derivative that the signals of its Real inputs have to give.
+    #[must_use]
+    pub fn wanted_order(&self) -> usize {
+        self.traffic.wanted_order
     }
 
     /// The Real inputs and the Real outputs that it exchanges, by index in the description.
@@ -454,16 +328,6 @@ fn slots(
         .collect()
 }
 
-/// What the unit's description says that it can.
-fn declared(instance: &Instance) -> Capabilities {
-    let unit = &instance.package().description().co_simulation;
-    Capabilities {
-        restore: unit.can_get_and_set_fmu_state,
-        variable_step: unit.can_handle_variable_communication_step_size,
-        directional: unit.provides_directional_derivative,
-    }
-}
-
 impl Unit for Participant {
     type Error = UnitError;
 
@@ -490,10 +354,7 @@ impl Unit for Participant {
     }
 
     fn directional(&mut self, input: usize, column: &mut [f64]) -> Result<(), UnitError> {
-        let known = self.layout.set_reals[input];
-        // outputs that feed inputs come first
-        let unknowns = &self.layout.get_reals[..column.len()];
-        self.instance.get_directional_derivative(unknowns, &[known], &[1.0], column)
+        self.column(input, column)
     }
 
     fn preset(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
@@ -564,6 +425,9 @@ impl Unit for Participant {
         if suspicious != 0.0 {
             self.judge_odd_values(time)?;
         }
+        if self.instance.warnings().steps() != self.watch.seen() {
+            self.watch_out(time);
+        }
         let mut derivatives = self.received.derivatives.iter();
         for (k, &(variable, highest)) in self.traffic.real_outputs.iter().enumerate() {
             let point = &mut outputs.reals[k];
@@ -626,16 +490,12 @@ impl Participant {
     /// derivative that it takes to the polynomial that stands for it.
     #[inline]
     fn fill(&mut self, polynomial: impl Fn(usize, usize) -> Taylor) {
-        let mut at = 0;
         for (k, (_, highest)) in self.traffic.real_inputs.iter().enumerate() {
             let p = polynomial(k, *highest);
             self.sent.reals[k] = p[0];
-            // at most three: a loop is faster than a call to copy memory
-            let derivatives = &mut self.sent.derivatives[at..];
-            for (value, derivative) in derivatives.iter_mut().zip(&p[1..=*highest]) {
-                *value = *derivative;
+            for (place, derivative) in self.places[k].iter().zip(&p[1..=*highest]) {
+                self.sent.derivatives[*place] = *derivative;
             }
-            at += highest;
         }
     }
 

@@ -54,11 +54,16 @@ impl Participant {
     /// # Errors
     /// The unit cannot save its state, though it says so.
     pub fn retry_discarded_steps(&mut self) -> Result<bool, UnitError> {
-        let unit = &self.instance.package().description().co_simulation;
-        if !unit.can_get_and_set_fmu_state || !unit.can_handle_variable_communication_step_size {
+        if !self.capabilities.restore || !self.capabilities.variable_step {
             return Ok(false);
         }
-        let state = self.instance.save_state(None)?;
+        let saved = self.instance.save_state(None);
+        let (state, answer) = match saved {
+            Ok(state) => (Some(state), Ok(())),
+            Err(error) => (None, Err(error)),
+        };
+        self.instance.unless_refused(answer)?;
+        let Some(state) = state else { return Ok(false) };
         self.instance.save_before_steps(Some(state));
         let inputs = vec![[0.0; 4]; self.traffic.real_inputs.len()];
         self.retry = Some(Retry { state, inputs });

@@ -210,6 +210,8 @@ impl<'a> Run<'a> {
         self.output.take(simulation).map_err(|e| self.failed(e))?;
         if self.journal.has_news() {
             self.listen(simulation).map_err(|e| self.failed(e))?;
+            let ended = self.journal.ended(simulation.participants());
+            ended.map_err(|source| Error::Step { time, source })?;
         }
         if rejected > 0 {
             let text = format!("{rejected} steps taken back: their error was too large");

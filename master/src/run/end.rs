@@ -90,6 +90,10 @@ impl<'a> Run<'a> {
         let reached = setup.time_after(progress.done);
         let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, job.folder));
         let points = ride_quality.iter().flat_map(|quality| &quality.points);
+        let participants = simulation.map_or(&[][..], Simulation::participants);
+        for text in totals::warned_steps(participants) {
+            observer.notice(&text);
+        }
         let mut noted = Ok(());
         for warning in points.flat_map(|point| &point.warnings) {
             let text = format!("ride_quality: {warning}");
@@ -99,7 +103,6 @@ impl<'a> Run<'a> {
         let logged = journal.publish();
         let told = journal.told();
         let experiment = scenario.experiment;
-        let participants = simulation.map_or(&[][..], Simulation::participants);
         let coupling = simulation.map(Simulation::coupling).unwrap_or_default();
         let instances = totals::instances(setup, participants, &earlier, &told);
         let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
+use crate::instance::{UnitError, UnitFault};
 use crate::logger::{self, Message, Stray};
 use crate::participant::Participant;
 use crate::record::{Event, EventLog, Kind, LogState};
@@ -24,6 +25,10 @@ pub(super) struct Journal {
     messages: Vec<UnitMessage>,
     /// per instance, whether the observer knows that it warns
     warned: Vec<bool>,
+    /// per instance, whether it has said that it has terminated
+    ended: Vec<bool>,
+    /// per instance, whether it is known that a step returned a warning
+    warned_steps: Vec<bool>,
     /// per instance, steps that it discarded
     discarded: Vec<u64>,
     /// per instance, messages that it has sent
@@ -36,12 +41,19 @@ pub(super) struct Journal {
     level: LogLevel,
 }
 
+/// Whether a unit says in a message that it has terminated, or has been.
+fn says_ended(message: &Message) -> bool {
+    message.text.to_ascii_lowercase().contains("terminated")
+}
+
 /// The part of a journal that a checkpoint keeps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct JournalState {
     log: LogState,
     messages: Vec<UnitMessage>,
     warned: Vec<bool>,
+    ended: Vec<bool>,
+    warned_steps: Vec<bool>,
     discarded: Vec<u64>,
     sent: Vec<u64>,
     strays: u64,
@@ -62,20 +74,24 @@ pub(super) struct Told {
 
 impl Journal {
     pub(super) fn create(folder: &Path) -> io::Result<Self> {
-        let log = EventLog::create(folder)?;
-        // what an earlier run of this process has left is not of this one
-        logger::take_strays();
-        let (messages, warned, discarded, sent) = Default::default();
-        let level = LogLevel::default();
-        Ok(Self { log, messages, warned, discarded, sent, strays: 0, heard: 0, level })
+        let mut log = EventLog::create(folder)?;
+        let (messages, warned, ended, warned_steps, discarded, sent) = Default::default();
+        let state =
+            JournalState { log: log.state()?, messages, warned, ended, warned_steps, discarded, sent, strays: 0 };
+        Ok(Self::of(log, state))
     }
 
     pub(super) fn resume(folder: &Path, state: JournalState) -> io::Result<Self> {
         let log = EventLog::resume(folder, &state.log)?;
+        Ok(Self::of(log, state))
+    }
+
+    fn of(log: EventLog, state: JournalState) -> Self {
+        // what an earlier run of this process has left is not of this one
         logger::take_strays();
-        let JournalState { messages, warned, discarded, sent, strays, .. } = state;
+        let JournalState { messages, warned, ended, warned_steps, discarded, sent, strays, .. } = state;
         let level = LogLevel::default();
-        Ok(Self { log, messages, warned, discarded, sent, strays, heard: 0, level })
+        Self { log, messages, warned, ended, warned_steps, discarded, sent, strays, heard: 0, level }
     }
 
     /// Sets which messages of units the observer gets.
@@ -88,6 +104,8 @@ impl Journal {
             log: self.log.state()?,
             messages: self.messages.clone(),
             warned: self.warned.clone(),
+            ended: self.ended.clone(),
+            warned_steps: self.warned_steps.clone(),
             discarded: self.discarded.clone(),
             sent: self.sent.clone(),
             strays: self.strays,
@@ -110,7 +128,8 @@ impl Journal {
         self.heard != logger::arrived()
     }
 
-    /// Takes the units' messages and tells the first grave one of each unit.
+    /// Takes the units' messages and tells the first grave one of each unit, and whatever may mean that
+    /// its results are worth nothing.
     pub(super) fn listen(
         &mut self,
         time: f64,
@@ -118,39 +137,54 @@ impl Journal {
         observer: &mut dyn Observer,
     ) -> io::Result<()> {
         self.heard = logger::arrived();
-        self.warned.resize(participants.len(), false);
+        for list in [&mut self.warned, &mut self.ended, &mut self.warned_steps] {
+            list.resize(participants.len(), false);
+        }
         self.discarded.resize(participants.len(), 0);
         self.sent.resize(participants.len(), 0);
         for (k, participant) in participants.iter_mut().enumerate() {
             self.keep_rejections(k, participant)?;
             self.keep_odd_values(participant, observer)?;
+            self.keep_warnings(time, k, participant, observer)?;
             let instance = participant.instance_mut();
+            let earlier = instance.take_earlier_messages();
             let messages = instance.take_messages();
-            show(self.level, instance.name(), &messages, observer);
-            let grave = messages.iter().find(|message| message.grave);
-            if (instance.warned() || grave.is_some())
+            for messages in [&earlier, &messages] {
+                show(self.level, instance.name(), messages, observer);
+            }
+            let grave = earlier.iter().chain(&messages).find(|message| message.grave);
+            if (instance.warnings().count() > 0 || grave.is_some())
                 && !std::mem::replace(&mut self.warned[k], true)
             {
-                let silent = "a call returned fmi2Warning";
-                let text = grave.map_or(silent, |message| message.text.as_str());
+                let call = instance.warnings().first().unwrap_or("a call");
+                let silent = format!("{call} returned fmi2Warning");
+                let text = grave.map_or(silent.as_str(), |message| message.text.as_str());
                 // others have been shown the message, if there was one
                 let unseen = self.level > LogLevel::Warning && grave.is_none();
                 if self.level == LogLevel::Warning || unseen {
                     observer.message(&format!("unit {} warns: {text}", instance.name()));
                 }
-                if grave.is_none() {
-                    self.log.add(&Event {
-                        time,
-                        kind: Kind::Warning,
-                        instance: instance.name().to_owned(),
-                        text: silent.to_owned(),
-                    })?;
+                // a step's is an event of its own
+                if grave.is_none() && call != "fmi2DoStep" {
+                    self.warn(time, instance.name(), silent)?;
                 }
             }
-            for message in messages {
+            let name = instance.name().to_owned();
+            // told while it is running: when it is terminated, that is no news
+            let ended =
+                messages.iter().find(|message| instance.is_running() && says_ended(message));
+            if let Some(message) = ended
+                && !std::mem::replace(&mut self.ended[k], true)
+            {
+                observer.warning(&format!(
+                    "unit {name} says that it has terminated while the run continues: {}",
+                    message.text
+                ));
+            }
+            for message in earlier.into_iter().chain(messages) {
                 let known = self.sent[k];
                 self.sent[k] += message.count;
-                self.keep(time, instance.name(), known, message)?;
+                self.keep(time, &name, known, message)?;
             }
         }
         self.listen_to_strays(time, observer)
@@ -171,6 +205,52 @@ impl Journal {
             self.keep(time, &instance, known, message)?;
         }
         Ok(())
+    }
+
+    /// Takes note of a first step that returned `fmi2Warning`, of refused derivatives and of a stall.
+    fn keep_warnings(
+        &mut self,
+        time: f64,
+        k: usize,
+        participant: &mut Participant,
+        observer: &mut dyn Observer,
+    ) -> io::Result<()> {
+        if let Some(refusal) = participant.take_refusal() {
+            let name = participant.instance().name();
+            observer.warning(&format!("unit {name}: {refusal}"));
+            self.warn(time, name, refusal.to_string())?;
+        }
+        if let Some(first) = participant.instance().warnings().first_step()
+            && !std::mem::replace(&mut self.warned_steps[k], true)
+        {
+            let text = format!("fmi2DoStep returned fmi2Warning, first in the step from {first} s");
+            self.warn(time, participant.instance().name(), text)?;
+        }
+        if let Some(stall) = participant.take_stall() {
+            let name = participant.instance().name();
+            observer.warning(&format!("unit {name}: {stall}"));
+            self.warn(time, name, stall.to_string())?;
+        }
+        Ok(())
+    }
+
+    /// The error of a unit that has stalled and has said that it has terminated.
+    pub(super) fn ended(&self, participants: &[Participant]) -> Result<(), UnitError> {
+        for (participant, ended) in participants.iter().zip(&self.ended) {
+            if let Some(stall) = participant.stall().filter(|_| *ended) {
+                let instance = participant.instance().name().to_owned();
+                let said = self.messages.iter().filter(|message| message.instance == instance);
+                let said = said.map(Message::from).filter(says_ended).collect();
+                return Err(
+                    UnitFault::Stalled { instance, since: stall.since, messages: said }.into()
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn warn(&mut self, time: f64, instance: &str, text: String) -> io::Result<()> {
+        self.log.add(&Event { time, kind: Kind::Warning, instance: instance.to_owned(), text })
     }
 
     fn keep_rejections(&mut self, k: usize, participant: &mut Participant) -> io::Result<()> {

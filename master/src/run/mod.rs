@@ -6,13 +6,16 @@
 
 mod alone;
 mod as_run;
+mod attempts;
 mod checkpoint;
 mod course;
 mod desk;
 mod end;
 mod folder;
 mod journal;
+mod limits;
 mod loops;
+mod needs;
 mod output;
 mod pace;
 mod plan;
@@ -71,6 +74,11 @@ pub trait Observer: Send {
 
     /// A message of a unit, of those that the scenario's `log_level` lets pass.
     fn message(&mut self, text: &str) {
+        self.notice(text);
+    }
+
+    /// Something that may mean that results are worth nothing.
+    fn warning(&mut self, text: &str) {
         self.notice(text);
     }
 

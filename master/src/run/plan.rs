@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use super::loops::FeedLoop;
+use super::needs::Needs;
 use super::selection::Selection;
 use super::wiring::Wiring;
 use crate::coupling::{Block, Blueprint, Exchange, Size};
@@ -22,8 +23,13 @@ use crate::system::{Plan, Port, System, SystemError};
 use crate::trace::Trace;
 
 /// Makes all instances; each library is loaded once, and again in the process of each isolated
-/// instance.
-pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<Instance>, Error> {
+/// instance. `again`: there have been instances of these units before in this process.
+pub(super) fn instantiate(
+    scenario: &Scenario,
+    system: &System,
+    trace: Option<&Trace>,
+    again: bool,
+) -> Result<Vec<Instance>, Error> {
     let settings = scenario.isolation;
     let seconds = |limit: Option<f64>| limit.and_then(|it| Duration::try_from_secs_f64(it).ok());
     let isolation = Isolation {
@@ -36,12 +42,11 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
     if isolation != Isolation::default() && !system.instances.iter().any(isolated) {
         return Err(ScenarioError::NothingIsolated.into());
     }
-    let trace = trace(scenario)?;
     let mut loaded: HashMap<PathBuf, (Functions, Arc<AtomicBool>)> = HashMap::new();
     let mut instances = Vec::with_capacity(system.instances.len());
     for plan in &system.instances {
         let package = &plan.package;
-        let options = Options { debug_log: plan.debug_log.clone(), trace: trace.clone() };
+        let options = Options { debug_log: plan.debug_log.clone(), trace: trace.cloned() };
         if isolated(plan) {
             let made = Instance::isolated_with_options(package, &isolation, &plan.name, &options);
             let mut instance = made.map_err(Error::Instantiate)?;
@@ -55,6 +60,7 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
         let (functions, dead) = match loaded.get(&binary) {
             Some(known) if !once => known.clone(),
             Some(_) => (Functions::load_copy(package)?, Arc::default()),
+            None if once && again => (Functions::load_copy(package)?, Arc::default()),
             None => {
                 let fresh: (Functions, Arc<AtomicBool>) =
                     (Functions::load(package)?, Arc::default());
@@ -69,7 +75,7 @@ pub(super) fn instantiate(scenario: &Scenario, system: &System) -> Result<Vec<In
 }
 
 /// Begins the trace that the scenario asks for.
-fn trace(scenario: &Scenario) -> Result<Option<Trace>, Error> {
+pub(super) fn trace(scenario: &Scenario) -> Result<Option<Trace>, Error> {
     let begin = |path: &PathBuf| {
         let failed = |source| Error::Trace { path: path.clone(), source };
         Trace::create(path).map_err(failed)
@@ -166,6 +172,7 @@ pub(super) fn plan(
         traffic[port.instance].watched.push(port.variable);
     }
     let degree = scenario.algorithm.degree();
+    let needs = Needs::of(scenario, &layout.blueprint);
     let mut participants = Vec::with_capacity(instances.len());
     for (k, (instance, traffic)) in instances.into_iter().zip(traffic).enumerate() {
         let mut participant = Participant::new(instance, traffic);
@@ -177,7 +184,13 @@ pub(super) fn plan(
         if scenario.algorithm.on_discard == OnDiscard::Retry {
             participant.retry_discarded_steps()?;
         }
-        links[k].offered = participant.probe_outputs()?;
+        links[k].offered = participant.ask_for_output_derivatives()?;
+        if needs.states.contains(&k) {
+            participant.ask_for_states()?;
+        }
+        if needs.directional.contains(&k) {
+            participant.ask_for_directional_derivatives()?;
+        }
         participants.push(participant);
     }
     Ok((participants, Exchange::new(links, degree)))

@@ -1,7 +1,10 @@
 //! Units that are loaded, connected and initialized, stepped one communication step at a time.
 
+use std::time::Instant;
+
 use serde::{Deserialize, Serialize};
 
+use super::attempts::Attempts;
 use super::plan;
 use super::setup::Setup;
 use super::stepper::{Stepper, StepperState};
@@ -15,6 +18,7 @@ use crate::run::CheckpointError;
 use crate::scenario::Setting;
 use crate::summary::CouplingSummary;
 use crate::system::Port;
+use crate::trace::Trace;
 
 /// A running co-simulation: [`Setup::start`] makes it, [`step`](Self::step) advances it.
 pub struct Simulation<'a> {
@@ -41,14 +45,32 @@ pub struct SimulationState {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct UnitState {
     instance: String,
+    /// whether it has refused derivatives of inputs
+    held: bool,
     bytes: Vec<u8>,
     between: Option<Between>,
 }
 
 impl<'a> Simulation<'a> {
     pub(super) fn start(setup: &'a Setup) -> Result<Self, Error> {
+        let mut attempts = Attempts::default();
+        let trace = plan::trace(&setup.scenario)?;
+        loop {
+            let begin = Instant::now();
+            match Self::attempt(setup, trace.as_ref(), &attempts) {
+                Ok(mut started) => {
+                    started.stepper.add_limits(attempts.limits());
+                    return Ok(started);
+                }
+                Err(error) => attempts.learn(&setup.system, error, begin.elapsed())?,
+            }
+        }
+    }
+
+    fn attempt(setup: &'a Setup, trace: Option<&Trace>, earlier: &Attempts) -> Result<Self, Error> {
         let Setup { scenario, system, selection, layout, .. } = setup;
-        let mut instances = plan::instantiate(scenario, system)?;
+        let mut instances = plan::instantiate(scenario, system, trace, earlier.any())?;
+        earlier.tell(&mut instances);
         let initialized =
             initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;
         let time = scenario.experiment.start;
@@ -238,7 +260,8 @@ impl<'a> Simulation<'a> {
         for participant in &mut self.participants {
             let bytes = serialized(participant).map_err(|source| Error::Step { time, source })?;
             let instance = participant.instance().name().to_owned();
-            units.push(UnitState { instance, bytes, between: participant.between() });
+            let (held, between) = (participant.holds_inputs(), participant.between());
+            units.push(UnitState { instance, held, bytes, between });
         }
         Ok(SimulationState { done: self.done, units, stepper: self.stepper.state() })
     }
@@ -254,7 +277,11 @@ impl<'a> Simulation<'a> {
         if !alike || state.done > self.setup.steps {
             return Err(CheckpointError::Misfit { what: "instances or steps" });
         }
-        for (participant, unit) in self.participants.iter_mut().zip(&state.units) {
+        for (k, unit) in state.units.iter().enumerate() {
+            let participant = &mut self.participants[k];
+            if unit.held {
+                self.stepper.hold_inputs(k, participant);
+            }
             let fits = restore(participant, &unit.bytes)
                 .and_then(|()| participant.return_between(unit.between.as_ref()))
                 .map_err(|source| CheckpointError::State { source })?;

@@ -1,16 +1,15 @@
 //! What a run steps with: algorithms, signals, control of the step, and what they report.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::limits::{Limit, Limits};
 use super::loops::FeedLoop;
 use super::plan::Layout;
-use crate::coupling::{
-    Blueprint, Control, Coupling, Crew, Exchange, ExchangeState, PowerMeter, SignalId, Unit as _,
-};
+use crate::coupling::{Control, Coupling, Crew, Exchange, ExchangeState, PowerMeter, SignalId};
 use crate::instance::UnitError;
+use crate::logger;
 use crate::participant::Participant;
-use crate::scenario::{AlgorithmName, Estimate, JacobianSource, Scenario};
+use crate::scenario::{Estimate, Scenario};
 use crate::summary::CouplingSummary;
 use crate::system::{Port, System};
 
@@ -23,6 +22,8 @@ pub(super) struct Stepper {
     crew: Arc<Crew>,
     /// which capability of which unit limits the coupling
     limits: Vec<String>,
+    /// news of all units that have been looked at
+    heard: u64,
 }
 
 /// What the stepping itself remembers at a communication point, for a checkpoint.
@@ -44,19 +45,6 @@ impl Stepper {
     ) -> Result<Self, UnitError> {
         exchange.start(scenario.experiment.start, participants)?;
         let mut limits = Limits::default();
-        for (k, participant) in participants.iter_mut().enumerate() {
-            let wanted = participant.input_orders();
-            let highest = participant.probe_inputs()?;
-            if highest.iter().zip(&wanted).any(|(highest, wanted)| highest < wanted) {
-                limits.add(system, k, Limit::InputOrder);
-            }
-            if !participant.has_own_steps() {
-                exchange.limit(k, highest);
-            }
-            participant.probe_capabilities()?;
-            // a unit may have complained about what was only probed
-            participant.instance_mut().take_messages();
-        }
         exchange.hand_over(participants)?;
         limits.find(scenario, system, &layout.blueprint, participants);
         let settings = &scenario.algorithm;
@@ -87,7 +75,27 @@ impl Stepper {
         let coupling = Coupling::new(&layout.blueprint, &exchange, &crew);
         let mut limits = limits.sentences(system);
         limits.extend(layout.loops.iter().filter_map(FeedLoop::limit));
-        Ok(Self { coupling, exchange, control, power, crew, limits })
+        let heard = logger::arrived();
+        Ok(Self { coupling, exchange, control, power, crew, limits, heard })
+    }
+
+    /// Adds sentences about what limits the coupling.
+    pub(super) fn add_limits(&mut self, limits: Vec<String>) {
+        self.limits.extend(limits);
+    }
+
+    /// Sends values only to a unit that has refused derivatives of its inputs.
+    pub(super) fn hold_inputs(&mut self, k: usize, participant: &mut Participant) {
+        participant.hold_inputs();
+        if !participant.has_own_steps() {
+            let inputs = participant.exchanged_reals().0.len();
+            self.exchange.limit(k, vec![0; inputs]);
+        }
+        self.limits.push(format!(
+            "{} {}",
+            participant.instance().name(),
+            Limit::Refused.sentence()
+        ));
     }
 
     /// The signals between the units.
@@ -107,12 +115,25 @@ impl Stepper {
         match control {
             Some(control) => {
                 let mut after = |exchange: &Exchange, end, size| power.take(exchange, end, size);
-                control.advance(coupling, exchange, participants, (time, size), &mut after)
+                control.advance(coupling, exchange, participants, (time, size), &mut after)?;
             }
             None => {
                 coupling.step(exchange, participants, time, size)?;
                 power.take(exchange, time + size, size);
-                Ok(())
+            }
+        }
+        if logger::arrived() != self.heard {
+            self.heed_refusals(participants);
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn heed_refusals(&mut self, participants: &mut [Participant]) {
+        self.heard = logger::arrived();
+        for (k, participant) in participants.iter_mut().enumerate() {
+            if participant.refuses_derivatives() {
+                self.hold_inputs(k, participant);
             }
         }
     }
@@ -162,121 +183,4 @@ impl Stepper {
 fn signal(exchange: &Exchange, participants: &[Participant], port: Port) -> Option<SignalId> {
     let output = participants[port.instance].output(port.variable)?;
     exchange.signals(port.instance).find(|&signal| exchange.origin(signal).1 == output)
-}
-
-/// What a unit lacks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Limit {
-    Interpolation,
-    InputOrder,
-    OutputDerivatives,
-    State,
-    Directional,
-    VariableStep,
-}
-
-impl Limit {
-    fn sentence(self) -> &'static str {
-        match self {
-            Self::Interpolation => {
-                "takes no derivatives of inputs (canInterpolateInputs): its inputs are held over a \
-                 step, so the coupling is of order 1"
-            }
-            Self::InputOrder => {
-                "takes fewer derivatives of inputs than are at hand: the order of the coupling is one \
-                 more than it takes"
-            }
-            Self::OutputDerivatives => {
-                "gives no derivatives of outputs (maxOutputDerivativeOrder): they are taken from \
-                 history, which is missing at the start"
-            }
-            Self::State => {
-                "cannot save its state (canGetAndSetFMUstate): its steps are made once, with \
-                 extrapolated inputs"
-            }
-            Self::Directional => {
-                "gives no directional derivatives (providesDirectionalDerivative): Newton's method \
-                 takes differences of steps"
-            }
-            Self::VariableStep => {
-                "needs equal steps (canHandleVariableCommunicationStepSize): the step stays as it is"
-            }
-        }
-    }
-}
-
-/// What which instances lack.
-#[derive(Default)]
-struct Limits(Vec<(Limit, Vec<usize>)>);
-
-impl Limits {
-    /// Notes it once per unit, with the instances in the order of the scenario.
-    fn add(&mut self, system: &System, instance: usize, limit: Limit) {
-        let unit = |k: usize| system.instances[k].package.path();
-        let known = self.0.iter_mut().find(|(it, instances)| {
-            *it == limit && instances.first().is_some_and(|&first| unit(first) == unit(instance))
-        });
-        match known {
-            Some((_, instances)) => instances.push(instance),
-            None => self.0.push((limit, vec![instance])),
-        }
-    }
-
-    fn contains(&self, limit: Limit) -> bool {
-        self.0.iter().any(|(it, _)| *it == limit)
-    }
-
-    fn find(
-        &mut self,
-        scenario: &Scenario,
-        system: &System,
-        blueprint: &Blueprint,
-        participants: &[Participant],
-    ) {
-        let settings = &scenario.algorithm;
-        let newton: HashSet<usize> = blueprint
-            .blocks
-            .iter()
-            .filter(|block| block.name == AlgorithmName::Newton)
-            .filter(|block| block.iteration.jacobian == JacobianSource::Directional)
-            .flat_map(|block| block.members.iter().copied())
-            .collect();
-        let again: HashSet<usize> = blueprint.repeats().collect();
-        for (k, participant) in participants.iter().enumerate() {
-            let able = participant.capabilities();
-            let unit = &system.instances[k].description().co_simulation;
-            let takes = participant.takes_reals();
-            let found = [
-                (Limit::Interpolation, takes && !unit.can_interpolate_inputs),
-                (
-                    Limit::OutputDerivatives,
-                    participant.gives_reals()
-                        && settings.derivatives
-                        && unit.max_output_derivative_order == 0,
-                ),
-                (
-                    Limit::State,
-                    !able.restore && (again.contains(&k) || settings.variable.is_some()),
-                ),
-                (Limit::Directional, !able.directional && newton.contains(&k)),
-                (Limit::VariableStep, !able.variable_step && settings.variable.is_some()),
-            ];
-            for (limit, _) in found.into_iter().filter(|(_, found)| *found) {
-                self.add(system, k, limit);
-            }
-        }
-    }
-
-    fn sentences(&self, system: &System) -> Vec<String> {
-        let name = |k: usize| system.instances[k].name.as_str();
-        let sentence = |(limit, instances): &(Limit, Vec<usize>)| {
-            let who = match instances[..] {
-                [] => String::new(),
-                [one] => name(one).to_owned(),
-                [first, ..] => format!("{} and {} more like it", name(first), instances.len() - 1),
-            };
-            format!("{who} {}", limit.sentence())
-        };
-        self.0.iter().map(sentence).collect()
-    }
 }

@@ -31,6 +31,8 @@ pub(super) struct Earlier {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Work {
     steps: u64,
+    warned_steps: u64,
+    stalled_since: Option<f64>,
     step_seconds: f64,
     exchange_seconds: f64,
 }
@@ -46,6 +48,9 @@ impl Earlier {
         let mut work = self.instances.get(k).copied().unwrap_or_default();
         if let Some(participant) = participants.get(k) {
             work.steps += participant.instance().steps();
+            work.warned_steps += participant.instance().warnings().steps();
+            let stall = participant.stall().map(|stall| stall.since);
+            work.stalled_since = work.stalled_since.or(stall);
             work.step_seconds += participant.timing().step_seconds();
             work.exchange_seconds += participant.timing().exchange_seconds();
         }
@@ -69,6 +74,8 @@ pub(super) fn instances(
                 unit: units.get(plan.package.path()).copied().cloned().unwrap_or_default(),
                 tolerance: plan.tolerance,
                 steps: work.steps,
+                warned_steps: work.warned_steps,
+                stalled_since: work.stalled_since,
                 discarded_steps: told.discarded.get(k).copied().unwrap_or(0),
                 messages: told.sent.get(k).copied().unwrap_or(0),
                 step_seconds: work.step_seconds,
@@ -77,6 +84,16 @@ pub(super) fn instances(
             (plan.name.clone(), summary)
         })
         .collect()
+}
+
+/// How many steps returned `fmi2Warning`, a sentence per unit where any did.
+pub(super) fn warned_steps(participants: &[Participant]) -> Vec<String> {
+    let sentence = |participant: &Participant| {
+        let instance = participant.instance();
+        let (name, warned, all) = (instance.name(), instance.warnings().steps(), instance.steps());
+        (warned > 0).then(|| format!("unit {name}: {warned} of {all} steps returned fmi2Warning"))
+    };
+    participants.iter().filter_map(sentence).collect()
 }
 
 pub(super) fn units(

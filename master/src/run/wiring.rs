@@ -10,7 +10,7 @@ use crate::coupling::{Input, IntegerLink, Links, RealLink, Whole, WholeLink, Who
 use crate::description::{Conversion, Type};
 use crate::participant::{ItemCheck, Traffic};
 use crate::scenario::Scenario;
-use crate::system::{Link, Port, System, Transfer};
+use crate::system::{Link, Plan, Port, System, Transfer};
 
 /// All connections, laid out per instance.
 pub(super) struct Wiring<'a> {
@@ -27,11 +27,15 @@ pub(super) struct Wiring<'a> {
 impl<'a> Wiring<'a> {
     pub(super) fn new(scenario: &'a Scenario, system: &'a System, layout: &'a Layout) -> Self {
         let n = system.instances.len();
+        let traffic = |plan: &Plan| {
+            let one_call = plan.description().derivatives.is_some();
+            Traffic { one_call, ..Traffic::default() }
+        };
         let mut wiring = Self {
             scenario,
             system,
             layout,
-            traffic: vec![Traffic::default(); n],
+            traffic: system.instances.iter().map(traffic).collect(),
             links: vec![Links::default(); n],
             cuts: Cuts::of(&layout.loops),
             places: HashMap::new(),
@@ -75,8 +79,8 @@ impl<'a> Wiring<'a> {
 
     fn connect_reals(&mut self, link: &Link, linear: Conversion) {
         let (from, to) = (link.from, link.to);
-        let capable = |k: usize| &self.system.instances[k].description().co_simulation;
-        let (source, target) = (capable(from.instance), capable(to.instance));
+        let source = self.system.instances[from.instance].description();
+        let taken = self.system.instances[to.instance].input_derivative_order();
         let held = self.system.is_held(link);
         let slow = self.system.instances[to.instance].every > 1;
         let interpolates = self.layout.blueprint.interpolates(from.instance, to.instance);
@@ -86,17 +90,26 @@ impl<'a> Wiring<'a> {
         let degree = own.unwrap_or(self.scenario.algorithm.degree());
         let useful = if interpolates { degree.max(1) } else { degree };
         let wanted = if self.scenario.algorithm.derivatives && !held {
-            useful.min(source.max_output_derivative_order as usize)
+            useful.min(source.output_derivative_order(from.variable))
         } else {
             0
         };
         // interpolation may be cubic (Hermite) whatever the extrapolation's degree
-        let limit = match (target.can_interpolate_inputs && !held, interpolates) {
-            (false, _) => 0,
-            // one with larger steps goes beyond what is interpolated
-            (true, true) if !slow => 3,
-            (true, _) => degree,
+        let ahead = interpolates && !slow;
+        let order = match ahead {
+            _ if held => 0,
+            true if wanted > 0 => 3,
+            true => degree.max(1),
+            false => degree,
         };
+        // one with larger steps goes beyond what is interpolated
+        let limit = match (ahead, held) {
+            (_, true) => 0,
+            (true, false) => taken,
+            (false, false) => taken.min(degree),
+        };
+        let known = &mut self.traffic[to.instance].wanted_order;
+        *known = order.max(*known);
         let output = self.real_output(from, wanted);
         let input = self.real_input(to, limit);
         let steps = self.system.instances[to.instance].steps;

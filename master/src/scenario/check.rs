@@ -30,6 +30,12 @@ impl Scenario {
             let tolerance = instance.tolerance;
             tolerances.push((format!("instances.{name}.tolerance"), tolerance));
         }
+        for (name, instance) in &self.instances {
+            if let Some(order) = instance.input_derivatives.filter(|order| *order > 3) {
+                let what = format!("instances.{name}.input_derivatives");
+                return Err(range(&what, order.to_string(), "0 to 3"));
+            }
+        }
         if self.record.format.is_empty() {
             return Err(range("record.format", "empty".to_owned(), "csv, parquet, or both"));
         }

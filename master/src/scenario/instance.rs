@@ -37,6 +37,12 @@ pub struct Instance {
     /// Debug messages: true, false, or the log categories to have; left out: as `log_level` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub debug_log: Option<DebugLog>,
+    /// Highest derivative of inputs to send, 0 to 3; 0: values that are held over a step. Left out: 1 if
+    /// the unit's description says canInterpolateInputs, else 0; up to 3 for units of fmi2-export. Higher
+    /// ones only for a unit that is known to take them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 3))]
+    pub input_derivatives: Option<u8>,
     /// Run it in a process of its own, or not; left out: as `isolation.all` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isolate: Option<bool>,

@@ -61,6 +61,8 @@ pub struct Plan {
     pub tolerance: Option<f64>,
     /// Debug messages of these categories; empty: of all categories; `None`: no debug messages.
     pub debug_log: Option<Vec<String>>,
+    /// Highest derivative of inputs to send, if the scenario says so of this instance.
+    pub input_derivatives: Option<u8>,
     /// Set while instantiated: parameters and exact or approximate start values.
     pub parameters: IndexMap<usize, Value>,
     /// Set in initialization mode: inputs.
@@ -72,6 +74,16 @@ impl Plan {
     #[must_use]
     pub fn description(&self) -> &Description {
         self.package.description()
+    }
+
+    /// Highest derivative of inputs that it takes.
+    #[must_use]
+    pub fn input_derivative_order(&self) -> usize {
+        let description = self.description();
+        match self.input_derivatives {
+            Some(order) if description.co_simulation.can_interpolate_inputs => usize::from(order),
+            _ => description.input_derivative_order(),
+        }
     }
 }
 

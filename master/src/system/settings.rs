@@ -71,6 +71,7 @@ impl System {
                 every: instance.every,
                 tolerance: instance.tolerance,
                 debug_log,
+                input_derivatives: instance.input_derivatives,
                 parameters: IndexMap::new(),
                 inputs: IndexMap::new(),
             });

@@ -175,6 +175,25 @@ impl Bench {
         Ran(output)
     }
 
+    /// Runs `maglev run` with units that write down their calls (fragile.c).
+    pub fn recorded(&self, arguments: &[&str]) -> Ran {
+        let file = self.path("calls.txt");
+        fs::write(&file, "").unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_maglev"))
+            .args(["run", "scenario.json", "--out", "out"])
+            .args(arguments)
+            .env("CALLS", file)
+            .current_dir(self.folder.path())
+            .output()
+            .unwrap();
+        Ran(output)
+    }
+
+    /// The calls of the last such run, one a line: instance, function, variables.
+    pub fn calls(&self) -> String {
+        fs::read_to_string(self.path("calls.txt")).unwrap()
+    }
+
     /// Runs `maglev` on the bench.
     pub fn maglev(&self, arguments: &[&str]) -> Ran {
         let output = Command::new(env!("CARGO_BIN_EXE_maglev"))

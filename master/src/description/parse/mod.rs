@@ -3,6 +3,7 @@
 //! What can be guessed is guessed, with one finding per defect; what cannot (no value reference, no
 //! type, a doubled name) is an error.
 
+mod derivatives;
 mod structure;
 mod types;
 mod variables;
@@ -153,6 +154,7 @@ impl<'a> Reader<'a> {
                 .unwrap_or_else(|| "flat".to_owned()),
             co_simulation,
             offers_model_exchange: child(root, "ModelExchange").is_some(),
+            derivatives: derivatives::derivatives(root, variables.len()),
             places: Places::new(&units, &outputs, &initial_unknowns),
             units,
             log_categories: children(root, "LogCategories", "Category")

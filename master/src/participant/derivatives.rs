@@ -1,0 +1,124 @@
+//! Which derivatives go to a unit and come from it, and where they lie in the calls.
+//!
+//! Derivatives of inputs go out in one call per order, since there are units that take each order alone
+//! and ignore a call that mixes them; in a single call to units that say so in their annotation.
+
+use super::Participant;
+use crate::instance::{Offer, Refusal, UnitError};
+
+impl Participant {
+    /// Lays out the calls anew.
+    pub(super) fn lay_out_derivatives(&mut self) {
+        let variables = &self.instance.package().description().variables;
+        let of = |variable: usize| variables[variable].value_reference;
+        let inputs = &self.traffic.real_inputs;
+        let mut sent: Vec<(usize, usize)> = Vec::new();
+        for (k, &(_, highest)) in inputs.iter().enumerate() {
+            sent.extend((1..=highest.min(3)).map(|order| (k, order)));
+        }
+        if !self.traffic.one_call {
+            // stable: the inputs keep their sequence
+            sent.sort_by_key(|&(_, order)| order);
+        }
+        self.places = vec![[0; 3]; inputs.len()];
+        for (place, &(k, order)) in sent.iter().enumerate() {
+            self.places[k][order - 1] = place;
+        }
+        let layout = &mut self.layout;
+        layout.set_derivatives = sent.iter().map(|&(k, _)| of(inputs[k].0)).collect();
+        layout.set_orders = (0..sent.len()).map(|place| whole(sent[place].1)).collect();
+        let ends = (1..=sent.len()).filter(|&end| {
+            sent.get(end).is_none_or(|next| !self.traffic.one_call && next.1 != sent[end - 1].1)
+        });
+        layout.set_derivative_calls = ends.collect();
+        let outputs = self.traffic.real_outputs.iter();
+        (layout.get_derivatives, layout.get_orders) = outputs
+            .flat_map(|&(variable, highest)| {
+                (1..=highest.min(3)).map(move |order| (of(variable), whole(order)))
+            })
+            .unzip();
+        self.sent.derivatives = vec![0.0; layout.set_derivatives.len()];
+        self.received.derivatives = vec![0.0; layout.get_derivatives.len()];
+        self.laid_out = false;
+    }
+
+    /// Whether the unit has refused derivatives of inputs, and still gets them.
+    pub(crate) fn refuses_derivatives(&self) -> bool {
+        self.instance.warnings().refusal().is_some() && !self.held
+    }
+
+    /// Sends values only from now on, after the unit has refused derivatives of inputs.
+    pub(crate) fn hold_inputs(&mut self) {
+        self.traffic.real_inputs.iter_mut().for_each(|(_, highest)| *highest = 0);
+        self.held = true;
+        self.lay_out_derivatives();
+    }
+
+    /// Whether the unit gets values only, since it has refused derivatives of inputs.
+    #[must_use]
+    pub fn holds_inputs(&self) -> bool {
+        self.held
+    }
+
+    /// How the unit refused derivatives of inputs, once.
+    pub(crate) fn take_refusal(&mut self) -> Option<Refusal> {
+        let refusal = self.instance.warnings().refusal();
+        let told = std::mem::replace(&mut self.refusal_told, refusal.is_some());
+        refusal.filter(|_| !told)
+    }
+
+    /// Asks once for the output derivatives that are wanted and declared, if the description leaves open
+    /// which outputs have them, and keeps to those that are given. Call between initialization and the
+    /// first inputs. Returns the orders on offer per Real output.
+    ///
+    /// A value that the unit leaves unwritten, or that comes with a warning or `fmi2Discard`, is not
+    /// given: history takes its place.
+    ///
+    /// # Errors
+    /// `fmi2Error` and worse: the instance may not be continued.
+    pub fn ask_for_output_derivatives(&mut self) -> Result<Vec<usize>, UnitError> {
+        let annotated = self.instance.package().description().derivatives.is_some();
+        let offers = self.instance.offers(Offer::OutputDerivatives);
+        let mut outputs = std::mem::take(&mut self.traffic.real_outputs);
+        for (variable, highest) in &mut outputs {
+            if annotated && offers {
+                break;
+            }
+            let reference =
+                self.instance.package().description().variables[*variable].value_reference;
+            let wanted = std::mem::take(highest);
+            let wanted = if offers { wanted } else { 0 };
+            for order in 1..=whole(wanted) {
+                if !self.gives(reference, order)? {
+                    self.withholds_outputs = true;
+                    break;
+                }
+                *highest += 1;
+            }
+        }
+        let offered = outputs.iter().map(|(_, highest)| *highest).collect();
+        self.traffic.real_outputs = outputs;
+        self.lay_out_derivatives();
+        Ok(offered)
+    }
+
+    /// Whether the unit did not give a derivative of an output that it declares.
+    #[must_use]
+    pub fn withholds_outputs(&self) -> bool {
+        self.withholds_outputs
+    }
+
+    fn gives(&mut self, reference: u32, order: i32) -> Result<bool, UnitError> {
+        let mut value = [f64::NAN];
+        let warnings = self.instance.warnings().count();
+        let answer = self.instance.get_real_output_derivatives(&[reference], &[order], &mut value);
+        let given = self.instance.unless_refused(answer)?;
+        Ok(given && self.instance.warnings().count() == warnings && value[0].is_finite())
+    }
+}
+
+/// Orders are 0 to 3.
+#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "0 to 3")]
+const fn whole(order: usize) -> i32 {
+    order as i32
+}
