@@ -183,6 +183,7 @@ impl From<&UnitMessage> for Message {
             category: String::new(),
             text: message.text.clone(),
             grave: message.status != "fmi2OK",
+            count: 1,
         }
     }
 }

@@ -76,8 +76,16 @@ impl Journal {
     pub(super) fn create(folder: &Path) -> io::Result<Self> {
         let mut log = EventLog::create(folder)?;
         let (messages, warned, ended, warned_steps, discarded, sent) = Default::default();
-        let state =
-            JournalState { log: log.state()?, messages, warned, ended, warned_steps, discarded, sent, strays: 0 };
+        let state = JournalState {
+            log: log.state()?,
+            messages,
+            warned,
+            ended,
+            warned_steps,
+            discarded,
+            sent,
+            strays: 0,
+        };
         Ok(Self::of(log, state))
     }
 
@@ -89,9 +97,21 @@ impl Journal {
     fn of(log: EventLog, state: JournalState) -> Self {
         // what an earlier run of this process has left is not of this one
         logger::take_strays();
-        let JournalState { messages, warned, ended, warned_steps, discarded, sent, strays, .. } = state;
+        let JournalState { messages, warned, ended, warned_steps, discarded, sent, strays, .. } =
+            state;
         let level = LogLevel::default();
-        Self { log, messages, warned, ended, warned_steps, discarded, sent, strays, heard: 0, level }
+        Self {
+            log,
+            messages,
+            warned,
+            ended,
+            warned_steps,
+            discarded,
+            sent,
+            strays,
+            heard: 0,
+            level,
+        }
     }
 
     /// Sets which messages of units the observer gets.
