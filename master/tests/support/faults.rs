@@ -265,7 +265,7 @@ pub fn larger_changes() -> Vec<(&'static str, String)> {
         ("alias-value", constants(" variability=\"constant\"><Real start=\"3\"/>")),
         (
             "alias-independent",
-            variables(&time).replacen("valueReference=\"0\"", "valueReference=\"9\"", 1),
+            variables(time).replacen("valueReference=\"0\"", "valueReference=\"9\"", 1),
         ),
         (
             "alias-start",
