@@ -251,7 +251,7 @@ fn scenario_help(error: &ScenarioError) -> Option<&'static str> {
         ScenarioError::Read { source, .. } => match source.kind() {
             ErrorKind::IsADirectory => "give the path of a scenario's .json file in this folder",
             ErrorKind::InvalidData => {
-                "give the path of a scenario's .json file; `maglev inspect` shows a unit"
+                "give the path of a scenario's .json file; a unit to run alone is a .fmu file"
             }
             _ => "give the path of a scenario's .json file",
         },

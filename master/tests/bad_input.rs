@@ -19,6 +19,7 @@ fn issue_missing_scenario() {
 fn issue_what_is_no_scenario() {
     let bench = Bench::new();
     fs::create_dir(bench.path("folder")).unwrap();
+    fs::copy(bench.path("unit.fmu"), bench.path("unit.zip")).unwrap();
     fs::write(bench.path("text.txt"), "hello").unwrap();
     fs::write(bench.path("empty.json"), "").unwrap();
     fs::write(bench.path("cut.json"), "{ \"units\": {").unwrap();
@@ -27,7 +28,7 @@ fn issue_what_is_no_scenario() {
         ("text.txt", ["text.txt is not JSON", "line 1 column 1"]),
         ("empty.json", ["empty.json is not JSON", "help: mend it"]),
         ("cut.json", ["cut.json is not JSON", "line 1 column 12"]),
-        ("unit.fmu", ["unit.fmu cannot be read", "`maglev inspect` shows a unit"]),
+        ("unit.zip", ["unit.zip cannot be read", "a unit to run alone is a .fmu file"]),
     ] {
         bench.maglev(&["run", file]).fails(2, &texts);
     }
