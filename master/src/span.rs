@@ -18,6 +18,13 @@ pub fn between(begin: f64, end: f64) -> f64 {
     size
 }
 
+/// A size as people know it, without what rounding has left in its last digits.
+#[must_use]
+pub(crate) fn plain(size: f64) -> f64 {
+    // what is printed can be read
+    format!("{size:.9e}").parse().unwrap_or(size)
+}
+
 /// The steps that divide the one from `begin` over `size` into equal parts: time and size of each.
 /// Each begins where the one before ends, and the last one ends where the whole step ends.
 pub(crate) fn parts(begin: f64, size: f64, count: u32) -> impl Iterator<Item = (f64, f64)> {
@@ -50,6 +57,13 @@ mod tests {
             // the difference is rounded once, lowered once at most, and so is the sum
             assert!(end - (begin + size) <= 2.0 * f64::EPSILON * size, "{begin} {end} {size}");
         }
+    }
+
+    #[test]
+    fn analytic_plain_sizes_have_no_rounding() {
+        assert_eq!(plain(0.4 - 0.3), 0.1);
+        assert_eq!(plain(1.001 - 1.0), 0.001);
+        assert_eq!(plain(1.0 / 3.0), 0.333_333_333_3);
     }
 
     #[test]

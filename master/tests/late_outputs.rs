@@ -106,7 +106,7 @@ fn issue_what_is_fed_through_late_is_noted() {
         ran.succeeds();
         let note = "a.y changed on leaving initialization mode (0 → 5); b.z, which depends on it \
                     through b.u, still has its earlier value at the start, and c.u gets the new \
-                    value a step later";
+                    value a step later, unless it steps after b";
         assert!(ran.stderr().contains(note), "{}", ran.stderr());
         let events = bench.result("events.csv");
         assert!(events.lines().any(|line| line.starts_with("0.0,note,") && line.contains(note)));
@@ -117,6 +117,50 @@ fn issue_what_is_fed_through_late_is_noted() {
             let expected = LATE * STEP * f64::from(n - 1);
             assert_eq!(row[3], LATE);
             assert!((row[5] - expected).abs() < 1e-14, "{n}: {row:?}");
+        }
+    }
+}
+
+/// No polynomial is drawn from the earlier value of what is fed through to the new one. In Jacobi the
+/// receiver gets nothing in the first step and 5 from then on, at any degree, and likewise in
+/// Gauss-Seidel where it steps first; where it steps after the unit that feeds through, or steps are
+/// iterated, it gets 5 at once. A line, and the parabolas after it, would give 5·(n − 0.4166…)·h.
+#[test]
+fn analytic_what_is_fed_through_late_jumps() {
+    let bench = pair(&with_states());
+    let mut scenario = ring();
+    scenario["units"] = json!({ "late": "late.fmu", "sums": "sums.fmu", "unit": "unit.fmu" });
+    scenario["instances"] =
+        json!({ "c": { "unit": "sums" }, "a": { "unit": "late" }, "b": { "unit": "unit" } });
+    scenario["connections"] =
+        json!([{ "from": "a.y", "to": "b.u" }, { "from": "b.z", "to": "c.u" }]);
+    scenario["experiment"] = json!({ "stop": 10.0 * STEP, "step": STEP });
+    scenario["record"]["signals"] = json!(["c.y"]);
+    let (first, last) = (["c", "a", "b"], ["a", "b", "c"]);
+    for (algorithm, order, lag) in [
+        ("jacobi", first, 1.0),
+        ("jacobi", last, 1.0),
+        ("gauss-seidel", first, 1.0),
+        ("gauss-seidel", last, 0.0),
+        ("iterated", first, 0.0),
+        ("iterated", last, 0.0),
+        ("newton", first, 0.0),
+        ("newton", last, 0.0),
+    ] {
+        scenario["algorithm"] = json!({ "order": order });
+        for degree in ["0", "1", "2", "3"] {
+            bench.scenario(&scenario);
+            let choice = ["--algorithm", algorithm, "--extrapolation", degree];
+            bench.run(&[&["--quiet", "--no-report"], &choice[..]].concat()).succeeds();
+            for (n, row) in (0..).zip(bench.rows()).skip(1) {
+                let expected = LATE * STEP * (f64::from(n) - lag);
+                let error = row[1] - expected;
+                assert!(
+                    error.abs() < 1e-13,
+                    "{algorithm} {order:?} {degree} {n}: {} {expected}",
+                    row[1]
+                );
+            }
         }
     }
 }

@@ -186,6 +186,15 @@ impl Exchange {
         Ok(())
     }
 
+    /// Notes that a unit's Real output is from before a jump that the unit makes with its first step.
+    pub fn expect_jump(&mut self, k: usize, output: usize) {
+        for s in self.signals_of(k) {
+            if self.origins[s].output == output {
+                self.signals[s].expect_jump();
+            }
+        }
+    }
+
     /// Reads all outputs at a communication point that all units have reached by a step of that size.
     ///
     /// # Errors

@@ -77,6 +77,8 @@ pub struct Signal {
     effect: Effect,
     /// The same of the step before, which those feel who take it extrapolated.
     last_effect: Effect,
+    /// Whether the point at the start is from before a jump that its source makes with its first step.
+    stale: bool,
     /// y and its derivatives on offer at the source's latest point, then at those before.
     points: [Taylor; 4],
     /// Lengths of the steps between the points, latest first.
@@ -132,6 +134,7 @@ impl Signal {
         self.known = 0;
         self.ahead = false;
         (self.effect, self.last_effect) = (Effect::None, Effect::None);
+        self.stale = false;
     }
 
     /// What whoever takes it feels at the beginning of the current step.
@@ -160,7 +163,12 @@ impl Signal {
     /// Takes note of what happens to it at the beginning of the current step.
     #[inline]
     pub fn react(&mut self, effect: Effect) {
-        self.effect = effect;
+        self.effect = if self.stale { Effect::Jump } else { effect };
+    }
+
+    /// Lets it jump at the beginning of the source's first step, whatever its inputs do then.
+    pub fn expect_jump(&mut self) {
+        self.stale = true;
     }
 
     /// Takes the point at the end of a step of length `h` that the source has made.
@@ -222,6 +230,9 @@ impl Signal {
     pub fn extrapolate(&mut self, h: f64) {
         self.ahead = false;
         self.last_effect = std::mem::take(&mut self.effect);
+        // until the source has made its first step, however often
+        self.stale &= self.steps[0] == 0.0;
+        self.react(Effect::None);
         let e = self.offered.min(self.degree);
         let mut p = [0.0; 4];
         p[..=e].copy_from_slice(&self.points[0][..=e]);

@@ -3,7 +3,8 @@
 //! All connected outputs are read once more after it, and handed on to all inputs, before the first
 //! step. After that FMI 2.0 (4.2.4) allows no more reading until a unit has stepped. So a unit that
 //! feeds such a value through cannot be asked for what becomes of it: whoever comes after it gets the
-//! new value a step later, which is noted.
+//! new value a step later, which is noted. Its output jumps with the first step, so that neither
+//! interpolation nor extrapolation draws a line from the earlier value to the new one.
 
 use std::collections::HashMap;
 
@@ -13,15 +14,23 @@ use crate::system::{Port, System};
 /// Notes that are made at most; one more counts the rest.
 const MOST: usize = 10;
 
-/// A note for each output that has changed and is fed through by a unit, whose own output feeds
-/// others: `before` are the outputs in initialization mode, `now` those after it.
+/// What outputs that changed on leaving initialization mode lead to.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Late {
+    /// For each of them that a unit feeds through to an output that feeds others.
+    pub notes: Vec<String>,
+    /// Outputs that depend on those by direct feed-through: at the start they have earlier values.
+    pub stale: Vec<Port>,
+}
+
+/// Finds outputs that have changed: `before` are those in initialization mode, `now` those after it.
 #[must_use]
-pub fn notes(
+pub fn find(
     system: &System,
     before: &HashMap<Port, f64>,
     tolerance: f64,
     now: impl Fn(Port) -> Option<f64>,
-) -> Vec<String> {
+) -> Late {
     let changed = |port: Port| -> Option<[f64; 2]> {
         let (old, new) = (*before.get(&port)?, now(port)?);
         let nominal = system.variable(port).nominal.unwrap_or(1.0).abs();
@@ -30,14 +39,32 @@ pub fn notes(
         ((new - old).abs() > 10.0 * tolerance * scale).then_some([old, new])
     };
     let signals = SignalGraph::stepping(system);
-    let found: Vec<String> = (0..signals.ports.len())
+    let found: Vec<(usize, [f64; 2])> = (0..signals.ports.len())
         .filter(|&node| !signals.is_input[node])
         .filter_map(|node| Some((node, changed(signals.ports[node])?)))
-        .filter_map(|(node, change)| note(system, &signals, node, change))
         .collect();
-    let more = found.len().saturating_sub(MOST);
-    let rest = (more > 0).then(|| format!("{more} more outputs changed like that"));
-    found.into_iter().take(MOST).chain(rest).collect()
+    let changed: Vec<usize> = found.iter().map(|(node, _)| *node).collect();
+    let stale = reached(&signals, changed).into_iter().map(|node| signals.ports[node]).collect();
+    let noted = found.into_iter().filter_map(|(node, by)| note(system, &signals, node, by));
+    let mut notes: Vec<String> = noted.collect();
+    let more = notes.len().saturating_sub(MOST);
+    notes.truncate(MOST);
+    notes.extend((more > 0).then(|| format!("{more} more outputs changed like that")));
+    Late { notes, stale }
+}
+
+/// Outputs that depend on these by direct feed-through.
+fn reached(signals: &SignalGraph, from: Vec<usize>) -> Vec<usize> {
+    let mut seen = vec![false; signals.ports.len()];
+    let mut left = from;
+    while let Some(node) = left.pop() {
+        for &next in &signals.graph.next[node] {
+            if !std::mem::replace(&mut seen[next], true) {
+                left.push(next);
+            }
+        }
+    }
+    (0..seen.len()).filter(|&node| seen[node] && !signals.is_input[node]).collect()
 }
 
 fn note(
@@ -58,7 +85,7 @@ fn note(
     }
     let mut text = format!(
         "{} changed on leaving initialization mode ({old} → {new}); {}, which depends on it through \
-         {}, still has its earlier value at the start, and {} a step later",
+         {}, still has its earlier value at the start, and {} a step later, unless it steps after {}",
         name(node),
         name(output),
         name(input),
@@ -66,6 +93,7 @@ fn note(
             [one] => format!("{one} gets the new value"),
             many => format!("{} get the new value", many.join(", ")),
         },
+        system.instances[signals.ports[output].instance].name,
     );
     let others = paths().count() - 1;
     if others > 0 {

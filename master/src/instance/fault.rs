@@ -5,6 +5,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 use crate::logger::Message;
+use crate::span::plain;
 
 /// A [`UnitFault`], boxed since it is rare and large.
 #[derive(Debug, Error)]
@@ -97,7 +98,8 @@ pub enum UnitFault {
     /// A step was discarded.
     #[error(
         "unit {instance}: fmi2DoStep returned fmi2Discard at {time} s: it could not finish the step \
-         of {size} s{}{}{}",
+         of {} s{}{}{}",
+        plain(*size),
         last_successful.map(|t| format!("; it got to {t} s")).unwrap_or_default(),
         if *.terminated { "; it asks to end the simulation" } else { "" },
         said(messages)

@@ -11,7 +11,7 @@ use super::rate::shifted;
 use crate::coupling::signal::Taylor;
 use crate::instance::{StateId, UnitError, UnitFault};
 use crate::logger;
-use crate::span::parts;
+use crate::span::{parts, plain};
 
 /// Into how many parts a discarded step is divided at most.
 pub const MAX_PARTS: u32 = 1024;
@@ -41,6 +41,7 @@ pub struct Rejection {
 impl std::fmt::Display for Rejection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { size, parts, made, .. } = self;
+        let size = plain(*size);
         let outcome = if *made { "made" } else { "not to be made" };
         write!(f, "the unit discarded the step of {size} s; it was {outcome} in {parts} parts")
     }

@@ -77,17 +77,18 @@ impl<'a> Simulation<'a> {
         let failed = |source| Error::Step { time, source };
         let (mut participants, exchange) =
             plan::plan(scenario, system, selection, instances, layout).map_err(failed)?;
-        let stepper = Stepper::start(scenario, system, layout, exchange, &mut participants)
+        let mut stepper = Stepper::start(scenario, system, layout, exchange, &mut participants)
             .map_err(failed)?;
         let now = |port: Port| {
             let participant = participants.get(port.instance)?;
             Some(participant.value(participant.slot(port.variable)?))
         };
         let tolerance = scenario.initialization.tolerance;
-        let notes = late::notes(system, &initialized.outputs, tolerance, now);
+        let late = late::find(system, &initialized.outputs, tolerance, now);
+        stepper.expect_jumps(&participants, &late.stale);
         let slots = selection.slots(&participants);
         let loops = initialized.loops;
-        Ok(Self { setup, stepper, participants, slots, loops, notes, done: 0 })
+        Ok(Self { setup, stepper, participants, slots, loops, notes: late.notes, done: 0 })
     }
 
     /// The units, the signals between them, and which algorithm steps which.

@@ -98,6 +98,15 @@ impl Stepper {
         ));
     }
 
+    /// Notes which outputs are from before a jump that their units make with the first step.
+    pub(super) fn expect_jumps(&mut self, participants: &[Participant], outputs: &[Port]) {
+        for &port in outputs {
+            if let Some(output) = participants[port.instance].output(port.variable) {
+                self.exchange.expect_jump(port.instance, output);
+            }
+        }
+    }
+
     /// The signals between the units.
     #[cfg(feature = "modes")]
     pub(super) fn exchange(&self) -> &Exchange {
