@@ -97,9 +97,18 @@ impl Growing {
         if self.pen.has_failed() { self.pen.target().position.records } else { self.records }
     }
 
+    /// Writes what is gathered. After a failure, only what is in the file counts.
+    fn settle(&mut self) -> io::Result<()> {
+        let settled = self.pen.settle();
+        if settled.is_err() {
+            self.records = self.pen.target().position.records;
+        }
+        settled
+    }
+
     /// Puts everything on the disk and reports how far it got.
     pub(super) fn position(&mut self) -> io::Result<Position> {
-        self.pen.settle()?;
+        self.settle()?;
         let target = self.pen.target();
         target.file()?.sync_data()?;
         Ok(target.position)
@@ -107,7 +116,7 @@ impl Growing {
 
     /// Puts everything on the disk and gives the file its name. Records may still follow.
     pub(super) fn publish(&mut self) -> io::Result<()> {
-        let settled = self.pen.settle();
+        let settled = self.settle();
         self.pen.target().file()?.sync_all()?;
         if !self.published {
             fs::rename(partial(&self.path), &self.path)?;
