@@ -192,6 +192,10 @@ impl End<'_> {
         let told = self.journal.told();
         if told.events != before {
             (self.summary.events, self.summary.messages) = (told.events, told.messages);
+            self.summary.omitted_messages = told.omitted;
+            for (instance, sent) in self.summary.instances.values_mut().zip(told.sent) {
+                instance.messages = sent;
+            }
             noted = noted.and(self.journal.publish());
             noted = noted.and(self.summary.write(self.job.folder));
         }
