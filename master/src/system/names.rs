@@ -200,7 +200,7 @@ impl Choice<'_> {
     /// The error for names of an instance and a variable that stand for nothing.
     fn nothing(&self, name: &str, members: &[usize], variable: &str) -> SystemError {
         match *members {
-            [only] if !name.contains('*') && !(self.stars && variable.contains('*')) => {
+            [only] if !(name.contains('*') || self.stars && variable.contains('*')) => {
                 self.system.unknown_variable(self.place, only, variable)
             }
             _ => SystemError::NoMatch {
