@@ -97,9 +97,9 @@ function modesSection() {
   for (const run of runs) {
     const { modes, stable, stepped_stable: stepped, step, operating_point: point } = run.modes;
     const missing = uncoupled(run);
-    const without = missing ? `, without ${missing}` : "";
-    const says = (flag) => (flag ? `stable${without}` : "UNSTABLE");
-    it.append(element("p", {}, `${runPrefix(run)}At this operating point (t = ${number(point.time)} s, the start of the run) ${says(stable)} as the equations have it, ${says(stepped)} as stepped with ${number(step)} s; ${modes.length} modes.`));
+    const without = missing ? `, WITHOUT ${missing}` : "";
+    const says = (flag) => (flag ? "stable" : "UNSTABLE");
+    it.append(element("p", {}, `${runPrefix(run)}At this operating point (t = ${number(point.time)} s, the start of the run)${without}: ${says(stable)} as the equations have it, ${says(stepped)} as stepped with ${number(step)} s; ${modes.length} modes.`));
     for (const apart of run.modes.apart) it.append(element("p", { class: apart.states.length === apart.of ? "error" : "hint" }, apartFrom(apart)));
     const columns = [
       { title: "frequency (Hz)", numeric: true, of: (row) => row.continuous.frequency_hz, text: (row) => number(row.continuous.frequency_hz, 5) },
