@@ -30,7 +30,7 @@ pub(super) struct Desk<'a>(Mutex<Books<'a>>);
 enum Books<'a> {
     Open(Box<Run<'a>>),
     /// with the outcome, until the stepping thread takes it
-    Complete(Option<Result<Summary, Error>>),
+    Complete(Option<Box<Result<Summary, Error>>>),
 }
 
 impl<'a> Desk<'a> {
@@ -65,7 +65,7 @@ impl<'a> Desk<'a> {
         let end = match (std::mem::replace(&mut *books, Books::Complete(None)), result) {
             (Books::Open(run), Ok(status)) => run.finish(Ok(status), units),
             (Books::Open(run), Err(Halt::Error(error))) => run.finish(Err(error), units),
-            (Books::Complete(Some(outcome)), _) => return outcome,
+            (Books::Complete(Some(outcome)), _) => return *outcome,
             (_, _) => return Err(Error::GivenUp),
         };
         // units may hang from here on; the books are complete
@@ -81,7 +81,9 @@ impl<'a> Desk<'a> {
                 if let Some(text) = witness::whereabouts() {
                     run.interrupted_in(&text);
                 }
-                Books::Complete(Some(run.finish(Ok(Status::Interrupted), None).part(None)))
+                Books::Complete(Some(Box::new(
+                    run.finish(Ok(Status::Interrupted), None).part(None),
+                )))
             }
             complete @ Books::Complete(_) => complete,
         };
