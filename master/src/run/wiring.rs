@@ -88,6 +88,8 @@ impl<'a> Wiring<'a> {
         let cut = chosen.is_none() && self.cuts.contain(link);
         let own = if cut { Some(0) } else { link.extrapolation.map(usize::from) };
         let degree = own.unwrap_or(self.scenario.algorithm.degree());
+        // in a loop that is cut, inputs are held: the newest value that is known
+        let interpolates = interpolates && !cut;
         let useful = if interpolates { degree.max(1) } else { degree };
         let wanted = if self.scenario.algorithm.derivatives && !held {
             useful.min(source.output_derivative_order(from.variable))
@@ -120,7 +122,7 @@ impl<'a> Wiring<'a> {
             factor: linear.factor,
             offset: linear.offset,
             // a unit with steps of its own gets the whole polynomial and takes its part
-            limit: if slow || steps > 1 { 3 } else { limit },
+            limit: if !cut && (slow || steps > 1) { 3 } else { limit },
             degree: own,
             held,
         });
