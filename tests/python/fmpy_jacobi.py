@@ -4,6 +4,7 @@ It reads the same scenario files as `maglev` (instances, parameters, connections
 a difference in the results is a difference between the masters, not between two set-ups.
 """
 
+import math
 import shutil
 
 import fmpy
@@ -39,6 +40,14 @@ class Unit:
 
     def put(self, names, values):
         self.slave.setReal([self.variables[n].valueReference for n in names], values)
+
+
+def step_between(begin, end):
+    """The step whose end, as a unit computes it, is the next communication point or just before."""
+    size = end - begin
+    while begin + size > end:
+        size = math.nextafter(size, 0.0)
+    return size
 
 
 def simulate(path, signals, stop=None, step=None):
@@ -93,7 +102,7 @@ def simulate(path, signals, stop=None, step=None):
         for target in units:
             send(target, values)
         for unit in units.values():
-            unit.slave.doStep(start + n * step, step)
+            unit.slave.doStep(times[-1], step_between(times[-1], start + (n + 1) * step))
         times.append(start + (n + 1) * step)
         rows.append(record())
     for unit in units.values():

@@ -62,7 +62,7 @@ GOOD = [
 ]
 BAD = [
     changed(WHOLE, ["experiment"], ...),
-    changed(WHOLE, ["experiment", "step"], ...),
+    changed(WHOLE, ["experiment", "stop"], "late"),
     changed(WHOLE, [*VEHICLE, "unit"], ...),
     changed(WHOLE, [*VEHICLE, "unti"], "vehicle"),
     changed(WHOLE, [*VEHICLE, "unit"], None),
