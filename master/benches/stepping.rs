@@ -24,6 +24,9 @@ use serde_json::json;
 const PORTS: usize = 64;
 /// Steps of all units together in one measurement.
 const UNIT_STEPS: u64 = 2_000_000;
+/// A communication step that adds up without rounding, so that all steps are equal: the units keep what
+/// they have computed for the last size, and what is measured is the master.
+const STEP: f64 = 1.0 / 1024.0;
 /// Measurements, of which the median counts.
 const REPEATS: usize = 5;
 
@@ -110,9 +113,9 @@ fn steps(units: usize) -> u64 {
 fn scenario(folder: &Path, system: &serde_json::Value, record: &[&str]) -> Scenario {
     let units = system["instances"].as_object().unwrap().len();
     let mut text = system.clone();
-    let stop = steps(units) / 1000;
+    let stop = steps(units) as f64 * STEP;
     text["units"] = json!({ "lag": folder.join("lag.fmu"), "hub": folder.join("hub.fmu") });
-    text["experiment"] = json!({ "stop": stop, "step": 0.001 });
+    text["experiment"] = json!({ "stop": stop, "step": STEP });
     text["algorithm"] = json!({ "name": "jacobi", "extrapolation": 0 });
     text["record"] = json!({ "signals": record });
     Scenario::parse(&text.to_string(), Path::new("bench")).unwrap()
@@ -288,7 +291,7 @@ impl Bare {
 
     fn step(&self, time: f64) {
         // SAFETY: a live component
-        assert_eq!(unsafe { (self.step)(self.component, time, 0.001, 1) }, 0);
+        assert_eq!(unsafe { (self.step)(self.component, time, STEP, 1) }, 0);
     }
 
     fn receive(&mut self, into: &mut [f64]) {
@@ -321,7 +324,7 @@ fn bare(mut units: Vec<Bare>, wiring: &[usize]) -> f64 {
                 unit.send();
             }
             #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-            units.iter().for_each(|unit| unit.step(n as f64 * 0.001));
+            units.iter().for_each(|unit| unit.step(n as f64 * STEP));
             let mut rest = &mut signals[..];
             for unit in &mut units {
                 let (mine, others) = rest.split_at_mut(unit.outputs.len());

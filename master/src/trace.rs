@@ -116,6 +116,7 @@ impl Tracer {
 
     /// Notes a call that is about to be made.
     #[cold]
+    #[inline(never)]
     pub(crate) fn before(&self, call: Call, tell: impl FnOnce(&mut Line<'_>)) -> Instant {
         let mut line = self.line(call);
         line.text.push('(');
@@ -127,6 +128,7 @@ impl Tracer {
 
     /// Notes what a call returned.
     #[cold]
+    #[inline(never)]
     pub(crate) fn after(&self, answer: Answer, begin: Instant, tell: impl FnOnce(&mut Line<'_>)) {
         let taken = 1e6 * begin.elapsed().as_secs_f64();
         let mut line = self.line(answer.call);

@@ -454,6 +454,7 @@ impl Unit for Participant {
 }
 
 impl Participant {
+    #[inline]
     fn send_inputs(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
         self.sent.integers.copy_from_slice(&inputs.integers);
         self.sent.booleans.copy_from_slice(&inputs.booleans);
