@@ -8,7 +8,7 @@ import sysconfig
 from pathlib import Path
 
 import pytest
-from conftest import MAGLEV, results
+from conftest import MAGLEV, ROOT, results
 from fmpy_jacobi import step_between
 
 LAG = """
@@ -82,3 +82,47 @@ def test_analytic_units_of_pythonfmu_step_as_their_python_does(chain):
 def test_issue_a_strict_run_refuses_them_and_says_why(chain):
     done = run(chain, "--strict")
     assert done.returncode == 2 and "does not tolerate" in done.stderr, done.stderr
+
+
+NOISE = """
+import random
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Noise(Fmi2Slave):
+    def __init__(self, **given):
+        super().__init__(**given)
+        self.random, self.y = random.Random(1), 0.0
+        self.register_variable(
+            Real("y", causality=Fmi2Causality.output, variability=Fmi2Variability.discrete)
+        )
+
+    def do_step(self, time, size):
+        self.y = self.random.gauss(0.0, 1e-5)
+        return True
+"""
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel"])
+def test_analytic_noise_on_a_gap_is_held(tmp_path, algorithm):
+    """White noise of 10 um on a magnet's gap gives 0.78 V of noise in its voltage, as with a controller that
+    samples; put through polynomials it gave 1.93 V. 4500 values: the standard deviation is sure to 1.1 % of
+    itself times what neighbouring values have in common, so to 5 %."""
+    (tmp_path / "noise.py").write_text(NOISE)
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", "noise.py"]
+    subprocess.run(build, cwd=tmp_path, check=True, capture_output=True)
+    scenario = json.loads((ROOT / "scenarios" / "one-magnet.json").read_text())
+    units = {name: str((ROOT / "scenarios" / path).resolve()) for name, path in scenario["units"].items()}
+    scenario |= {"units": units | {"noise": "Noise.fmu"}, "plots": []}
+    scenario["instances"]["noise"] = {"unit": "noise"}
+    for connection in scenario["connections"]:
+        if connection["from"] == "vehicle.gap_[01..01]":
+            connection["from"] = [connection["from"], "noise.y"]
+    scenario["experiment"] = {"stop": 5.0, "step": 0.001}
+    scenario["algorithm"] = {"name": algorithm, "extrapolation": 2}
+    scenario["record"] = {"signals": ["ems_01.voltage"]}
+    (tmp_path / "chain.json").write_text(json.dumps(scenario))
+    done = run(tmp_path, LD_PRELOAD=python_library())
+    assert done.returncode == 0, done.stderr
+    voltage = results(tmp_path / "out")["ems_01.voltage"]
+    assert abs(voltage[500:].std() - 0.78) < 0.04, voltage[500:].std()
