@@ -9,7 +9,7 @@ use std::ffi::CString;
 use serde::{Deserialize, Serialize};
 
 use super::Unit;
-use super::layout::{Form, Source, feels, lay_out, most_inputs, sources};
+use super::layout::{Form, Source, feels, lay_out, most_inputs, sources, whole_inputs};
 use super::links::{Input, Inputs, Links, Outputs, RealLink, Size, WholeOutput};
 use super::signal::{Effect, Signal};
 
@@ -49,6 +49,8 @@ pub struct Exchange {
     begin: Vec<Outputs>,
     before: Vec<Outputs>,
     givers: Vec<usize>,
+    /// per unit, the Real inputs that no Real output feeds
+    whole_inputs: Vec<Vec<usize>>,
     /// per unit, whether it feels jumps
     feels: Vec<bool>,
     felt: Vec<(Input, Effect)>,
@@ -87,6 +89,7 @@ impl Exchange {
         let givers = (0..links.len()).filter(|&k| links[k].has_held_outputs()).collect();
         let (feels, felt) = (feels(&links), Vec::with_capacity(most_inputs(&links)));
         let before = begin.clone();
+        let whole_inputs = links.iter().map(whole_inputs).collect();
         Self {
             signals,
             origins,
@@ -98,6 +101,7 @@ impl Exchange {
             begin,
             before,
             givers,
+            whole_inputs,
             feels,
             felt,
         }
@@ -274,9 +278,8 @@ impl Exchange {
     /// The inputs that come from what is not Real.
     fn fill_held(&mut self, k: usize) {
         let (inputs, links, begin) = (&mut self.inputs[k], &self.links[k], &self.begin);
-        let alone = |input: usize| !links.reals.iter().any(|link| link.input == input);
-        for link in links.wholes.iter().filter(|link| alone(link.input)) {
-            inputs.reals[link.input][0] = 0.0;
+        for &input in &self.whole_inputs[k] {
+            inputs.reals[input][0] = 0.0;
         }
         for link in &links.wholes {
             let value = f64::from(begin[link.from.0].whole(link.from));
@@ -323,7 +326,14 @@ impl Exchange {
                 Effect::Jump => Effect::Kink,
                 _ => Effect::None,
             };
-            signal.react(felt.iter().map(reaction).max().unwrap_or_default());
+            let mut worst = Effect::None;
+            for effect in felt.iter().map(reaction) {
+                worst = worst.max(effect);
+                if worst == Effect::Jump {
+                    break;
+                }
+            }
+            signal.react(worst);
         }
     }
 

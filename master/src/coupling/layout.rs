@@ -1,6 +1,6 @@
 //! How the links of all units are laid out in an exchange: signals, their places, who feels jumps.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::exchange::SignalId;
 use super::links::{Links, RealLink};
@@ -75,6 +75,12 @@ pub(super) fn feels(links: &[Links]) -> Vec<bool> {
 /// Most inputs of a unit, each source of a sum counted.
 pub(super) fn most_inputs(links: &[Links]) -> usize {
     links.iter().map(|unit| unit.units().count()).max().unwrap_or(0)
+}
+
+/// The Real inputs that only Integers and Booleans feed.
+pub(super) fn whole_inputs(links: &Links) -> Vec<usize> {
+    let real: HashSet<usize> = links.reals.iter().map(|link| link.input).collect();
+    links.wholes.iter().map(|link| link.input).filter(|input| !real.contains(input)).collect()
 }
 
 /// The Real sources of a unit's inputs.

@@ -121,12 +121,7 @@ impl<'a> Run<'a> {
             rows: files.rows,
             resumed: earlier.resumed,
             real_time_factor: if run_seconds > 0.0 { simulated / run_seconds } else { 0.0 },
-            algorithm: totals::algorithm_summary(
-                scenario,
-                system,
-                &setup.layout.blueprint,
-                coupling,
-            ),
+            algorithm: totals::algorithm_summary(scenario, system, &setup.layout, coupling),
             initial_loops: progress.loops,
             wall_time: totals::wall_time(self.begin, progress.start, run_seconds, &instances),
             master_version: env!("CARGO_PKG_VERSION").to_owned(),

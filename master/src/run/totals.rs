@@ -9,8 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Setup;
 use super::journal::Told;
-use crate::coupling::Blueprint;
-use crate::graph::SignalGraph;
+use super::plan::Layout;
 use crate::participant::Participant;
 use crate::scenario::{AlgorithmName, Scenario};
 use crate::summary::{AlgorithmSummary, CouplingSummary, InstanceSummary, UnitSummary, WallTime};
@@ -153,10 +152,10 @@ pub(super) fn wall_time(
 pub(super) fn algorithm_summary(
     scenario: &Scenario,
     system: &System,
-    blueprint: &Blueprint,
+    layout: &Layout,
     coupling: CouplingSummary,
 ) -> AlgorithmSummary {
-    let stepping = SignalGraph::stepping(system);
+    let blueprint = &layout.blueprint;
     let jacobi = blueprint.blocks.iter().all(|block| block.name == AlgorithmName::Jacobi);
     AlgorithmSummary {
         name: scenario.algorithm.name.as_str().to_owned(),
@@ -167,11 +166,7 @@ pub(super) fn algorithm_summary(
             .filter(|_| !jacobi)
             .map(|k| system.instances[k].name.clone())
             .collect(),
-        algebraic_loops: stepping
-            .loops()
-            .iter()
-            .map(|component| stepping.names(system, component))
-            .collect(),
+        algebraic_loops: layout.loops.iter().map(|it| it.names.clone()).collect(),
         coupling,
     }
 }
