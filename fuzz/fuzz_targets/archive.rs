@@ -4,7 +4,7 @@
 use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
-use master::archive::Archive;
+use fmi2_import::archive::Archive;
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(mut archive) = Archive::new(Cursor::new(bytes)) else { return };

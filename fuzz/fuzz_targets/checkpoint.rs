@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use master::run::Checkpoint;
+use maglev::run::Checkpoint;
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Checkpoint::decode(bytes);

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use master::description::Description;
+use fmi2_import::description::Description;
 
 fuzz_target!(|text: &str| {
     let Ok(description) = Description::parse(text) else { return };

@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use master::pattern;
-use master::scenario::{Recorded, Scenario};
+use patterns;
+use scenario::{Recorded, Scenario};
 
 fuzz_target!(|text: &str| {
     let path = Path::new("scenario.json");

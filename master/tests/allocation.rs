@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use std::sync::Arc;
 
-use master::coupling::settings::{AlgorithmName, IterationSettings};
 use master::coupling::{
     Blueprint, Capabilities, Coupling, Exchange, Inputs, IntegerLink, Links, Outputs, RealLink,
     Unit, Whole,
 };
+use scenario::algorithm::{AlgorithmName, IterationSettings};
 
 static COUNT: AtomicU64 = AtomicU64::new(0);
 

@@ -3,8 +3,8 @@
 use std::{collections::BTreeSet, fmt::Write as _, fs, path::Path};
 
 use anyhow::{Context, Result, bail};
+use fmi2_import::library::SYMBOLS;
 use fmi2_package::Archive;
-use master::library::SYMBOLS;
 use object::{
     Endianness, File, Object as _,
     read::elf::{Dyn as _, ElfFile, FileHeader},

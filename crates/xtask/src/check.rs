@@ -23,7 +23,7 @@ pub fn all(with_python: bool) -> Result<()> {
             cargo(&["clippy", "--release", "--workspace", "--all-targets", "--", "-D", "warnings"])
         }),
         ("Rust tests", || {
-            cargo(&["build", "--release", "--package", "master"])?;
+            cargo(&["build", "--release", "--package", "maglev-cli"])?;
             cargo(&["test", "--release", "--workspace"])
         }),
         ("documentation", || {
@@ -85,7 +85,7 @@ pub fn codegen(check: bool) -> Result<()> {
     for unit in package::units()? {
         generated(&package::description_file(&unit), &package::describe(&unit)?, check)?;
     }
-    cargo(&["build", "--release", "--quiet", "--package", "master"])?;
+    cargo(&["build", "--release", "--quiet", "--package", "maglev-cli"])?;
     let maglev = workspace::target_dir().join("release").join("maglev");
     let output = std::process::Command::new(&maglev)
         .arg("schema")

@@ -114,7 +114,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     }
     if order.maglev {
         for target in targets {
-            target.build(&["master"])?;
+            target.build(&["maglev-cli"])?;
             let built = target.maglev();
             let end =
                 built.extension().map(|end| format!(".{}", end.display())).unwrap_or_default();

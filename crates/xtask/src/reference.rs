@@ -13,11 +13,9 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use master::{
-    package::Package,
-    plot::{self, Line, Panel},
-    reference::{self, Experiment, Table, files::FOLDER},
-};
+use figure::{Line, Panel};
+use fmi2_conformance::reference::{self, Experiment, Table, files::FOLDER};
+use fmi2_import::package::Package;
 use roxmltree::Document;
 
 use crate::{package, package::Unit, workspace};
@@ -146,7 +144,7 @@ impl Reference {
             let line = Line { label: String::new(), points: points.collect() };
             Panel { ylabel: format!("{name} ({unit})"), lines: vec![line] }
         };
-        Ok(plot::draw("", &columns.map(panel).collect::<Vec<_>>())?)
+        Ok(figure::draw("", &columns.map(panel).collect::<Vec<_>>())?)
     }
 }
 

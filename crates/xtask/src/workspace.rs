@@ -68,7 +68,7 @@ pub fn cargo() -> PathBuf {
 /// The exit status of `maglev` becomes ours, so that scripts can tell a failed
 /// run (1) from bad input (2).
 pub fn run_maglev(scenario: &Path, options: &[String]) -> Result<()> {
-    run(cargo(), &["build", "--release", "--quiet", "--package", "master"])?;
+    run(cargo(), &["build", "--release", "--quiet", "--package", "maglev-cli"])?;
     let maglev = target_dir().join("release").join("maglev");
     let status = Command::new(&maglev)
         .arg("run")

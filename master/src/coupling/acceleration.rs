@@ -11,7 +11,7 @@
 //!
 //! All norms are of components divided by their scales, since signals differ in unit.
 
-use super::settings::Acceleration;
+use scenario::algorithm::Acceleration;
 
 /// Differences that Anderson acceleration remembers.
 const DEPTH: usize = 8;

@@ -15,33 +15,17 @@
 //! are met. Units that cannot save their states cannot go back: then every step stands and only the
 //! next one is smaller.
 
-use serde::Serialize;
+use results::summary::ControlReport;
 
-use super::settings::{Estimate, Variable};
 use super::{CONTROL, Coupling, Exchange, ExchangeState, SignalId, Unit};
-use crate::span::{between, parts};
+use fmi2_import::span::{between, parts};
+use scenario::algorithm::{Estimate, Variable};
 
 /// Ticks in a span.
 const TICKS: u32 = 1 << 20;
 /// The first step is this part of a span: nothing is known yet.
 const FIRST: f64 = 1.0 / 16.0;
 const SAFETY: f64 = 0.9;
-
-/// How step control fares.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ControlReport {
-    /// Steps that stand.
-    pub accepted: u64,
-    /// Steps made again.
-    pub rejected: u64,
-    /// Steps that stand although the estimate was beyond the tolerance: the smallest allowed, or of
-    /// units that cannot go back.
-    pub forced: u64,
-    /// Smallest step that stands (s).
-    pub smallest: f64,
-    /// Largest step that stands (s).
-    pub largest: f64,
-}
 
 /// Chooses the step.
 pub struct Control {

@@ -7,8 +7,9 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use super::settings::{AlgorithmName, IterationSettings};
-use super::{Algorithm, Crew, Exchange, GaussSeidel, Iterated, Iteration, Jacobi, Newton, Unit};
+use super::{Algorithm, Crew, Exchange, GaussSeidel, Iterated, Jacobi, Newton, Unit};
+use results::summary::Iteration;
+use scenario::algorithm::{AlgorithmName, IterationSettings};
 
 /// Units that one algorithm steps.
 #[derive(Debug, Clone, PartialEq)]

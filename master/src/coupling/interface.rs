@@ -13,31 +13,11 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use results::summary::Iteration;
 
 use super::crew::{Phase, Task};
-use super::settings::IterationSettings;
 use super::{Crew, Exchange, ITERATION, SignalId, Unit};
-
-/// How an iterating algorithm fares.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Iteration {
-    /// Steps made.
-    pub steps: u64,
-    /// Sweeps made; one per step is the least.
-    pub sweeps: u64,
-    /// Most sweeps in one step.
-    pub most: u32,
-    /// Steps that had not settled when their sweeps were used up.
-    pub unsettled: u64,
-    /// Largest residual left in such a step, in units of what the tolerance allows.
-    pub worst: f64,
-    /// Jacobians made.
-    pub jacobians: u64,
-    /// Whether the last step settled.
-    #[serde(skip)]
-    pub settled: bool,
-}
+use scenario::algorithm::IterationSettings;
 
 /// Sweeps over some units.
 pub(super) struct Sweeps {

@@ -12,9 +12,10 @@
 use std::sync::Arc;
 
 use super::acceleration::Accelerator;
-use super::interface::{Iteration, Sweeps};
-use super::settings::IterationSettings;
+use super::interface::Sweeps;
 use super::{Algorithm, Crew, Exchange, Unit};
+use results::summary::Iteration;
+use scenario::algorithm::IterationSettings;
 
 /// Sweeps until the step's inputs fit its outputs.
 pub struct Iterated {

@@ -21,15 +21,15 @@ mod layout;
 mod links;
 mod newton;
 mod power;
-pub mod settings;
 pub mod signal;
 
-pub use control::{Control, ControlReport};
+use results::summary::Iteration;
+
+pub use control::Control;
 pub use coupled::{Block, Blueprint, Coupling};
 pub use crew::Crew;
 pub use exchange::{Exchange, ExchangeState, SignalId};
 pub use gauss_seidel::GaussSeidel;
-pub use interface::Iteration;
 pub use iterated::Iterated;
 pub use jacobi::Jacobi;
 pub use links::{
@@ -37,7 +37,7 @@ pub use links::{
     WholeOutput,
 };
 pub use newton::Newton;
-pub use power::{PowerMeter, PowerReport};
+pub use power::PowerMeter;
 
 /// What a unit can do besides being stepped on. An algorithm takes units as they are: what it does
 /// with one that lacks a capability stands with the algorithm.

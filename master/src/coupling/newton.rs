@@ -21,9 +21,10 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::interface::{Iteration, Sweeps};
-use super::settings::{IterationSettings, JacobianSource};
+use super::interface::Sweeps;
 use super::{Algorithm, Crew, Exchange, ITERATION, Outputs, SignalId, Unit};
+use results::summary::Iteration;
+use scenario::algorithm::{IterationSettings, JacobianSource};
 
 /// Relative change of the end of an input for differences: with outputs exact to 1e-15 and bends of
 /// order one, the quotients are exact to 1e-6 at worst.

@@ -6,27 +6,9 @@
 //! step's residual energy (Sadjina, Kyllingstad, Skjong & Pedersen 2017, "Energy conservation and
 //! power bonds in co-simulations", Engineering with Computers 33).
 
-use serde::Serialize;
+use results::summary::PowerReport;
 
 use super::{Exchange, SignalId};
-
-/// The residual energy of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct PowerReport {
-    /// Number of pairs.
-    pub pairs: usize,
-    /// Energy transmitted, ∑ |e f| h (J).
-    pub transmitted: f64,
-    /// Residual energy, ∑ |δP| h (J).
-    pub residual: f64,
-    /// The same with signs, ∑ δP h (J): what the coupling adds to (positive) or takes out of the
-    /// system.
-    pub net: f64,
-    /// Largest |δP| (W).
-    pub largest: f64,
-    /// When that was (s).
-    pub time_of_largest: f64,
-}
 
 /// One side of a pair.
 #[derive(Debug, Clone, Copy)]

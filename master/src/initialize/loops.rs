@@ -11,13 +11,15 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{InitializeError, Level, Sets, SolvedLoop, Solver, Transported};
+use results::summary::SolvedLoop;
+
+use super::{InitializeError, Level, Sets, Solver, Transported};
 use crate::coupling::acceleration::Accelerator;
-use crate::description::Type;
 use crate::graph::SignalGraph;
-use crate::instance::{Offer, UnitError};
-use crate::scenario::{Acceleration, Initialization};
 use crate::system::{Link, Port, Transfer};
+use fmi2_import::description::Type;
+use fmi2_import::instance::{Offer, UnitError};
+use scenario::{Acceleration, Initialization};
 
 /// A sweep that leaves more than this part of the change is slow.
 const SLOW: f64 = 0.2;

@@ -16,11 +16,12 @@ use thiserror::Error;
 
 use loops::Loop;
 
-use crate::description::{Causality, Type};
 use crate::graph::SignalGraph;
-use crate::instance::{Instance, UnitError};
-use crate::scenario::{Experiment, Initialization};
 use crate::system::{Link, Port, System, Transfer};
+use fmi2_import::description::{Causality, Type};
+use fmi2_import::instance::{Instance, UnitError};
+use results::summary::SolvedLoop;
+use scenario::{Experiment, Initialization};
 
 /// Why the system cannot be initialized.
 #[derive(Debug, Error)]
@@ -43,15 +44,18 @@ pub enum InitializeError {
     },
 }
 
-/// A loop that was solved.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct SolvedLoop {
-    /// Its signals.
-    pub signals: String,
-    /// Sweeps that it took.
-    pub sweeps: u32,
-    /// How many of them Newton's method followed.
-    pub newton: u32,
+impl InitializeError {
+    /// How to fix it, where that is known.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Unit(error) => error.fault().help(),
+            Self::Loop { .. } => Some(
+                "give start values nearer to the solution, or raise initialization.iterations or \
+                 initialization.tolerance in the scenario",
+            ),
+        }
+    }
 }
 
 /// What initialization leaves besides instances that are ready to step.

@@ -26,10 +26,10 @@ use thiserror::Error;
 
 use crate::coupling::{Blueprint, Links};
 use crate::error::Error;
-use crate::instance::UnitError;
 use crate::participant::Participant;
-use crate::run::Setup;
+use crate::simulation::Setup;
 use continuous::upper;
+use fmi2_import::instance::UnitError;
 pub use operating_point::{Family, OperatingPoint};
 use state_space::{Linear, StateSpace};
 use stepped::Stepped;
@@ -91,6 +91,20 @@ pub enum ModesError {
     /// The iteration for eigenvalues failed.
     #[error("the eigenvalues of the linearised system were not found")]
     Eigenvalues,
+}
+
+impl ModesError {
+    /// How to fix it, where that is known.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Silent { .. } | Self::Missing { .. } => Some(
+                "modes need units that answer the report \"linear\" (docs/coupled-modes.md); \
+                 `maglev run` does not need it",
+            ),
+            _ => None,
+        }
+    }
 }
 
 /// One connection between Real variables.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use super::ModesError;
-use crate::description::{Description, Type};
+use fmi2_import::description::{Description, Type};
 
 /// One entry of a sparse matrix: row, column, value.
 type Entry = (usize, usize, f64);

@@ -4,7 +4,7 @@
 //! and ignore a call that mixes them; in a single call to units that say so in their annotation.
 
 use super::Participant;
-use crate::instance::{Offer, Refusal, UnitError};
+use fmi2_import::instance::{Offer, Refusal, UnitError};
 
 impl Participant {
     /// Lays out the calls anew.
@@ -61,7 +61,7 @@ impl Participant {
     }
 
     /// How the unit refused derivatives of inputs, once.
-    pub(crate) fn take_refusal(&mut self) -> Option<Refusal> {
+    pub fn take_refusal(&mut self) -> Option<Refusal> {
         let refusal = self.instance.warnings().refusal();
         let told = std::mem::replace(&mut self.refusal_told, refusal.is_some());
         refusal.filter(|_| !told)

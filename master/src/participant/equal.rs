@@ -5,7 +5,7 @@
 //! as often as the end of the step, as the unit computes it, is within the stop time.
 
 use super::Participant;
-use crate::span::between;
+use fmi2_import::span::between;
 
 /// What equal steps need.
 #[derive(Debug, Clone, Copy)]

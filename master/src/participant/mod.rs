@@ -14,12 +14,12 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
-use crate::component::{Layout, Received, Sent};
 use crate::coupling::signal::Taylor;
 use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
-use crate::description::{Causality, Type};
-use crate::instance::{Instance, StateId, UnitError};
 use equal::Equal;
+use fmi2_import::component::{Layout, Received, Sent};
+use fmi2_import::description::{Causality, Type};
+use fmi2_import::instance::{Instance, StateId, UnitError};
 pub use odd::OddValue;
 use rate::Rate;
 use retry::Retry;

@@ -2,8 +2,8 @@
 //! recorded they are recorded, and reported once per variable.
 
 use super::Participant;
-use crate::instance::UnitError;
-use crate::logger;
+use fmi2_import::instance::UnitError;
+use fmi2_import::logger;
 
 /// The first value of a recorded variable that is NaN or infinite.
 #[derive(Debug, Clone, PartialEq)]

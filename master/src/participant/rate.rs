@@ -17,8 +17,8 @@
 
 use super::Participant;
 use crate::coupling::signal::Taylor;
-use crate::instance::UnitError;
-use crate::span::parts;
+use fmi2_import::instance::UnitError;
+use fmi2_import::span::parts;
 
 /// What steps of one's own need.
 #[derive(Debug)]

@@ -9,9 +9,9 @@
 use super::Participant;
 use super::rate::shifted;
 use crate::coupling::signal::Taylor;
-use crate::instance::{StateId, UnitError, UnitFault};
-use crate::logger;
-use crate::span::{parts, plain};
+use fmi2_import::instance::{StateId, UnitError, UnitFault};
+use fmi2_import::logger;
+use fmi2_import::span::{parts, plain};
 
 /// Into how many parts a discarded step is divided at most.
 pub const MAX_PARTS: u32 = 1024;

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Participant;
 use crate::coupling::{Inputs, PLACES};
-use crate::instance::UnitError;
-use crate::span::between;
+use fmi2_import::instance::UnitError;
+use fmi2_import::span::between;
 
 /// What a unit needs that does not step in every communication step.
 #[derive(Debug)]

@@ -9,7 +9,7 @@
 //! has terminated.
 
 use super::Participant;
-use crate::logger;
+use fmi2_import::logger;
 
 /// Steps in a row after which a unit that warns and does not move counts as stalled.
 pub const STALLED: u64 = 5;
@@ -99,7 +99,7 @@ impl Participant {
     }
 
     /// The same, once.
-    pub(crate) fn take_stall(&mut self) -> Option<Stall> {
+    pub fn take_stall(&mut self) -> Option<Stall> {
         if std::mem::replace(&mut self.watch.told, self.watch.stall.is_some()) {
             return None;
         }

@@ -1,12 +1,39 @@
 //! Why the parts of a scenario do not make a system.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::description::{Causality, Type, UnitMismatch};
-use crate::package::PackageError;
-use crate::pattern::PatternError;
+use fmi2_conformance::Defects;
+use fmi2_import::archive::ArchiveError;
+use fmi2_import::description::{Causality, Type, UnitMismatch};
+use fmi2_import::package::PackageError;
+use patterns::PatternError;
+
+/// A kind of thing that a scenario names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Named {
+    /// An FMU, under `units`.
+    Fmu,
+    /// An instance of an FMU.
+    Instance,
+    /// A variable of an instance.
+    Variable,
+    /// A category of debug messages.
+    LogCategory,
+}
+
+impl std::fmt::Display for Named {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Fmu => "unit",
+            Self::Instance => "instance",
+            Self::Variable => "variable",
+            Self::LogCategory => "log category",
+        })
+    }
+}
 
 /// Why the parts of a scenario do not make a system.
 #[derive(Debug, Error)]
@@ -19,6 +46,15 @@ pub enum SystemError {
         /// Why.
         #[source]
         source: PackageError,
+    },
+    /// Defects of a unit, where none are tolerated.
+    #[error("units.{name}: the unit cannot be used")]
+    Defects {
+        /// Key in `units`.
+        name: String,
+        /// All of them.
+        #[source]
+        source: Defects,
     },
     /// A pattern cannot be expanded.
     #[error("{place}")]
@@ -37,7 +73,7 @@ pub enum SystemError {
         /// JSON path.
         place: String,
         /// Kind of thing.
-        what: &'static str,
+        what: Named,
         /// The name.
         name: String,
         /// Where it was looked for.
@@ -238,6 +274,63 @@ pub enum SystemError {
         /// As written.
         pattern: String,
     },
+}
+
+impl SystemError {
+    /// How to fix it, where that is known.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Package { source, .. } => match source {
+                PackageError::Archive { source: ArchiveError::Open(error), .. }
+                    if error.kind() != ErrorKind::IsADirectory =>
+                {
+                    "check the path (units are looked for relative to the scenario), and build the unit"
+                }
+                _ => return source.help(),
+            },
+            Self::Defects { source, .. } => source.help(),
+            Self::Unknown { what: Named::Variable, .. } => {
+                "`maglev inspect UNIT.fmu` lists the variables of a unit"
+            }
+            Self::Unknown { what: Named::Instance, .. } => {
+                "instances are named under \"instances\" in the scenario"
+            }
+            Self::Unit { source, .. } => match source {
+                UnitMismatch::Dimension { .. } => "connect quantities of the same kind",
+                UnitMismatch::Undefined { .. } => {
+                    "the unit's description should define its units; \"ignore_units\": true in the \
+                 connection takes the values as they are"
+                }
+            },
+            Self::Unconnected { .. } => {
+                "connect it, or give it a value under \"start\" of its instance"
+            }
+            Self::Idle { .. } => {
+                "set what the output is computed from, or remove the connection or the value"
+            }
+            Self::DrivenTwice { .. } => {
+                "remove one of the connections, or make them one whose \"from\" is a list: a sum"
+            }
+            Self::Type { .. } => {
+                "a connection passes numbers to Reals, whole numbers and Booleans to Integers, Integers and \
+             Enumerations to Enumerations; for others a unit in between has to decide"
+            }
+            Self::NotLinear { .. } => "leave them out, or compute the value in a unit in between",
+            Self::NoCommonItem { .. } => {
+                "Enumerations are connected by the names of their items; check that these belong together"
+            }
+            Self::Causality { .. } => "connections go from an output to an input",
+            Self::Pattern { .. } => {
+                "both sides of a connection must stand for equally many signals, or the source for one"
+            }
+            Self::File { .. } => {
+                "paths of the form {\"path\": \"...\"} are relative to the scenario file that has them"
+            }
+            Self::Form { .. } => "write instance.variable, such as motor.speed",
+            _ => return None,
+        })
+    }
 }
 
 pub(super) fn causality_name(causality: Causality) -> &'static str {

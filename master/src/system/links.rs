@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::{Link, Port, Result, System, SystemError};
-use crate::description::{Causality, Conversion, Type};
-use crate::scenario::{Connection, Scenario};
+use fmi2_import::description::{Causality, Conversion, Type};
+use scenario::{Connection, Scenario};
 
 impl System {
     pub(super) fn connect(&mut self, scenario: &Scenario) -> Result<()> {

@@ -18,9 +18,9 @@ use indexmap::IndexMap;
 pub use error::SystemError;
 pub use transfer::Transfer;
 
-use crate::description::{Description, Value, Variability, Variable};
-use crate::package::Package;
-use crate::scenario::Scenario;
+use fmi2_import::description::{Description, Value, Variability, Variable};
+use fmi2_import::package::Package;
+use scenario::{Scenario, Setting};
 
 /// A variable of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -87,6 +87,17 @@ impl Plan {
     }
 }
 
+/// A value that `--set` gives one variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Overridden {
+    /// The variable.
+    pub port: Port,
+    /// The value.
+    pub setting: Setting,
+    /// The option as it was given, for messages.
+    place: String,
+}
+
 /// All instances and connections of a scenario, checked.
 #[derive(Debug)]
 pub struct System {
@@ -94,24 +105,11 @@ pub struct System {
     pub instances: Vec<Plan>,
     /// In the order of the scenario.
     pub links: Vec<Link>,
+    /// The values that `--set` gives, in its order.
+    pub overridden: Vec<Overridden>,
     by_name: HashMap<String, usize>,
     /// What was noticed about connections, and about values for connected inputs.
     notes: Vec<String>,
-}
-
-/// A setting from outside of the scenario: `instance.variable=value`, patterns allowed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Override {
-    /// `instance.variable`
-    pub target: String,
-    /// The value as text.
-    pub value: String,
-}
-
-impl std::fmt::Display for Override {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}={}", self.target, self.value)
-    }
 }
 
 type Result<T> = std::result::Result<T, SystemError>;
@@ -121,19 +119,21 @@ impl System {
     ///
     /// # Errors
     /// The first thing found wrong.
-    pub fn new(scenario: &Scenario, overrides: &[Override]) -> Result<Self> {
+    pub fn new(scenario: &Scenario) -> Result<Self> {
         let mut packages = IndexMap::new();
         for (name, path) in &scenario.units {
             let failed = |source| SystemError::Package { name: name.clone(), source };
             let package = Package::open(path).map_err(failed)?;
             if scenario.strict {
-                package.refuse_defects().map_err(failed)?;
+                let defects = fmi2_conformance::refuse_defects(&package);
+                defects.map_err(|source| SystemError::Defects { name: name.clone(), source })?;
             }
             packages.insert(name.as_str(), Arc::new(package));
         }
         let mut system = Self {
             instances: Vec::new(),
             links: Vec::new(),
+            overridden: Vec::new(),
             by_name: HashMap::new(),
             notes: Vec::new(),
         };
@@ -141,11 +141,9 @@ impl System {
             system.add(pattern, instance, &packages, scenario.log_level)?;
         }
         system.set_tolerances(scenario.experiment.tolerance);
-        for entry in overrides {
-            system.override_value(entry)?;
-        }
+        system.override_values(&scenario.overrides)?;
         system.connect(scenario)?;
-        system.judge_idle_values(overrides)?;
+        system.judge_idle_values()?;
         system.check_inputs()?;
         Ok(system)
     }

@@ -1,8 +1,9 @@
 //! From the names in a scenario to instances and variables. A name that exists as it is written is that
 //! name; only another one is a pattern.
 
+use super::error::Named;
 use super::{Port, Result, System, SystemError};
-use crate::pattern::{self, PatternError};
+use patterns::PatternError;
 
 impl System {
     /// The port that is named exactly so.
@@ -19,10 +20,10 @@ impl System {
         let names = self.instances.iter().map(|plan| plan.name.as_str());
         SystemError::Unknown {
             place: place.to_owned(),
-            what: "instance",
+            what: Named::Instance,
             name: name.to_owned(),
             within: None,
-            suggestion: pattern::suggest(name, names).map(str::to_owned),
+            suggestion: patterns::suggest(name, names).map(str::to_owned),
         }
     }
 
@@ -33,10 +34,10 @@ impl System {
         let names = description.variables.iter().map(|variable| variable.name.as_str());
         SystemError::Unknown {
             place: place.to_owned(),
-            what: "variable",
+            what: Named::Variable,
             name: name.to_owned(),
             within: Some(format!("{} (unit {})", plan.name, description.model_name)),
-            suggestion: pattern::suggest(name, names).map(str::to_owned),
+            suggestion: patterns::suggest(name, names).map(str::to_owned),
         }
     }
 
@@ -51,7 +52,7 @@ impl System {
         if let Some(variable) = description.find(pattern) {
             return Ok(vec![variable]);
         }
-        let names = pattern::expand(pattern).map_err(|source| in_pattern(place, source))?;
+        let names = patterns::expand(pattern).map_err(|source| in_pattern(place, source))?;
         let find = |name: &String| {
             let found = description.find(name);
             found.ok_or_else(|| self.unknown_variable(place, instance, name))
@@ -80,24 +81,24 @@ impl System {
         let (sources, targets) = match (self.ports(place, from), self.ports(place, to)) {
             (Ok(sources), Ok(targets)) => (sources, targets),
             // that the numbers differ says more than a name that is missing for it
-            (sources, targets) => match pattern::zip(from, to) {
+            (sources, targets) => match patterns::zip(from, to) {
                 Err(source @ PatternError::Lengths { .. }) => {
                     return Err(in_pattern(place, source));
                 }
                 _ => (sources?, targets?),
             },
         };
-        pattern::pair((from, sources), (to, targets)).map_err(|source| in_pattern(place, source))
+        patterns::pair((from, sources), (to, targets)).map_err(|source| in_pattern(place, source))
     }
 
     fn resolve(&self, place: &str, pattern: &str, stars: bool) -> Result<Vec<Port>> {
         if let Some(port) = self.exact(pattern) {
             return Ok(vec![port]);
         }
-        let Some((instances, variables)) = pattern::split_port(pattern) else {
+        let Some((instances, variables)) = patterns::split_port(pattern) else {
             return Err(SystemError::Form { place: place.to_owned(), name: pattern.to_owned() });
         };
-        let names = pattern::expand(instances).map_err(|source| in_pattern(place, source))?;
+        let names = patterns::expand(instances).map_err(|source| in_pattern(place, source))?;
         let members = names
             .into_iter()
             .map(|name| Ok((self.members(place, &name, stars)?, name)))
@@ -106,7 +107,7 @@ impl System {
         for (members, name) in members {
             choice.add(&name, members, variables)?;
         }
-        if choice.ports.len() > pattern::MAX_NAMES {
+        if choice.ports.len() > patterns::MAX_NAMES {
             let source = PatternError::TooMany { pattern: pattern.to_owned() };
             return Err(in_pattern(place, source));
         }
@@ -122,7 +123,7 @@ impl System {
             return Err(self.unknown_instance(place, name));
         }
         let all = self.instances.iter().enumerate();
-        Ok(all.filter(|(_, plan)| pattern::matches(name, &plan.name)).map(|(k, _)| k).collect())
+        Ok(all.filter(|(_, plan)| patterns::matches(name, &plan.name)).map(|(k, _)| k).collect())
     }
 
     /// All instances that a name with ranges and stars stands for, in order.
@@ -130,7 +131,7 @@ impl System {
     /// # Errors
     /// A name does not exist, or a pattern matches nothing.
     pub fn select_instances(&self, place: &str, pattern: &str) -> Result<Vec<usize>> {
-        let names = pattern::expand(pattern).map_err(|source| in_pattern(place, source))?;
+        let names = patterns::expand(pattern).map_err(|source| in_pattern(place, source))?;
         let mut found = Vec::new();
         for name in names {
             let members = self.members(place, &name, true)?;
@@ -167,7 +168,7 @@ impl Choice<'_> {
             return Ok(());
         }
         let expanded =
-            pattern::expand(variables).map_err(|source| in_pattern(self.place, source))?;
+            patterns::expand(variables).map_err(|source| in_pattern(self.place, source))?;
         for variable in expanded {
             let before = self.ports.len();
             for &instance in &others {
@@ -192,7 +193,7 @@ impl Choice<'_> {
         } else if self.stars && name.contains('*') {
             let variables = &self.system.instances[instance].description().variables;
             let all = variables.iter().enumerate();
-            let matching = all.filter(|(_, it)| pattern::matches(name, &it.name));
+            let matching = all.filter(|(_, it)| patterns::matches(name, &it.name));
             self.ports.extend(matching.map(|(variable, _)| Port { instance, variable }));
         }
     }

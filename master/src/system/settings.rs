@@ -7,28 +7,12 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use super::error::causality_name;
-use super::{Override, Plan, Port, Result, System, SystemError};
-use crate::description::{Causality, Initial, Type, Value, Variability, Variable};
+use super::error::{Named, causality_name};
+use super::{Overridden, Plan, Port, Result, System, SystemError};
 use crate::graph::SignalGraph;
-use crate::package::Package;
-use crate::pattern;
-use crate::scenario::{DebugLog, Instance, LogLevel, Setting};
-
-impl Override {
-    /// Where it comes from, for messages.
-    fn place(&self) -> String {
-        format!("--set {self}")
-    }
-
-    /// The value for a variable: text for a String, whatever it looks like.
-    pub(crate) fn setting(&self, variable: &Variable) -> Setting {
-        match variable.kind {
-            Type::String => Setting::Text(self.value.clone()),
-            _ => Setting::from_text(&self.value),
-        }
-    }
-}
+use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
+use fmi2_import::package::Package;
+use scenario::{DebugLog, Instance, LogLevel, Override, Setting};
 
 impl System {
     pub(super) fn add(
@@ -41,13 +25,13 @@ impl System {
         let place = format!("instances.{pattern}");
         let package = packages.get(instance.unit.as_str()).ok_or_else(|| SystemError::Unknown {
             place: format!("{place}.unit"),
-            what: "unit",
+            what: Named::Fmu,
             name: instance.unit.clone(),
             within: Some("units".to_owned()),
-            suggestion: pattern::suggest(&instance.unit, packages.keys().copied())
+            suggestion: patterns::suggest(&instance.unit, packages.keys().copied())
                 .map(str::to_owned),
         })?;
-        let names = pattern::expand(pattern)
+        let names = patterns::expand(pattern)
             .map_err(|source| SystemError::Pattern { place: "instances".to_owned(), source })?;
         let bad = |name: &str, why| SystemError::InstanceName { name: name.to_owned(), why };
         for name in names {
@@ -119,11 +103,15 @@ impl System {
         })
     }
 
-    pub(super) fn override_value(&mut self, entry: &Override) -> Result<()> {
-        let place = entry.place();
-        let ports = self.select(&place, &entry.target)?;
-        for port in ports {
-            self.set(&place, port, &entry.setting(self.variable(port)))?;
+    /// Takes the values that replace those of the file, later ones those before.
+    pub(super) fn override_values(&mut self, overrides: &[Override]) -> Result<()> {
+        for entry in overrides {
+            let place = format!("--set {entry}");
+            for port in self.select(&place, &entry.target)? {
+                let setting = entry.setting(self.variable(port));
+                self.set(&place, port, &setting)?;
+                self.overridden.push(Overridden { port, setting, place: place.clone() });
+            }
         }
         Ok(())
     }
@@ -158,7 +146,7 @@ impl System {
     /// Refuses values of the command line for inputs that a connection feeds, since they would have
     /// no effect, and remarks those of the scenario. Where signals depend on each other in a loop
     /// while initializing, they are first guesses.
-    pub(super) fn judge_idle_values(&mut self, overrides: &[Override]) -> Result<()> {
+    pub(super) fn judge_idle_values(&mut self) -> Result<()> {
         if self.instances.iter().all(|plan| plan.inputs.is_empty()) {
             return Ok(());
         }
@@ -174,11 +162,9 @@ impl System {
                 from: self.port_name(from),
             })
         };
-        for entry in overrides {
-            let ports = self.select("", &entry.target)?;
-            if let Some(error) = ports.into_iter().find_map(|port| idle(&|| entry.place(), port)) {
-                return Err(error);
-            }
+        let mut given = self.overridden.iter();
+        if let Some(error) = given.find_map(|it| idle(&|| it.place.clone(), it.port)) {
+            return Err(error);
         }
         let mut remarks = self.instances.iter().enumerate().flat_map(|(instance, plan)| {
             let ports = plan.inputs.keys().map(move |&variable| Port { instance, variable });
@@ -321,13 +307,13 @@ fn debug_log(
         None => Ok(Some(categories.to_vec())),
         Some(unknown) => Err(SystemError::Unknown {
             place: format!("{place}.debug_log"),
-            what: "log category",
+            what: Named::LogCategory,
             name: unknown.clone(),
             within: Some(match declared.as_slice() {
                 [] => format!("unit {}, which declares none", description.model_name),
                 _ => format!("unit {} ({})", description.model_name, declared.join(", ")),
             }),
-            suggestion: pattern::suggest(unknown, declared.iter().map(String::as_str))
+            suggestion: patterns::suggest(unknown, declared.iter().map(String::as_str))
                 .map(str::to_owned),
         }),
     }

@@ -4,8 +4,8 @@
 use std::collections::HashSet;
 
 use super::System;
-use crate::description::Finding;
-use crate::package::Package;
+use fmi2_import::description::Finding;
+use fmi2_import::package::Package;
 
 /// Why a unit that cannot vary its step may fail with this one: it is no multiple of its own.
 fn unfit_step(package: &Package, step: f64) -> Option<String> {

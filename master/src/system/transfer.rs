@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use super::{Port, Result, System, SystemError};
-use crate::description::{Conversion, Enumeration, Type};
+use fmi2_import::description::{Conversion, Enumeration, Type};
 
 /// What a connection does to a value on its way.
 #[derive(Debug, Clone, PartialEq)]

@@ -30,7 +30,7 @@ pub fn paper(keep: bool) -> Result<()> {
         package::package(&Order::default())?;
         workspace::run(
             workspace::cargo(),
-            &["build", "--release", "--quiet", "--package", "master"],
+            &["build", "--release", "--quiet", "--package", "maglev-cli"],
         )?;
         runs::run_all()?;
     }

@@ -1,7 +1,8 @@
 //! Steps of variable size.
 
 use super::*;
-use crate::coupling::settings::{Estimate, Variable};
+use results::summary::ControlReport;
+use scenario::algorithm::{Estimate, Variable};
 
 /// Error of the positions at 1 s, and what the control reports, with spans of 20 ms.
 fn controlled(

@@ -1,7 +1,7 @@
 //! Algorithms that iterate: order, stability, what they do with units that cannot go back.
 
 use super::*;
-use crate::coupling::settings::{Acceleration, JacobianSource};
+use scenario::algorithm::{Acceleration, JacobianSource};
 
 const ITERATED: AlgorithmName = AlgorithmName::Iterated;
 const NEWTON: AlgorithmName = AlgorithmName::Newton;

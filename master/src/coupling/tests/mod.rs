@@ -6,9 +6,9 @@ mod implicit;
 
 use std::sync::Arc;
 
-use super::settings::{AlgorithmName, IterationSettings};
 use super::signal::Taylor;
 use super::*;
+use scenario::algorithm::{AlgorithmName, IterationSettings};
 
 /// One mass on its own spring, tied by the coupling spring to the other mass, whose position
 /// arrives as a polynomial: m x'' = −k x + k_c (x_other − x) + f(t).

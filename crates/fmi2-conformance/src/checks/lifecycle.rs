@@ -1,0 +1,184 @@
+//! From fmi2Instantiate to fmi2FreeInstance (FMI 2.0.5, sections 2.1.5, 2.1.6 and 4.2.4).
+
+use fmi2_sys::fmi2Status as Status;
+
+use super::table;
+use crate::harness::bench::{Bench, STEPS};
+use crate::harness::drive::{Selection, Values, same};
+use crate::harness::raw::{Raw, name, ok, passed};
+use crate::harness::{Stop, Verdict, fault};
+use fmi2_import::description::Severity;
+
+table! {
+    "load", "2.1.4", Error, "the binary loads, has all functions, and says version 2.0 and platform default", load;
+    "run", "4.2.4", Error, "an ordinary run: every call returns fmi2OK", run;
+    "outputs-finite", "2.1.7", Error, "no value is NaN or infinite in an ordinary run", finite;
+    "repeatable", "4.1", Error, "two instances with the same calls have the same values, bit for bit", repeatable;
+    "free-any-time", "4.2.4", Error, "fmi2FreeInstance works before, in and after initialization, and after steps", free;
+    "free-null", "2.1.5", Error, "fmi2FreeInstance of null does nothing", free_null;
+    "terminate-twice", "2.1.6", Error, "a second or an early fmi2Terminate does no harm", terminate;
+    "reset", "2.1.6", Error, "after fmi2Reset an instance is as fresh, bit for bit, from any state", reset;
+    "start-time", "2.1.6", Error, "a run may begin at any time", start_time;
+}
+
+fn load(bench: &Bench) -> Verdict {
+    for (symbol, found) in bench.functions().found() {
+        if !found {
+            bench.find(format!("the binary lacks {symbol}"));
+        }
+    }
+    Ok(())
+}
+
+fn run(bench: &Bench) -> Verdict {
+    let unit = bench.instance("unit")?;
+    let mut warned = false;
+    let mut call = |status: Status, what: &str| {
+        warned |= status == Status::fmi2Warning;
+        ok(status, what)
+    };
+    call(unit.setup_default(), "fmi2SetupExperiment")?;
+    call(unit.enter_initialization(), "fmi2EnterInitializationMode")?;
+    call(unit.exit_initialization(), "fmi2ExitInitializationMode")?;
+    for step in 0..STEPS {
+        call(unit.do_step(bench.time(step), bench.step()), "fmi2DoStep")?;
+        unit.read(&Selection::all(bench))?;
+    }
+    call(unit.terminate(), "fmi2Terminate")?;
+    unit.read(&Selection::all(bench))?;
+    if warned {
+        let text = "a call of an ordinary run returned fmi2Warning, which some importers stop at";
+        bench.observe(Severity::Warning, text);
+    }
+    Ok(())
+}
+
+fn finite(bench: &Bench) -> Verdict {
+    let unit = bench.initialized("unit")?;
+    let of = Selection::all(bench);
+    for step in 0..STEPS {
+        unit.run(step, step + 1)?;
+        let values = unit.read(&of)?.numbers();
+        let odd = values.iter().zip(&of.reals).find(|(value, _)| !value.is_finite());
+        if let Some((value, &reference)) = odd {
+            let name = bench.description().name_of('r', reference).unwrap_or("?");
+            return fault(format!("{name} is {value} after step {}", step + 1));
+        }
+    }
+    Ok(())
+}
+
+fn repeatable(bench: &Bench) -> Verdict {
+    let record = |name| bench.initialized(name)?.record(0, STEPS);
+    let first = record("first")?;
+    same(bench, &record("second")?, &first, "the second instance")
+}
+
+/// A state of an instance, and how a new one gets there.
+type Place = (&'static str, fn(&Raw) -> Verdict);
+
+/// Brings a new instance to each state in turn.
+pub(super) const PLACES: [Place; 6] = [
+    ("instantiated", |_| Ok(())),
+    ("set up", |unit| ok(unit.setup_default(), "fmi2SetupExperiment")),
+    ("initialization mode", |unit| {
+        ok(unit.setup_default(), "fmi2SetupExperiment")?;
+        ok(unit.enter_initialization(), "fmi2EnterInitializationMode")
+    }),
+    ("initialized", |unit| unit.initialize()),
+    ("step mode", |unit| {
+        unit.initialize()?;
+        unit.run(0, 2)
+    }),
+    ("terminated", |unit| {
+        unit.initialize()?;
+        unit.run(0, 2)?;
+        ok(unit.terminate(), "fmi2Terminate")
+    }),
+];
+
+fn free(bench: &Bench) -> Verdict {
+    for (place, go) in PLACES {
+        bench.part(&format!("fmi2FreeInstance when {place}"));
+        let unit = bench.instance("unit")?;
+        go(&unit)?;
+        unit.free();
+    }
+    let other = bench.initialized("another afterwards")?;
+    other.run(0, 2)
+}
+
+fn free_null(bench: &Bench) -> Verdict {
+    let unit = bench.initialized("unit")?;
+    let before = bench.initialized("undisturbed")?.record(0, 2)?;
+    if let Some(function) = bench.functions().free_instance {
+        bench.trace().call("null", format_args!("fmi2FreeInstance(NULL)"));
+        // SAFETY: the standard ignores null; the check is whether the unit does
+        unsafe { function(std::ptr::null_mut()) };
+    }
+    same(bench, &unit.record(0, 2)?, &before, "an instance after fmi2FreeInstance(NULL)")
+}
+
+fn terminate(bench: &Bench) -> Verdict {
+    for (place, go) in PLACES {
+        bench.part(&format!("fmi2Terminate twice when {place}"));
+        let unit = bench.instance("unit")?;
+        go(&unit)?;
+        for _ in 0..2 {
+            let status = unit.terminate();
+            if !passed(status) && status != Status::fmi2Error {
+                let status = name(status);
+                return fault(format!("fmi2Terminate when {place} returned {status}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// After fmi2Reset an instance must run as a fresh one.
+pub(super) fn as_fresh(unit: &Raw, fresh: &[Values], what: &str) -> Verdict {
+    ok(unit.reset(), &format!("fmi2Reset {what}"))?;
+    unit.initialize().map_err(|stop| in_words(stop, what))?;
+    let record = unit.record(0, fresh.len()).map_err(|stop| in_words(stop, what))?;
+    same(unit.bench(), &record, fresh, &format!("reset {what}"))
+}
+
+fn in_words(stop: Stop, what: &str) -> Stop {
+    match stop {
+        Stop::Fault(text) => Stop::Fault(format!("reset {what}: {text}")),
+        skip @ Stop::Skip(_) => skip,
+    }
+}
+
+fn reset(bench: &Bench) -> Verdict {
+    let fresh = bench.initialized("fresh")?.record(0, 3)?;
+    for (place, go) in PLACES {
+        bench.part(&format!("fmi2Reset when {place}"));
+        let unit = bench.instance("unit")?;
+        let inputs = bench.inputs();
+        let starts: Vec<_> = bench.starts();
+        // start values and inputs that differ must be forgotten as well
+        if let Some(start) = starts.first() {
+            unit.set_real(&[start.reference], &[start.start + start.small]);
+        }
+        go(&unit)?;
+        if place == "initialized" {
+            unit.move_inputs(&inputs, 3)?;
+        }
+        as_fresh(&unit, &fresh, &format!("when {place}"))?;
+    }
+    Ok(())
+}
+
+fn start_time(bench: &Bench) -> Verdict {
+    let begin = bench.start() + 1000.0 * bench.step();
+    let unit = bench.instance("unit")?;
+    ok(unit.setup(begin, None), "fmi2SetupExperiment with a later start")?;
+    ok(unit.enter_initialization(), "fmi2EnterInitializationMode")?;
+    ok(unit.exit_initialization(), "fmi2ExitInitializationMode")?;
+    for n in 0..3_u32 {
+        let time = begin + f64::from(n) * bench.step();
+        ok(unit.do_step(time, bench.step()), &format!("fmi2DoStep at {time}, begun at {begin}"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! What units tell through the logger (FMI 2.0.5, sections 2.1.3 and 2.1.5).
+
+use std::ffi::CString;
+
+use super::table;
+use crate::harness::bench::Bench;
+use crate::harness::drive::c_string;
+use crate::harness::log::{Log, Record};
+use crate::harness::raw::{Raw, ok};
+use crate::harness::{Stop, Verdict, skip};
+use fmi2_import::description::Type;
+
+table! {
+    "logger-caller", "2.1.5", Error, "messages come with the caller's environment and the instance's name", caller;
+    "logger-category", "2.2.4", Warning, "categories of messages are no null and declared in LogCategories", category;
+    "logger-off", "2.1.5", Warning, "without debug logging an ordinary run logs nothing", off;
+    "logger-format", "2.1.5", Error, "texts of the caller are not used as formats of printf", format;
+    "logger-error", "2.1.3", Warning, "an error is explained by a message", error;
+    "logger-control", "2.1.5", Error, "the declared log categories can be switched on and off", control;
+}
+
+/// Everything that an instance with debug logging says in a run with some errors.
+fn provoke(bench: &Bench, name: &str) -> Result<Vec<Record>, Stop> {
+    let mut making = bench.making(name);
+    making.logging = true;
+    let mut records = Vec::new();
+    match Raw::make(bench, &making) {
+        Ok(unit) => {
+            unit.initialize()?;
+            unit.run(0, 2)?;
+            unit.do_step(bench.time(2), -1.0);
+            unit.reset();
+            unit.get_real(&[u32::MAX], &mut [0.0]);
+            records.extend(unit.logged());
+        }
+        Err(said) => records.extend(said),
+    }
+    making.guid = Some(c_string("{another}"));
+    if let Err(said) = Raw::make(bench, &making) {
+        records.extend(said);
+    }
+    Ok(records)
+}
+
+fn caller(bench: &Bench) -> Verdict {
+    Log::take_stray();
+    let records = provoke(bench, "the caller's name")?;
+    let stray = Log::take_stray();
+    if stray > 0 {
+        bench.find(format!("{stray} messages came with another componentEnvironment"));
+    }
+    let other = records.iter().find(|it| it.instance.as_deref() != Some("the caller's name"));
+    if let Some(record) = other {
+        let (name, text) = (&record.instance, &record.text);
+        bench.find(format!("a message came with the instance name {name:?}: {text:?}"));
+    }
+    if let Some(record) = records.iter().find(|it| !(0..=5).contains(&it.status)) {
+        bench.find(format!("a message came with the status {}", record.status));
+    }
+    Ok(())
+}
+
+fn category(bench: &Bench) -> Verdict {
+    let declared = &bench.description().log_categories;
+    for record in provoke(bench, "unit")? {
+        match record.category {
+            None => {
+                bench.find(format!("a message has no category: {:?}", record.text));
+                return Ok(());
+            }
+            Some(category) if !declared.is_empty() && !declared.contains(&category) => {
+                bench.find(format!(
+                    "the category \"{category}\" is not declared, of the message {:?}",
+                    record.text
+                ));
+                return Ok(());
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(())
+}
+
+fn off(bench: &Bench) -> Verdict {
+    let unit = bench.initialized("unit")?;
+    unit.run(0, 4)?;
+    unit.terminate();
+    let records = unit.logged();
+    if let Some(first) = records.first() {
+        let count = records.len();
+        bench.find(format!("{count} messages without debug logging, the first {:?}", first.text));
+    }
+    Ok(())
+}
+
+fn format(bench: &Bench) -> Verdict {
+    const TRAP: &str = "100%s%d%n";
+    let mut making = bench.making(&format!("unit {TRAP}"));
+    making.logging = true;
+    let mut records = Vec::new();
+    match Raw::make(bench, &making) {
+        Ok(unit) => {
+            unit.initialize()?;
+            unit.debug_logging(true, &[c_string(TRAP)]);
+            let text = bench.references(Type::String, |it| {
+                it.causality == fmi2_import::description::Causality::Input
+            });
+            if let Some(&reference) = text.first() {
+                unit.set_string(&[reference], &[c_string(TRAP)]);
+            }
+            unit.do_step(bench.time(0), -1.0);
+            records.extend(unit.logged());
+        }
+        Err(said) => records.extend(said),
+    }
+    making.guid = Some(c_string(TRAP));
+    if let Err(said) = Raw::make(bench, &making) {
+        records.extend(said);
+    }
+    for record in records {
+        if record.format.as_deref().is_some_and(|format| format.contains("%s%d%n")) {
+            bench.find(format!(
+                "a text of the caller is the format of a message: {:?}; %n in it writes to memory",
+                record.format.unwrap_or_default()
+            ));
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+fn error(bench: &Bench) -> Verdict {
+    let unit = bench.initialized("unit")?;
+    ok(unit.debug_logging(true, &[]), "fmi2SetDebugLogging")?;
+    unit.logged();
+    unit.get_real(&[u32::MAX], &mut [0.0]);
+    if unit.logged().is_empty() {
+        bench.find("an unknown value reference was refused without a message");
+    }
+    Ok(())
+}
+
+fn control(bench: &Bench) -> Verdict {
+    let categories: Vec<CString> =
+        bench.description().log_categories.iter().map(|name| c_string(name)).collect();
+    let unit = bench.initialized("unit")?;
+    for on in [true, false] {
+        ok(unit.debug_logging(on, &[]), &format!("fmi2SetDebugLogging({on}) of all categories"))?;
+        if !categories.is_empty() {
+            let what = format!("fmi2SetDebugLogging({on}) of the declared categories");
+            ok(unit.debug_logging(on, &categories), &what)?;
+        }
+    }
+    if categories.is_empty() {
+        return skip("no log categories are declared; switching all of them works");
+    }
+    unit.run(0, 2)
+}

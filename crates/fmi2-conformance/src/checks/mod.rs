@@ -1,0 +1,50 @@
+//! The checks, by subject.
+
+mod arguments;
+mod derivatives;
+mod instances;
+mod lifecycle;
+mod logging;
+mod order;
+mod process;
+mod resources;
+mod serialization;
+mod states;
+mod stepping;
+mod values;
+
+use crate::harness::Check;
+
+/// A table of checks.
+macro_rules! table {
+    ($($id:literal, $section:literal, $severity:ident, $expects:literal, $run:expr;)*) => {
+        pub(super) const CHECKS: &[$crate::harness::Check] = &[$($crate::harness::Check {
+            id: $id,
+            section: $section,
+            severity: fmi2_import::description::Severity::$severity,
+            expects: $expects,
+            run: $run,
+        }),*];
+    };
+}
+use table;
+
+/// All checks, in the order that they run in.
+pub fn checks() -> impl Iterator<Item = &'static Check> {
+    [
+        lifecycle::CHECKS,
+        order::CHECKS,
+        arguments::CHECKS,
+        values::CHECKS,
+        resources::CHECKS,
+        logging::CHECKS,
+        process::CHECKS,
+        instances::CHECKS,
+        stepping::CHECKS,
+        states::CHECKS,
+        serialization::CHECKS,
+        derivatives::CHECKS,
+    ]
+    .into_iter()
+    .flatten()
+}

@@ -1,0 +1,88 @@
+//! States as bytes (FMI 2.0.5, section 2.1.8).
+
+use std::ptr::null_mut;
+
+use super::lifecycle::PLACES;
+use super::states::{onward, save};
+use super::table;
+use crate::harness::bench::Bench;
+use crate::harness::drive::same;
+use crate::harness::raw::{Raw, name, ok, refused};
+use crate::harness::resume::{self, Continuation};
+use crate::harness::{Stop, Verdict, fault, skip};
+use fmi2_import::description::Severity;
+
+table! {
+    "serialized", "2.1.8", Error, "from a serialized state a run goes on with the same bits", serialized;
+    "serialized-process", "2.1.8", Error, "a serialized state goes on in another process with the same bits", process;
+    "serialized-damaged", "2.1.8", Warning, "bytes of another length are refused, and damaged ones do not crash", damaged;
+}
+
+fn capable(bench: &Bench) -> Verdict {
+    if bench.description().co_simulation.can_serialize_fmu_state {
+        return Ok(());
+    }
+    skip("canSerializeFMUstate is false")
+}
+
+/// The instance's state as bytes.
+fn bytes(unit: &Raw) -> Result<Vec<u8>, Stop> {
+    let mut saved = save(unit)?;
+    let mut size = 0;
+    ok(unit.state_size(saved, &mut size), "fmi2SerializedFMUstateSize")?;
+    let mut bytes = vec![0; size];
+    ok(unit.serialize(saved, &mut bytes), "fmi2SerializeFMUstate")?;
+    ok(unit.free_state(&mut saved), "fmi2FreeFMUstate")?;
+    Ok(bytes)
+}
+
+fn serialized(bench: &Bench) -> Verdict {
+    capable(bench)?;
+    for (place, go) in PLACES.into_iter().filter(|(place, _)| *place != "terminated") {
+        bench.part(&format!("a state serialized when {place}"));
+        let unit = bench.instance("unit")?;
+        go(&unit)?;
+        let bytes = bytes(&unit)?;
+        let wanted = onward(&unit, place)?;
+        let mut saved = null_mut();
+        ok(unit.deserialize(&bytes, &mut saved), "fmi2DeSerializeFMUstate")?;
+        ok(unit.set_state(saved), "fmi2SetFMUstate")?;
+        same(bench, &onward(&unit, place)?, &wanted, &format!("from the bytes of {place}"))?;
+        ok(unit.free_state(&mut saved), "fmi2FreeFMUstate")?;
+    }
+    Ok(())
+}
+
+fn process(bench: &Bench) -> Verdict {
+    capable(bench)?;
+    let unit = bench.initialized("unit")?;
+    unit.run(0, 3)?;
+    let bytes = bytes(&unit)?;
+    let wanted = unit.record(3, 6)?;
+    resume::elsewhere(bench, &Continuation { bytes, from: 3, wanted })
+}
+
+fn damaged(bench: &Bench) -> Verdict {
+    capable(bench)?;
+    let unit = bench.initialized("unit")?;
+    unit.run(0, 1)?;
+    let sound = bytes(&unit)?;
+    for length in [0, 1, sound.len() / 2, sound.len() - 1] {
+        let mut saved = null_mut();
+        let status = unit.deserialize(&sound[..length], &mut saved);
+        if !refused(status) {
+            let (all, status) = (sound.len(), name(status));
+            return fault(format!("{length} of {all} bytes of a state returned {status}"));
+        }
+    }
+    // no promise of the standard, but files do rot: bytes that are not a state must not crash
+    let unit = bench.initialized("another")?;
+    let mut saved = null_mut();
+    let rubbish = vec![0xA5; sound.len()];
+    if !refused(unit.deserialize(&rubbish, &mut saved)) && !saved.is_null() {
+        unit.free_state(&mut saved);
+        let text = "bytes that are no state of the unit were taken for one";
+        bench.observe(Severity::Note, text);
+    }
+    Ok(())
+}

@@ -1,0 +1,220 @@
+//! Communication steps of all sizes, and inputs of all values (FMI 2.0.5, section 4.2.2).
+
+use std::ptr::null_mut;
+
+use fmi2_sys::fmi2Status as Status;
+
+use super::lifecycle::as_fresh;
+use super::table;
+use crate::harness::bench::Bench;
+use crate::harness::drive::Selection;
+use crate::harness::raw::{Raw, name, ok, passed, refused};
+use crate::harness::{Stop, Verdict, fault, skip};
+
+table! {
+    "step-varying", "4.3.1", Error, "steps of varying size work, where the unit promises it", varying;
+    "step-extreme", "4.2.2", Error, "a tiny and a huge step end, well or with a status; fmi2Reset recovers", extreme;
+    "step-split", "4.2.2", Warning, "an interval in one step, in two, in many and in odd ones ends alike, with inputs held", split;
+    "step-rounded", "4.2.2", Error, "communication points that were added up with rounding are accepted", rounded;
+    "step-invalid", "4.2.2", Error, "steps of size 0 and below are refused, and fmi2Reset recovers", invalid;
+    "step-not-finite", "4.2.2", Warning, "steps of size NaN and of infinite size are refused, and end", not_finite;
+    "step-elsewhere", "4.2.2", Warning, "a step that does not begin where the last one ended is refused", elsewhere;
+    "step-past-stop", "2.1.6", Warning, "a step past the stop time is refused", past_stop;
+    "inputs-extreme", "2.1.3", Error, "NaN, infinite and huge inputs end with a status; fmi2Reset recovers", inputs;
+}
+
+fn variable(bench: &Bench) -> bool {
+    bench.description().co_simulation.can_handle_variable_communication_step_size
+}
+
+fn varying(bench: &Bench) -> Verdict {
+    if !variable(bench) {
+        return skip("canHandleVariableCommunicationStepSize is false");
+    }
+    let unit = bench.initialized("unit")?;
+    let mut time = bench.start();
+    for factor in [1.0, 0.5, 1e-3, 3.0, 0.37, 1.0, 2.0, 0.01, 1.0] {
+        let size = factor * bench.step();
+        ok(unit.do_step(time, size), &format!("fmi2DoStep at {time} s over {size} s"))?;
+        unit.read(&Selection::all(bench))?;
+        time += size;
+    }
+    Ok(())
+}
+
+/// A call that may fail, but must not be fatal, nor leave fmi2Reset without effect.
+fn survives(
+    bench: &Bench,
+    what: &str,
+    call: impl FnOnce(&Raw) -> Result<Status, Stop>,
+) -> Result<Status, Stop> {
+    bench.part(what);
+    let fresh = bench.initialized("fresh")?.record(0, 2)?;
+    let unit = bench.initialized("unit")?;
+    unit.run(0, 1)?;
+    let status = call(&unit)?;
+    if status == Status::fmi2Fatal {
+        return fault(format!("{what} returned fmi2Fatal, which ends all instances"));
+    }
+    as_fresh(&unit, &fresh, &format!("after {what}"))?;
+    Ok(status)
+}
+
+fn extreme(bench: &Bench) -> Verdict {
+    for factor in [1e-9, 300.0] {
+        let size = factor * bench.step();
+        survives(bench, &format!("a step of {size} s"), |unit| {
+            let status = unit.do_step(bench.time(1), size);
+            if status == Status::fmi2Discard {
+                let mut last = f64::NAN;
+                let answer = unit.real_status(2, &mut last);
+                if !passed(answer) || !last.is_finite() {
+                    return fault(format!(
+                        "after fmi2Discard fmi2GetRealStatus(fmi2LastSuccessfulTime) returned {} \
+                         with {last}",
+                        name(answer)
+                    ));
+                }
+            }
+            Ok(status)
+        })?;
+    }
+    Ok(())
+}
+
+/// The Real outputs after an interval of eight steps, taken in steps of these sizes.
+fn after(bench: &Bench, sizes: &[f64]) -> Result<Vec<f64>, Stop> {
+    let unit = bench.initialized("unit")?;
+    let mut done = 0.0;
+    for size in sizes {
+        let (time, h) = (bench.start() + done * bench.step(), size * bench.step());
+        ok(unit.do_step(time, h), &format!("fmi2DoStep at {time} s over {h} s"))?;
+        done += size;
+    }
+    Ok(unit.read(&Selection::outputs(bench))?.numbers())
+}
+
+fn split(bench: &Bench) -> Verdict {
+    // solvers of units may differ by what they promise, not by a part of what happened
+    const SHARE: f64 = 0.02;
+    if !variable(bench) {
+        return skip("canHandleVariableCommunicationStepSize is false");
+    }
+    let of = Selection::outputs(bench);
+    if of.reals.is_empty() {
+        return skip("there are no Real outputs");
+    }
+    let begin = bench.initialized("unit")?.read(&of)?.numbers();
+    let wanted = after(bench, &[1.0; 8])?;
+    let splits: [&[f64]; 4] =
+        [&[8.0], &[4.0, 4.0], &[0.25; 32], &[0.5, 1.7, 0.3, 2.5, 0.01, 1.49, 1.5]];
+    for sizes in splits {
+        bench.part(&format!("eight steps' time in {} steps", sizes.len()));
+        for (index, (got, wanted)) in after(bench, sizes)?.iter().zip(&wanted).enumerate() {
+            let scale = (wanted - begin[index]).abs() + 1e-6 * wanted.abs() + 1e-12;
+            if (got - wanted).abs() > SHARE * scale {
+                let name = bench.description().name_of('r', of.reals[index]).unwrap_or("?");
+                return fault(format!(
+                    "{name} ends at {got} with steps of {sizes:?} times the step size, and at \
+                     {wanted} with eight equal steps"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn rounded(bench: &Bench) -> Verdict {
+    const COUNT: usize = 1000;
+    let unit = bench.initialized("unit")?;
+    let mut time = bench.start();
+    bench.trace().quietly(&format!("unit: {COUNT} × fmi2DoStep with t = t + h"), || {
+        for step in 0..COUNT {
+            let status = unit.do_step(time, bench.step());
+            if status == Status::fmi2Discard && unit.wants_end() {
+                break;
+            }
+            ok(status, &format!("step {step} at {time:?} s"))?;
+            time += bench.step();
+        }
+        Ok(())
+    })
+}
+
+fn invalid(bench: &Bench) -> Verdict {
+    refuse(bench, [0.0, -bench.step()])
+}
+
+fn not_finite(bench: &Bench) -> Verdict {
+    refuse(bench, [f64::NAN, f64::INFINITY])
+}
+
+/// Steps of sizes that must be refused.
+fn refuse(bench: &Bench, sizes: [f64; 2]) -> Verdict {
+    for size in sizes {
+        let what = format!("a step of {size} s");
+        let status = survives(bench, &what, |unit| Ok(unit.do_step(bench.time(1), size)))?;
+        if !refused(status) {
+            bench.find(format!("{what} returned {}", name(status)));
+        }
+    }
+    Ok(())
+}
+
+fn elsewhere(bench: &Bench) -> Verdict {
+    for from in [0, 3] {
+        let time = bench.time(from);
+        let what = format!("a step at {time} s, where the last ended at {} s", bench.time(1));
+        let status = survives(bench, &what, |unit| Ok(unit.do_step(time, bench.step())))?;
+        if !refused(status) {
+            bench.find(format!("{what}, returned {}", name(status)));
+        }
+    }
+    Ok(())
+}
+
+fn past_stop(bench: &Bench) -> Verdict {
+    let unit = bench.instance("unit")?;
+    ok(unit.setup(bench.start(), Some(bench.time(2))), "fmi2SetupExperiment with a stop time")?;
+    ok(unit.enter_initialization(), "fmi2EnterInitializationMode")?;
+    ok(unit.exit_initialization(), "fmi2ExitInitializationMode")?;
+    unit.run(0, 2)?;
+    let status = unit.do_step(bench.time(2), bench.step());
+    if !refused(status) {
+        bench.find(format!("a step past the stop time returned {}", name(status)));
+    }
+    Ok(())
+}
+
+fn inputs(bench: &Bench) -> Verdict {
+    let inputs = bench.inputs();
+    if inputs.is_empty() {
+        return skip("there are no Real inputs");
+    }
+    let references: Vec<u32> = inputs.iter().map(|input| input.reference).collect();
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, f64::MIN_POSITIVE] {
+        let values = vec![value; references.len()];
+        survives(bench, &format!("steps with inputs of {value:e}"), |unit| {
+            let status = unit.set_real(&references, &values);
+            if !passed(status) {
+                return Ok(status);
+            }
+            for step in 1..4 {
+                let status = unit.do_step(bench.time(step), bench.step());
+                if !passed(status) {
+                    return Ok(status);
+                }
+            }
+            // whatever comes out, reading it must end
+            let mut out = vec![0.0; references.len()];
+            Ok(unit.get_real(&references, &mut out))
+        })?;
+    }
+    let unit = bench.initialized("afterwards")?;
+    let mut saved = null_mut();
+    if bench.description().co_simulation.can_get_and_set_fmu_state {
+        unit.get_state(&mut saved);
+        unit.free_state(&mut saved);
+    }
+    unit.run(0, 2)
+}

@@ -1,0 +1,235 @@
+//! What a check works with: the loaded unit, what its description says, and the findings so far.
+
+use std::ffi::CString;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use fmi2_sys::fmi2Type;
+
+use super::raw::{Making, Raw};
+use super::trace::Trace;
+use super::{Observation, Stop};
+use crate::CheckError;
+use fmi2_import::description::{
+    Causality, Description, Initial, Severity, Type, Value, Variability, Variable,
+};
+use fmi2_import::library::Functions;
+use fmi2_import::package::Package;
+use fmi2_import::span::between;
+
+/// Steps of an ordinary run in a check.
+pub(crate) const STEPS: usize = 8;
+/// Step where the description suggests none, and no interval to take a hundredth of (s).
+const STEP: f64 = 1e-3;
+
+/// The unit under test.
+pub struct Bench {
+    package: Package,
+    functions: Functions,
+    trace: Trace,
+    severity: Severity,
+    found: Mutex<Vec<Observation>>,
+}
+
+impl Bench {
+    /// Opens and loads the unit.
+    ///
+    /// # Errors
+    /// It cannot be opened or loaded.
+    pub fn new(
+        unit: &Path,
+        severity: Severity,
+        trace: Option<std::fs::File>,
+    ) -> Result<Self, CheckError> {
+        // a unit may change the working directory
+        let unit = std::path::absolute(unit).unwrap_or_else(|_| unit.to_owned());
+        let package = Package::open(&unit)?;
+        let functions = Functions::load(&package)?;
+        let found = Mutex::default();
+        Ok(Self { package, functions, trace: Trace::new(trace), severity, found })
+    }
+
+    pub(crate) fn package(&self) -> &Package {
+        &self.package
+    }
+
+    pub(crate) fn description(&self) -> &Description {
+        self.package.description()
+    }
+
+    pub(crate) fn functions(&self) -> &Functions {
+        &self.functions
+    }
+
+    pub(crate) fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// Notes a finding and goes on.
+    pub(crate) fn find(&self, message: impl Into<String>) {
+        self.observe(self.severity, message);
+    }
+
+    /// Notes a finding of another severity and goes on.
+    pub(crate) fn observe(&self, severity: Severity, message: impl Into<String>) {
+        let observation =
+            Observation { severity, message: message.into(), calls: self.trace.last() };
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).push(observation);
+    }
+
+    /// Takes the findings.
+    #[must_use]
+    pub fn take(&self) -> Vec<Observation> {
+        std::mem::take(&mut *self.found.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Begins a part of the check: calls before it are not shown with its findings.
+    pub(crate) fn part(&self, what: &str) {
+        self.trace.begin(what);
+    }
+
+    /// Start of the suggested experiment (s).
+    pub(crate) fn start(&self) -> f64 {
+        self.description().default_experiment.start_time.unwrap_or(0.0)
+    }
+
+    /// Communication step (s).
+    pub(crate) fn step(&self) -> f64 {
+        let experiment = &self.description().default_experiment;
+        experiment.step_size.filter(|size| *size > 0.0).unwrap_or_else(|| {
+            let interval = experiment.stop_time.map(|stop| stop - self.start());
+            interval.filter(|it| *it > 0.0).map_or(STEP, |interval| interval / 100.0)
+        })
+    }
+
+    /// Communication point number n (s).
+    pub(crate) fn time(&self, n: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "small counts")]
+        let n = n as f64;
+        self.start() + n * self.step()
+    }
+
+    /// Size of the step from communication point number n (s): the step itself, unless that would end
+    /// beyond the next point by a rounding, which may be the stop time.
+    pub(crate) fn size(&self, n: usize) -> f64 {
+        let (time, end, step) = (self.time(n), self.time(n + 1), self.step());
+        if time + step <= end { step } else { between(time, end) }
+    }
+
+    /// As a sound importer makes instances.
+    pub(crate) fn making(&self, name: &str) -> Making {
+        Making {
+            name: CString::new(name).ok(),
+            guid: CString::new(self.description().guid.as_str()).ok(),
+            location: CString::new(self.package.resource_location()).ok(),
+            kind: fmi2Type::fmi2CoSimulation,
+            logging: false,
+        }
+    }
+
+    /// A new instance.
+    pub(crate) fn instance(&self, name: &str) -> Result<Raw<'_>, Stop> {
+        Raw::make(self, &self.making(name)).map_err(|records| {
+            let said: Vec<String> = records.into_iter().map(|record| record.text).collect();
+            Stop::Fault(format!("fmi2Instantiate returned null; it logged {said:?}"))
+        })
+    }
+
+    /// A new instance, ready to step.
+    pub(crate) fn initialized(&self, name: &str) -> Result<Raw<'_>, Stop> {
+        let unit = self.instance(name)?;
+        unit.initialize()?;
+        Ok(unit)
+    }
+
+    /// Variables that a test accepts.
+    pub(crate) fn variables(
+        &self,
+        test: impl Fn(&Variable) -> bool,
+    ) -> impl Iterator<Item = &Variable> {
+        self.description().variables.iter().filter(move |variable| test(variable))
+    }
+
+    /// Value references of a type, each once, that a test accepts.
+    pub(crate) fn references(&self, kind: Type, test: impl Fn(&Variable) -> bool) -> Vec<u32> {
+        let mut references: Vec<u32> = self
+            .variables(|variable| carried(variable.kind) == kind && test(variable))
+            .map(|variable| variable.value_reference)
+            .collect();
+        references.sort_unstable();
+        references.dedup();
+        references
+    }
+
+    /// Real inputs with what they start from and how far they may be moved.
+    pub(crate) fn inputs(&self) -> Vec<Input> {
+        self.variables(|variable| {
+            variable.causality == Causality::Input && variable.kind == Type::Real
+        })
+        .map(Input::of)
+        .collect()
+    }
+
+    /// Reals that may be set before the initialization.
+    pub(crate) fn starts(&self) -> Vec<Input> {
+        self.variables(|variable| variable.kind == Type::Real && is_start(variable))
+            .map(Input::of)
+            .collect()
+    }
+
+    /// Whether the unit is for model exchange too.
+    pub(crate) fn offers_model_exchange(&self) -> bool {
+        self.description().offers_model_exchange
+    }
+
+    /// Real inputs that vary continuously.
+    pub(crate) fn continuous_inputs(&self) -> Vec<Input> {
+        self.variables(|variable| {
+            variable.causality == Causality::Input
+                && variable.kind == Type::Real
+                && variable.variability == Variability::Continuous
+        })
+        .map(Input::of)
+        .collect()
+    }
+}
+
+/// The type that a variable travels as.
+pub(crate) fn carried(kind: Type) -> Type {
+    if kind == Type::Enumeration { Type::Integer } else { kind }
+}
+
+/// Whether a variable may be set before the initialization.
+pub(crate) fn is_start(variable: &Variable) -> bool {
+    matches!(variable.initial, Some(Initial::Exact | Initial::Approx))
+        && variable.variability != Variability::Constant
+}
+
+/// A Real that can be set.
+#[derive(Debug, Clone)]
+pub(crate) struct Input {
+    pub(crate) name: String,
+    pub(crate) reference: u32,
+    pub(crate) start: f64,
+    /// A small change that keeps it within its range; may be negative.
+    pub(crate) small: f64,
+}
+
+impl Input {
+    pub(crate) fn of(variable: &Variable) -> Self {
+        let start = match variable.start {
+            Some(Value::Real(start)) => start,
+            _ => 0.0,
+        };
+        let scale = [start.abs(), variable.nominal.unwrap_or(0.0)].into_iter().fold(0.0, f64::max);
+        let mut small = 1e-3 * if scale > 0.0 { scale } else { 1.0 };
+        if let (Some(min), Some(max)) = (variable.min, variable.max) {
+            small = small.min((max - min) / 16.0);
+        }
+        if variable.max.is_some_and(|max| start + 2.0 * small > max) {
+            small = -small;
+        }
+        let name = variable.name.clone();
+        Self { name, reference: variable.value_reference, start, small }
+    }
+}

@@ -1,0 +1,124 @@
+//! Receives everything that a unit logs, to be judged.
+
+use std::collections::HashSet;
+use std::ffi::{CStr, c_char, c_int, c_void};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+use fmi2_sys as sys;
+
+/// Messages kept per instance.
+const KEPT: usize = 1000;
+
+/// One call of the logger.
+#[derive(Debug, Clone)]
+pub(crate) struct Record {
+    /// The instance's name, as the unit gave it.
+    pub(crate) instance: Option<String>,
+    pub(crate) status: c_int,
+    pub(crate) category: Option<String>,
+    /// The text before it was formatted.
+    pub(crate) format: Option<String>,
+    /// The text.
+    pub(crate) text: String,
+}
+
+/// Where an instance's messages arrive; its address is the `componentEnvironment`.
+#[derive(Debug, Default)]
+pub(crate) struct Log {
+    records: Mutex<Vec<Record>>,
+}
+
+/// Addresses of the logs that live: others are never followed.
+static LIVE: LazyLock<Mutex<HashSet<usize>>> = LazyLock::new(Mutex::default);
+/// Messages that came with an unknown environment.
+static STRAY: AtomicUsize = AtomicUsize::new(0);
+
+unsafe extern "C" {
+    /// The variadic callback in logger.c.
+    fn conformance_log(
+        environment: *mut c_void,
+        instance: *const c_char,
+        status: sys::fmi2Status,
+        category: *const c_char,
+        message: *const c_char,
+        ...
+    );
+    fn calloc(count: usize, size: usize) -> *mut c_void;
+    fn free(memory: *mut c_void);
+}
+
+fn text(pointer: *const c_char) -> Option<String> {
+    if pointer.is_null() {
+        return None;
+    }
+    // SAFETY: not null; the unit passes C strings
+    Some(unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned())
+}
+
+/// Called by logger.c with the format and the formatted text.
+#[unsafe(no_mangle)]
+extern "C" fn conformance_log_sink(
+    environment: *mut c_void,
+    instance: *const c_char,
+    status: c_int,
+    category: *const c_char,
+    format: *const c_char,
+    message: *const c_char,
+) {
+    let live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
+    if !live.contains(&environment.addr()) {
+        STRAY.fetch_add(1, Ordering::Relaxed);
+        return;
+    }
+    // SAFETY: the address of a Log that is listed as alive, and cannot be unlisted meanwhile
+    let log = unsafe { &*environment.cast::<Log>() };
+    let mut records = log.records.lock().unwrap_or_else(PoisonError::into_inner);
+    if records.len() < KEPT {
+        records.push(Record {
+            instance: text(instance),
+            status,
+            category: text(category),
+            format: text(format),
+            text: text(message).unwrap_or_default(),
+        });
+    }
+}
+
+impl Log {
+    /// A log that messages can arrive at.
+    pub(crate) fn new() -> Box<Self> {
+        let log = Box::new(Self::default());
+        let address = std::ptr::from_ref(log.as_ref()).addr();
+        LIVE.lock().unwrap_or_else(PoisonError::into_inner).insert(address);
+        log
+    }
+
+    /// The callback functions for an instance whose messages arrive here.
+    pub(crate) fn callbacks(&self) -> sys::fmi2CallbackFunctions {
+        sys::fmi2CallbackFunctions {
+            logger: Some(conformance_log),
+            allocateMemory: Some(calloc),
+            freeMemory: Some(free),
+            stepFinished: None,
+            componentEnvironment: std::ptr::from_ref(self).cast_mut().cast(),
+        }
+    }
+
+    /// Takes what has arrived.
+    pub(crate) fn take(&self) -> Vec<Record> {
+        std::mem::take(&mut *self.records.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Number of messages with an unknown environment since the last question.
+    pub(crate) fn take_stray() -> usize {
+        STRAY.swap(0, Ordering::Relaxed)
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        let address = std::ptr::from_ref(self).addr();
+        LIVE.lock().unwrap_or_else(PoisonError::into_inner).remove(&address);
+    }
+}

@@ -1,0 +1,239 @@
+//! Starts each check in a process of its own and makes a report of what came back.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::bench::Bench;
+use super::trace::Trace;
+use super::{Check, Observation, Stop, checks};
+use crate::CheckError;
+use fmi2_import::description::Severity;
+use fmi2_import::package::Package;
+use fmi2_import::scratch::Scratch;
+
+/// Name of the hidden subcommand.
+const SUBCOMMAND: &str = "conformance-check";
+
+/// How to run the suite.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The program that has the hidden subcommands, `maglev`.
+    pub program: PathBuf,
+    /// Only these checks, if any.
+    pub only: Vec<String>,
+    /// Longest time of a check.
+    pub limit: Duration,
+}
+
+/// What came out of one check.
+#[derive(Debug, Clone, Serialize)]
+pub struct Outcome {
+    /// The check.
+    pub check: &'static str,
+    /// Section of the FMI 2.0.5 specification.
+    pub section: &'static str,
+    /// Why it was left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skipped: Option<String>,
+    /// What it found.
+    pub findings: Vec<Observation>,
+    /// Wall time (s).
+    pub seconds: f64,
+}
+
+/// What came out of all checks.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// The unit.
+    pub unit: PathBuf,
+    /// One entry for each check.
+    pub checks: Vec<Outcome>,
+}
+
+impl Report {
+    /// Number of findings of a severity.
+    #[must_use]
+    pub fn count(&self, severity: Severity) -> usize {
+        let all = self.checks.iter().flat_map(|outcome| &outcome.findings);
+        all.filter(|finding| finding.severity == severity).count()
+    }
+}
+
+/// What a child writes for its parent.
+#[derive(Serialize, Deserialize)]
+struct Answer {
+    skipped: Option<String>,
+    findings: Vec<Observation>,
+}
+
+/// Runs the checks on a unit; `told` hears of each outcome as it comes.
+///
+/// # Errors
+/// The unit cannot be opened, or there is no temporary folder.
+pub fn run(
+    unit: &Path,
+    options: &Options,
+    mut told: impl FnMut(&Outcome),
+) -> Result<Report, CheckError> {
+    // a unit that cannot be opened is bad input, not a finding of each check
+    drop(Package::open(unit)?);
+    let folder = Scratch::new().map_err(|source| CheckError::Write {
+        path: "the folder for temporary files".into(),
+
+        source,
+    })?;
+    let wanted =
+        |check: &&Check| options.only.is_empty() || options.only.iter().any(|id| id == check.id);
+    let mut report = Report { unit: unit.to_owned(), checks: Vec::new() };
+    for check in checks().filter(wanted) {
+        let place = Place::new(folder.path(), check.id);
+        let begin = Instant::now();
+        let (skipped, findings) = place.start(unit, check, options);
+        let seconds = begin.elapsed().as_secs_f64();
+        let (check, section) = (check.id, check.section);
+        let outcome = Outcome { check, section, skipped, findings, seconds };
+        told(&outcome);
+        let broken = outcome.check == "load" && !outcome.findings.is_empty();
+        report.checks.push(outcome);
+        if broken {
+            break;
+        }
+    }
+    Ok(report)
+}
+
+/// The files of one check.
+struct Place {
+    answer: PathBuf,
+    trace: PathBuf,
+    stdout: PathBuf,
+    stderr: PathBuf,
+}
+
+impl Place {
+    fn new(folder: &Path, id: &str) -> Self {
+        let file = |ending: &str| folder.join(format!("{id}.{ending}"));
+        Self {
+            answer: file("json"),
+            trace: file("trace"),
+            stdout: file("stdout"),
+            stderr: file("stderr"),
+        }
+    }
+
+    fn start(
+        &self,
+        unit: &Path,
+        check: &Check,
+        options: &Options,
+    ) -> (Option<String>, Vec<Observation>) {
+        let finding = |message: String| {
+            let calls = Trace::tail(&fs::read_to_string(&self.trace).unwrap_or_default());
+            (None, vec![Observation { severity: check.severity, message, calls }])
+        };
+        let ended = match self.wait(unit, check, options) {
+            Ok(Some(status)) => status,
+            Ok(None) => {
+                return finding(format!("hangs: no end within {} s", options.limit.as_secs_f64()));
+            }
+            Err(error) => return finding(format!("the check cannot be started: {error}")),
+        };
+        let answer = fs::read(&self.answer).ok();
+        let Some(answer) = answer.and_then(|text| serde_json::from_slice::<Answer>(&text).ok())
+        else {
+            return finding(format!("the unit ended the process: {}{}", ended, self.said()));
+        };
+        let mut findings = answer.findings;
+        if !ended.success() {
+            findings.extend(finding(format!("crashed at the end of the process: {ended}")).1);
+        }
+        if check.id == "silent" {
+            let text = fs::read_to_string(&self.stdout).unwrap_or_default();
+            if !text.is_empty() {
+                let start: String = text.chars().take(60).collect();
+                findings.extend(finding(format!("writes to the standard output: {start:?}")).1);
+            }
+        }
+        (answer.skipped, findings)
+    }
+
+    /// The end of what a dying process said.
+    fn said(&self) -> String {
+        let text = fs::read_to_string(&self.stderr).unwrap_or_default();
+        let last = text.lines().last().unwrap_or_default();
+        if last.is_empty() { String::new() } else { format!("; it said: {last}") }
+    }
+
+    /// Waits for the child's end; `None` when it had to be ended.
+    fn wait(
+        &self,
+        unit: &Path,
+        check: &Check,
+        options: &Options,
+    ) -> std::io::Result<Option<ExitStatus>> {
+        let mut child = Command::new(&options.program)
+            .arg(SUBCOMMAND)
+            .args([unit, Path::new(check.id), &self.answer, &self.trace])
+            // what a crash leaves behind goes with the parent's folder
+            .env("TMPDIR", self.answer.parent().unwrap_or(Path::new("/tmp")))
+            .stdin(Stdio::null())
+            .stdout(File::create(&self.stdout)?)
+            .stderr(File::create(&self.stderr)?)
+            .spawn()?;
+        let begin = Instant::now();
+        let mut pause = Duration::from_millis(1);
+        loop {
+            if let Some(status) = child.try_wait()? {
+                return Ok(Some(status));
+            }
+            if begin.elapsed() > options.limit {
+                child.kill()?;
+                child.wait()?;
+                return Ok(None);
+            }
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(20));
+        }
+    }
+}
+
+/// Runs one check in this process and writes its answer to a file, tracing calls to another.
+///
+/// # Errors
+/// There is no such check, or the files cannot be written.
+pub fn child(unit: &Path, id: &str, answer: &Path, trace: &Path) -> Result<(), CheckError> {
+    let failed = |path: &Path, source| CheckError::Write { path: path.to_owned(), source };
+    let Some(check) = checks().find(|check| check.id == id) else {
+        return Err(failed(Path::new(id), std::io::ErrorKind::NotFound.into()));
+    };
+    let file = File::create(trace).map_err(|source| failed(trace, source))?;
+    let judged = match Bench::new(unit, check.severity, Some(file)) {
+        Ok(bench) => judge(check, &bench),
+        Err(error) => {
+            let first: &dyn std::error::Error = &error;
+            let chain = std::iter::successors(Some(first), |error| error.source());
+            let message = chain.map(ToString::to_string).collect::<Vec<_>>().join(": ");
+            let severity = check.severity;
+            let calls = Vec::new();
+            Answer { skipped: None, findings: vec![Observation { severity, message, calls }] }
+        }
+    };
+    let text = serde_json::to_vec(&judged).unwrap_or_default();
+    fs::write(answer, text).map_err(|source| failed(answer, source))
+}
+
+fn judge(check: &Check, bench: &Bench) -> Answer {
+    let skipped = match (check.run)(bench) {
+        Ok(()) => None,
+        Err(Stop::Skip(reason)) => Some(reason),
+        Err(Stop::Fault(message)) => {
+            bench.find(message);
+            None
+        }
+    };
+    Answer { skipped, findings: bench.take() }
+}

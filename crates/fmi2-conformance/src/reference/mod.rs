@@ -1,0 +1,209 @@
+//! Reference results: what a unit alone answers to given inputs, and whether it still does.
+//!
+//! An experiment is inputs over time, the outputs that belong to them, and a tolerance. Units carry
+//! theirs in the layered standard FMI-LS-REF ([`files`]). At each communication point every input gets
+//! its value there, linear between the rows of the file, the later of two rows at one time, and keeps
+//! it over the step, as importers do that send no input derivatives.
+
+pub mod files;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use thiserror::Error;
+
+pub use files::{Experiment, Table};
+
+use fmi2_import::description::Type;
+use fmi2_import::instance::{Instance, UnitError};
+use fmi2_import::library::{Functions, LibraryError};
+use fmi2_import::package::Package;
+use fmi2_import::span::between;
+
+/// Why reference results cannot be used or computed.
+#[derive(Debug, Error)]
+pub enum ReferenceError {
+    /// A file cannot be read.
+    #[error("{file}: {message}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The unit carries no reference results.
+    #[error("unit {unit} carries no reference results (no experiment in {})", files::FOLDER)]
+    None {
+        /// The unit.
+        unit: String,
+    },
+    /// A column that is no Real variable of the unit.
+    #[error("the unit has no Real variable {variable}, which a reference file names")]
+    Unknown {
+        /// Name of the column.
+        variable: String,
+    },
+    /// Times that do not fit.
+    #[error("{0}")]
+    Times(String),
+    /// The unit's binary.
+    #[error("the unit cannot be loaded")]
+    Library(#[from] LibraryError),
+    /// The unit.
+    #[error("the unit fails")]
+    Unit(#[from] UnitError),
+}
+
+impl ReferenceError {
+    /// How to fix it, where that is known.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Library(error) => error.help(),
+            Self::Unit(error) => return error.fault().help(),
+            Self::None { .. } => {
+                "units packed by `cargo xtask package` carry them; run others in a scenario"
+            }
+            _ => "the unit's files of reference results are damaged; package it again",
+        })
+    }
+}
+
+/// How far a signal is from its reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deviation {
+    /// Name of the output.
+    pub signal: String,
+    /// Largest difference, as a part of the reference's largest absolute value.
+    pub relative: f64,
+    /// When (s).
+    pub time: f64,
+}
+
+/// Runs an experiment; the result has the columns and times of its reference.
+///
+/// # Errors
+/// A column is unknown, the times are no whole numbers of steps, or the unit fails.
+pub fn simulate(package: &Arc<Package>, experiment: &Experiment) -> Result<Table, ReferenceError> {
+    let inputs = references(package, &experiment.inputs)?;
+    let outputs = references(package, &experiment.reference)?;
+    let steps = points(experiment)?;
+    let functions = Functions::load(package)?;
+    let dead = Arc::new(AtomicBool::new(false));
+    let name = package.description().co_simulation.model_identifier.clone();
+    let mut unit = Instance::new(package, functions, &dead, &name)?;
+    let (start, stop) = (experiment.start, experiment.stop);
+    unit.setup_experiment(None, start, stop)?;
+    unit.enter_initialization_mode()?;
+    let mut values = vec![0.0; inputs.len()];
+    experiment.inputs.at(start, &mut values);
+    unit.set_real(&inputs, &values)?;
+    unit.exit_initialization_mode()?;
+    let mut result = Table { names: experiment.reference.names.clone(), ..Table::default() };
+    let mut row = vec![0.0; outputs.len()];
+    let mut done = 0;
+    for (&step, &recorded) in steps.iter().zip(&experiment.reference.times) {
+        for k in done..step {
+            let time = experiment.time(k);
+            experiment.inputs.at(time, &mut values);
+            unit.set_real(&inputs, &values)?;
+            unit.do_step(time, between(time, experiment.time(k + 1)))?;
+        }
+        done = step;
+        unit.get_real(&outputs, &mut row)?;
+        result.times.push(recorded);
+        result.rows.push(row.clone());
+    }
+    unit.terminate()?;
+    Ok(result)
+}
+
+/// Value references of a table's columns.
+fn references(package: &Package, table: &Table) -> Result<Vec<u32>, ReferenceError> {
+    let description = package.description();
+    let find = |name: &String| {
+        let found = description.find(name).map(|index| &description.variables[index]);
+        found
+            .filter(|variable| variable.kind == Type::Real)
+            .map(|variable| variable.value_reference)
+            .ok_or_else(|| ReferenceError::Unknown { variable: name.clone() })
+    };
+    table.names.iter().map(find).collect()
+}
+
+/// The communication point, counted from the start, of each row of the reference.
+fn points(experiment: &Experiment) -> Result<Vec<u64>, ReferenceError> {
+    let point = |&time: &f64| {
+        let count = ((time - experiment.start) / experiment.step).round();
+        let near = (experiment.start + count * experiment.step - time).abs();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 0..2^32")]
+        if (0.0..4e9).contains(&count) && near <= 1e-9 * experiment.step.max(time.abs()) {
+            Ok(count as u64)
+        } else {
+            Err(ReferenceError::Times(format!(
+                "experiment {}: the reference's time {time} s is no whole number of steps of {} s \
+                 after the start at {} s",
+                experiment.name, experiment.step, experiment.start
+            )))
+        }
+    };
+    experiment.reference.times.iter().map(point).collect()
+}
+
+/// The largest deviation of each signal.
+///
+/// Both tables have the same columns and times, as those of [`simulate`] do.
+#[must_use]
+pub fn compare(reference: &Table, found: &Table) -> Vec<Deviation> {
+    let deviation = |(column, signal): (usize, &String)| {
+        let scale = reference.rows.iter().map(|row| row[column].abs()).fold(0.0, f64::max);
+        let scale = if scale > 0.0 { scale } else { 1.0 };
+        let mut worst = Deviation { signal: signal.clone(), relative: 0.0, time: f64::NAN };
+        for ((time, expected), row) in reference.times.iter().zip(&reference.rows).zip(&found.rows)
+        {
+            let relative = (row[column] - expected[column]).abs() / scale;
+            // a NaN must not pass as small
+            if relative.is_nan() || relative > worst.relative {
+                worst = Deviation { relative, time: *time, ..worst };
+            }
+        }
+        worst
+    };
+    reference.names.iter().enumerate().map(deviation).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn issue_a_deviation_is_seen_and_a_nan_is_one() {
+        let table = |values: [f64; 3]| Table {
+            names: vec!["x".into()],
+            times: vec![0.0, 1.0, 2.0],
+            rows: values.iter().map(|&x| vec![x]).collect(),
+        };
+        let reference = table([1.0, -4.0, 2.0]);
+        assert_eq!(compare(&reference, &reference)[0].relative, 0.0);
+        let found = &compare(&reference, &table([1.0, -4.0, 2.4]))[0];
+        assert!((found.relative - 0.1).abs() < 1e-15 && found.time == 2.0, "{found:?}");
+        assert!(compare(&reference, &table([1.0, f64::NAN, 2.0]))[0].relative.is_nan());
+    }
+
+    #[test]
+    fn issue_times_between_the_steps_are_refused() {
+        let experiment = |times: Vec<f64>| Experiment {
+            name: "e".into(),
+            start: 1.0,
+            stop: 2.0,
+            step: 0.25,
+            tolerance: 1e-6,
+            inputs: Table::default(),
+            reference: Table { times, ..Table::default() },
+        };
+        assert_eq!(points(&experiment(vec![1.0, 1.5, 2.0])).unwrap(), [0, 2, 4]);
+        for wrong in [vec![1.1], vec![0.5]] {
+            assert!(matches!(points(&experiment(wrong)), Err(ReferenceError::Times(_))));
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! The raw contents of an archive, read without judging them.
+
+use std::error::Error as _;
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+use uuid::Uuid;
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use super::directory::{self, Directory};
+use super::kit::{hash, made_by_kit};
+use fmi2_import::archive::{self, Archive, ArchiveError, MAX_DESCRIPTION_SIZE, MAX_ENTRY_SIZE};
+
+/// The file cannot be read.
+#[derive(Debug, Error)]
+#[error("{path} cannot be read")]
+pub struct Unreadable {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    #[source]
+    pub source: io::Error,
+}
+
+/// A .fmu file taken apart.
+#[derive(Default)]
+pub struct Contents {
+    /// The file's name.
+    pub file_name: String,
+    /// What its directory says; empty when it is no zip archive.
+    pub directory: Directory,
+    /// Why it is no zip archive.
+    pub damage: Option<String>,
+    /// Why the importer refuses it.
+    pub refusal: Option<ArchiveError>,
+    /// The bytes of modelDescription.xml, as far as they can be unpacked.
+    pub description: Option<Vec<u8>>,
+    /// Files in `binaries/` with their bytes, as far as they can be unpacked.
+    pub binaries: Vec<(String, Vec<u8>)>,
+    /// The bytes of model.png.
+    pub icon: Option<Vec<u8>>,
+    /// Names of entries that cannot be unpacked, and why.
+    pub damaged: Vec<(String, String)>,
+    /// The description as text.
+    text: Option<String>,
+    /// Names below `resources` with the hashes of their contents, in units whose GUID follows from
+    /// them.
+    pub resources: Vec<(String, Uuid)>,
+}
+
+impl Contents {
+    /// Takes a file apart.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub fn read(path: &Path) -> Result<Self, Unreadable> {
+        let unreadable = |source| Unreadable { path: path.to_owned(), source };
+        let mut file = File::open(path).map_err(unreadable)?;
+        if file.metadata().map_err(unreadable)?.is_dir() {
+            return Err(unreadable(io::ErrorKind::IsADirectory.into()));
+        }
+        let mut contents = Self {
+            file_name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            directory: directory::read(&mut file).map_err(unreadable)?,
+            refusal: Archive::open(path).and_then(|mut archive| archive.description()).err(),
+            ..Self::default()
+        };
+        match ZipArchive::new(BufReader::new(file)) {
+            Ok(mut zip) => {
+                contents.unpack(&mut zip);
+                let text = contents.description.clone().and_then(|it| archive::text(it).ok());
+                contents.text = text.map(|(text, _)| text);
+                if contents.text().is_some_and(made_by_kit) {
+                    contents.hash_resources(&mut zip);
+                }
+            }
+            Err(error) => contents.damage = Some(error.to_string()),
+        }
+        Ok(contents)
+    }
+
+    fn hash_resources(&mut self, zip: &mut ZipArchive<BufReader<File>>) {
+        for index in 0..zip.len() {
+            let name = match zip.by_index_raw(index) {
+                Ok(entry) if entry.is_file() => {
+                    String::from_utf8_lossy(entry.name_raw()).into_owned()
+                }
+                _ => continue,
+            };
+            let path = directory::path(&name);
+            let Some(inside) = path.strip_prefix("resources/") else { continue };
+            let mut content = Vec::new();
+            if copy(zip, index, MAX_ENTRY_SIZE, &mut content).is_ok() {
+                self.resources.push((inside.to_owned(), hash(&content)));
+            }
+        }
+    }
+
+    /// Unpacks every entry: to keep it, or to see that it is whole.
+    fn unpack(&mut self, zip: &mut ZipArchive<BufReader<File>>) {
+        // what could fill the memory or the time is only read where it is needed
+        let safe = !matches!(
+            self.refusal,
+            Some(ArchiveError::TooLarge { .. } | ArchiveError::TooMany { .. })
+        );
+        for index in 0..zip.len() {
+            let (name, skipped) = match zip.by_index_raw(index) {
+                Ok(entry) => (
+                    String::from_utf8_lossy(entry.name_raw()).into_owned(),
+                    entry.encrypted() || entry.is_dir(),
+                ),
+                Err(_) => continue,
+            };
+            if skipped {
+                continue;
+            }
+            let path = directory::path(&name);
+            let mut unpacked = Vec::new();
+            let read = if path == "modelDescription.xml" {
+                copy(zip, index, MAX_DESCRIPTION_SIZE, &mut unpacked)
+                    .map(|()| self.description = Some(unpacked))
+            } else if path == "model.png" {
+                copy(zip, index, MAX_ENTRY_SIZE, &mut unpacked).map(|()| self.icon = Some(unpacked))
+            } else if path.starts_with("binaries/") {
+                copy(zip, index, MAX_ENTRY_SIZE, &mut unpacked)
+                    .map(|()| self.binaries.push((path, unpacked)))
+            } else if safe {
+                copy(zip, index, MAX_ENTRY_SIZE, &mut io::sink())
+            } else {
+                Ok(())
+            };
+            if let Err(why) = read {
+                self.damaged.push((name, why));
+            }
+        }
+    }
+
+    /// The description as text, if it is one.
+    #[must_use]
+    pub fn text(&self) -> Option<&str> {
+        let text = self.text.as_deref()?;
+        Some(text.strip_prefix('\u{feff}').unwrap_or(text))
+    }
+
+    /// Whether a file of that name is there.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.directory.entries.iter().any(|entry| entry.path() == name)
+    }
+
+    /// Whether a folder of that name is there, as an entry of its own or around others.
+    #[must_use]
+    pub fn has_folder(&self, name: &str) -> bool {
+        let inside = format!("{name}/");
+        self.directory.entries.iter().any(|entry| entry.path().starts_with(&inside))
+    }
+}
+
+/// Unpacks one entry within the limit, or says why it cannot be.
+fn copy(
+    zip: &mut ZipArchive<BufReader<File>>,
+    index: usize,
+    limit: u64,
+    target: &mut impl io::Write,
+) -> Result<(), String> {
+    let entry = match zip.by_index(index) {
+        Ok(entry) => entry,
+        // a rule of its own
+        Err(ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_)) => {
+            return Ok(());
+        }
+        Err(error) => return Err(error.to_string()),
+    };
+    let copied = io::copy(&mut entry.take(limit), target);
+    copied.map(|_| ()).map_err(|error| {
+        let source = error.source().map(|source| format!(": {source}")).unwrap_or_default();
+        format!("{error}{source}")
+    })
+}

@@ -1,0 +1,226 @@
+//! Messages that units send through the logger callback.
+
+mod registry;
+mod sink;
+
+use std::ffi::{CStr, c_char, c_int, c_void};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use fmi2_sys as sys;
+use serde::Serialize;
+
+pub(crate) use registry::{Badge, calls};
+pub use registry::{Stray, take_strays};
+pub(crate) use sink::Sink;
+
+use crate::description::Description;
+
+/// Messages that have arrived from all units.
+static ARRIVED: AtomicU64 = AtomicU64::new(0);
+
+/// Number of messages that have arrived from all units so far: one look per step tells whether there
+/// are any to take.
+#[inline]
+pub fn arrived() -> u64 {
+    ARRIVED.load(Ordering::Acquire)
+}
+
+/// Counts news of a unit that have come by another way than the callback.
+pub fn note_arrival() {
+    ARRIVED.fetch_add(1, Ordering::Relaxed);
+}
+
+/// One message of a unit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Message {
+    /// Status that it came with, by its name in the standard.
+    pub status: String,
+    /// Category, empty when the unit gave none.
+    pub category: String,
+    /// The text.
+    pub text: String,
+    /// Whether the status is worse than `fmi2OK`.
+    #[serde(skip)]
+    pub grave: bool,
+    /// How many messages it stands for: 1, or all that were dropped in a flood.
+    #[serde(skip)]
+    pub count: u64,
+}
+
+impl Message {
+    fn new(status: sys::fmi2Status, category: String, text: String) -> Self {
+        let grave = status != sys::fmi2Status::fmi2OK;
+        Self { status: status.to_string(), category, text, grave, count: 1 }
+    }
+
+    /// Stands for so many messages that were not kept, if there were any.
+    pub(crate) fn dropped(count: u64) -> Option<Self> {
+        let noun = if count == 1 { "message" } else { "messages" };
+        let text = format!("{count} more {noun} dropped: a flood, of which the first are kept");
+        let message = Self::new(sys::fmi2Status::fmi2OK, String::new(), text);
+        (count > 0).then_some(Self { count, ..message })
+    }
+}
+
+impl std::fmt::Display for Message {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "[{}] {}", self.status, self.text)
+    }
+}
+
+unsafe extern "C" {
+    /// The variadic callback in logger.c.
+    fn master_log(
+        environment: *mut c_void,
+        instance: *const c_char,
+        status: sys::fmi2Status,
+        category: *const c_char,
+        message: *const c_char,
+        ...
+    );
+    fn calloc(count: usize, size: usize) -> *mut c_void;
+    fn free(memory: *mut c_void);
+}
+
+/// Called by logger.c with the formatted text. Units may call it from threads of their own, before
+/// they are instantiated and after they are freed, and with any environment.
+#[unsafe(no_mangle)]
+extern "C" fn master_log_sink(
+    environment: *mut c_void,
+    instance: *const c_char,
+    status: c_int,
+    category: *const c_char,
+    message: *const c_char,
+) {
+    let text = |pointer: *const c_char| {
+        // SAFETY: not null; the unit passes C strings
+        (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) }.to_string_lossy())
+    };
+    let message = Message::new(
+        sys::fmi2Status(status.cast_unsigned()),
+        text(category).unwrap_or_default().into_owned(),
+        text(message).unwrap_or_default().trim_end().to_owned(),
+    );
+    registry::deliver(Badge::of(environment), text(instance).as_deref(), message);
+    // after the delivery: who sees that it has arrived finds it
+    ARRIVED.fetch_add(1, Ordering::Release);
+}
+
+/// The callback functions for the instance of that badge.
+fn callbacks(badge: Badge) -> sys::fmi2CallbackFunctions {
+    sys::fmi2CallbackFunctions {
+        logger: Some(master_log),
+        allocateMemory: Some(calloc),
+        freeMemory: Some(free),
+        stepFinished: None,
+        componentEnvironment: badge.environment(),
+    }
+}
+
+/// Replaces `#r123#` by the variable's name and `##` by `#` (FMI 2.0.5, section 2.1.5).
+pub(crate) fn expand(text: &str, description: &Description) -> String {
+    let mut expanded = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('#') {
+        expanded.push_str(&rest[..at]);
+        rest = &rest[at + 1..];
+        if let Some(after) = rest.strip_prefix('#') {
+            expanded.push('#');
+            rest = after;
+            continue;
+        }
+        let reference = rest.split_once('#').and_then(|(inner, after)| {
+            let mut letters = inner.chars();
+            let letter = letters.next()?;
+            let name = description.name_of(letter, letters.as_str().parse().ok()?)?;
+            Some((name, after))
+        });
+        match reference {
+            Some((name, after)) => {
+                expanded.push_str(name);
+                rest = after;
+            }
+            None => expanded.push('#'),
+        }
+    }
+    expanded.push_str(rest);
+    expanded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn description() -> Description {
+        Description::parse(
+            r#"<fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">
+            <CoSimulation modelIdentifier="m"/>
+            <ModelVariables><ScalarVariable name="gap" valueReference="3"><Real/></ScalarVariable>
+            <ScalarVariable name="n" valueReference="3"><Integer/></ScalarVariable></ModelVariables>
+            <ModelStructure/></fmiModelDescription>"#,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn analytic_references_are_expanded() {
+        let d = description();
+        assert_eq!(expand("#r3# and #i3# cost 1## #r9# #x", &d), "gap and n cost 1# #r9# #x");
+        assert_eq!(expand("", &d), "");
+        assert_eq!(expand("#", &d), "#");
+    }
+
+    #[test]
+    fn issue_null_and_long_messages_arrive() {
+        let sink = Sink::new("test null and long");
+        let callbacks = sink.callbacks();
+        let logger = callbacks.logger.unwrap();
+        let environment = callbacks.componentEnvironment;
+        let long = "x".repeat(10_000) + "\0";
+        // SAFETY: null and C strings are what units pass
+        unsafe {
+            logger(
+                environment,
+                std::ptr::null(),
+                sys::fmi2Status(1),
+                std::ptr::null(),
+                std::ptr::null(),
+            );
+            logger(
+                environment,
+                c"u".as_ptr(),
+                sys::fmi2Status(99),
+                c"c".as_ptr(),
+                c"%s %d %g %%".as_ptr(),
+                c"text".as_ptr(),
+                7 as c_int,
+                0.5_f64,
+            );
+            logger(
+                environment,
+                c"u".as_ptr(),
+                sys::fmi2Status(0),
+                c"c".as_ptr(),
+                c"%s".as_ptr(),
+                long.as_ptr(),
+            );
+            // found by its name, whatever the environment
+            for environment in [0, 1, 2, usize::MAX] {
+                logger(
+                    std::ptr::without_provenance_mut(environment),
+                    c"test null and long".as_ptr(),
+                    sys::fmi2Status(0),
+                    c"c".as_ptr(),
+                    c"x".as_ptr(),
+                );
+            }
+        }
+        let messages = sink.take(&description());
+        assert_eq!(messages.len(), 7);
+        assert!(messages[3..].iter().all(|message| message.text == "x"));
+        assert_eq!(messages[0].text, "");
+        assert_eq!(messages[1].text, "text 7 0.5 %");
+        assert_eq!(messages[1].status, "unknown status 99");
+        assert_eq!(messages[2].text.len(), 10_000);
+    }
+}

@@ -1,0 +1,303 @@
+//! A unit on disk: the .fmu file unpacked into a folder of its own, its description read.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
+use thiserror::Error;
+
+use crate::archive::{Archive, ArchiveError};
+use crate::description::{Description, DescriptionError, Finding, Severity};
+use crate::scratch::Scratch;
+
+/// Folder under `binaries/` for the system that this program runs on.
+pub const PLATFORM: &str = if cfg!(target_os = "windows") {
+    if cfg!(target_pointer_width = "64") { "win64" } else { "win32" }
+} else if cfg!(target_os = "macos") {
+    "darwin64"
+} else if cfg!(target_pointer_width = "64") {
+    "linux64"
+} else {
+    "linux32"
+};
+
+/// Ending of a binary's name on this system.
+pub const BINARY_EXTENSION: &str = if cfg!(target_os = "windows") {
+    "dll"
+} else if cfg!(target_os = "macos") {
+    "dylib"
+} else {
+    "so"
+};
+
+/// Folder of the reference results that a unit may carry (fmi-ls-ref).
+pub const REFERENCE_RESULTS: &str = "extra/org.fmi-standard.fmi-ls-ref";
+
+/// Characters that a path in a URI must not hold as they are (RFC 3986, `pchar` and `/` may).
+const ESCAPED: &AsciiSet = &CONTROLS
+    .add(b' ')
+    .add(b'"')
+    .add(b'#')
+    .add(b'%')
+    .add(b'<')
+    .add(b'>')
+    .add(b'?')
+    .add(b'[')
+    .add(b'\\')
+    .add(b']')
+    .add(b'^')
+    .add(b'`')
+    .add(b'{')
+    .add(b'|')
+    .add(b'}');
+
+/// Why a .fmu file cannot be used.
+#[derive(Debug, Error)]
+pub enum PackageError {
+    /// The archive is unusable.
+    #[error("{path} cannot be opened")]
+    Archive {
+        /// The .fmu file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: ArchiveError,
+    },
+    /// The description is unusable.
+    #[error("{path} cannot be used")]
+    Description {
+        /// The .fmu file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: DescriptionError,
+    },
+    /// No temporary folder.
+    #[error("cannot make a temporary folder to unpack {path}")]
+    Folder {
+        /// The .fmu file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+}
+
+impl PackageError {
+    /// How to fix it, where that is known.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Archive { source, .. } => return source.help(),
+            Self::Description { source, .. } => match source {
+                DescriptionError::Version(_) | DescriptionError::NoCoSimulation { .. } => {
+                    "export it for co-simulation with FMI 2.0"
+                }
+                _ => "ask who exported it; `maglev validate` lists what is wrong",
+            },
+            Self::Folder { .. } => "set TMPDIR to a folder that can be written",
+        })
+    }
+}
+
+/// An unpacked unit. Its folder is removed when this is dropped.
+#[derive(Debug)]
+pub struct Package {
+    path: PathBuf,
+    description: Description,
+    files: Vec<String>,
+    findings: Vec<Finding>,
+    /// name of the binary's file for this system, whether or not it exists
+    binary: String,
+    folder: Scratch,
+}
+
+impl Package {
+    /// Opens, checks and unpacks a .fmu file (binaries for this system, resources and
+    /// reference results).
+    ///
+    /// # Errors
+    /// The archive or its description is unusable, or the temporary folder cannot be written.
+    pub fn open(path: &Path) -> Result<Self, PackageError> {
+        let archived = |source| PackageError::Archive { path: path.to_owned(), source };
+        let mut archive = Archive::open(path).map_err(archived)?;
+        let text = archive.description().map_err(archived)?;
+        let description = Description::parse(&text)
+            .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
+        let folder = Scratch::new()
+            .map_err(|source| PackageError::Folder { path: path.to_owned(), source })?;
+        let binaries = format!("binaries/{PLATFORM}/");
+        archive
+            .unpack(folder.path(), |name| {
+                name.starts_with(&binaries)
+                    || name.starts_with("resources/")
+                    || name.starts_with(REFERENCE_RESULTS)
+            })
+            .map_err(archived)?;
+        // a unit may write to its resources, also where the archive has none
+        let resources = folder.path().join("resources");
+        std::fs::create_dir_all(&resources)
+            .map_err(|source| archived(ArchiveError::Write { path: resources, source }))?;
+        let files: Vec<String> = archive.files().map(str::to_owned).collect();
+        let identifier = &description.co_simulation.model_identifier;
+        let (binary, odd_name) = own_binary(&files, identifier);
+        let findings = archive
+            .warnings()
+            .iter()
+            .map(|message| Finding {
+                rule: "archive",
+                severity: Severity::Warning,
+                message: message.clone(),
+            })
+            .chain(description.findings.iter().cloned())
+            .chain(odd_name)
+            .collect();
+        Ok(Self { path: path.to_owned(), description, files, findings, binary, folder })
+    }
+
+    /// Reads the description of a .fmu file and leaves the rest packed.
+    ///
+    /// # Errors
+    /// The archive or its description is unusable.
+    pub fn describe(path: &Path) -> Result<Description, PackageError> {
+        let archived = |source| PackageError::Archive { path: path.to_owned(), source };
+        let text = Archive::open(path).and_then(|mut it| it.description()).map_err(archived)?;
+        Description::parse(&text)
+            .map_err(|source| PackageError::Description { path: path.to_owned(), source })
+    }
+
+    /// The .fmu file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder that it is unpacked to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// What the unit says about itself.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// All files in the archive.
+    #[must_use]
+    pub fn files(&self) -> &[String] {
+        &self.files
+    }
+
+    /// Defects that were tolerated while opening.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// The binary for this system, whether or not it exists: the one that the modelIdentifier names,
+    /// or else the only one.
+    #[must_use]
+    pub fn binary(&self) -> PathBuf {
+        self.folder.path().join("binaries").join(PLATFORM).join(&self.binary)
+    }
+
+    /// Names of the systems that the archive has a binary for that can be chosen.
+    #[must_use]
+    pub fn platforms(&self) -> Vec<&str> {
+        let identifier = &self.description.co_simulation.model_identifier;
+        let mut platforms: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for (platform, name) in binaries(&self.files) {
+            let Some((stem, end)) = name.rsplit_once('.') else { continue };
+            if ["so", "dll", "dylib"].contains(&end) {
+                platforms.entry(platform).or_default().push(stem);
+            }
+        }
+        platforms.retain(|_, stems| stems.len() == 1 || stems.contains(&identifier.as_str()));
+        platforms.into_keys().collect()
+    }
+
+    /// What there is to load or build, when no binary was found.
+    #[must_use]
+    pub fn offer(&self) -> String {
+        let here = libraries(&self.files);
+        if here.len() > 1 {
+            return format!(
+                "binaries/{PLATFORM} has {}, and none of them is named after the modelIdentifier",
+                here.join(", ")
+            );
+        }
+        let platforms = self.platforms();
+        if !platforms.is_empty() {
+            return format!("it has binaries for: {}", platforms.join(", "));
+        }
+        let binaries: Vec<&str> = self
+            .files
+            .iter()
+            .map(String::as_str)
+            .filter(|file| file.starts_with("binaries/"))
+            .take(5)
+            .collect();
+        if !binaries.is_empty() {
+            return format!("it has {}", binaries.join(", "));
+        }
+        if self.files.iter().any(|file| file.starts_with("sources/")) {
+            return "it comes as source code only (sources/), to be compiled first".to_owned();
+        }
+        "it has no binaries at all".to_owned()
+    }
+
+    /// URI of the unpacked resources, as instances receive it.
+    #[must_use]
+    pub fn resource_location(&self) -> String {
+        file_uri(&self.resources())
+    }
+
+    /// The folder of the unpacked resources; it is empty where there are none.
+    #[must_use]
+    pub fn resources(&self) -> PathBuf {
+        self.folder.path().join("resources")
+    }
+}
+
+/// System and name of the files directly in a folder of `binaries`.
+fn binaries(files: &[String]) -> impl Iterator<Item = (&str, &str)> {
+    files
+        .iter()
+        .filter_map(|file| file.strip_prefix("binaries/")?.split_once('/'))
+        .filter(|(_, name)| !name.contains('/'))
+}
+
+/// Names of all libraries for this system.
+fn libraries(files: &[String]) -> Vec<&str> {
+    binaries(files)
+        .filter(|(platform, _)| *platform == PLATFORM)
+        .map(|(_, name)| name)
+        .filter(|name| name.rsplit_once('.').is_some_and(|(_, end)| end == BINARY_EXTENSION))
+        .collect()
+}
+
+/// Name of the binary to load on this system, and a finding if it is not the right one.
+fn own_binary(files: &[String], identifier: &str) -> (String, Option<Finding>) {
+    let right = format!("{identifier}.{BINARY_EXTENSION}");
+    match libraries(files)[..] {
+        [only] if only != right => {
+            let message = format!(
+                "binaries/{PLATFORM}/{only} should be named {right} after the modelIdentifier; it is \
+                 loaded as the only binary for this system"
+            );
+            let severity = Severity::Warning;
+            (only.to_owned(), Some(Finding { rule: "binary-name", severity, message }))
+        }
+        _ => (right, None),
+    }
+}
+
+/// A path as a URI with the scheme `file`.
+#[must_use]
+pub fn file_uri(path: &Path) -> String {
+    let text = path.to_string_lossy().replace('\\', "/");
+    let slash = if text.starts_with('/') { "" } else { "/" };
+    format!("file://{slash}{}", utf8_percent_encode(&text, ESCAPED))
+}

@@ -1,0 +1,103 @@
+//! `maglev report`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use maglev::Error;
+use report::{ReportError, Run, pictures};
+
+use super::coupled_modes;
+
+const EXAMPLES: &str = "\
+Examples:
+  maglev report results/low-speed
+  maglev report --modes results/low-speed
+  maglev report /tmp/a /tmp/b --out compared.html
+  maglev report results/low-speed --format svg,png      # results/low-speed/figures/
+
+Writes one HTML file that needs no network: 3D view, time histories, spectra with the modes marked,
+tables, what ran. Several folders are compared in one report. With --format svg or png, the scenario's
+pictures and their spectra as files for papers, in the folder figures beside the report.
+
+Exit status: 0 all is well, 1 the report cannot be written, 2 a folder has no results or damaged ones.";
+
+/// Arguments of `maglev report`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Folders with results.
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    /// Find the modes of the coupled system first, if they are not there yet (3 s for a train).
+    #[arg(long)]
+    modes: bool,
+    /// The report [default: report.html in the first folder].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// What to write, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "html")]
+    format: Vec<Format>,
+}
+
+/// What a report is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// The page.
+    Html,
+    /// Figures as lines.
+    Svg,
+    /// Figures as pixels.
+    Png,
+}
+
+/// Makes the report, or figures, and names them.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if arguments.modes {
+        // a folder without results is named below
+        let without =
+            |folder: &&PathBuf| report::is_results(folder) && !folder.join("modes.json").exists();
+        for folder in arguments.folders.iter().filter(without) {
+            coupled_modes::of_results(folder)?;
+        }
+    }
+    match make(arguments) {
+        Ok(paths) => {
+            let lines = paths.iter().map(|path| format!("{}\n", path.display()));
+            super::print(&lines.collect::<String>())
+        }
+        Err(error) => {
+            super::tell_chain(&error.chain(), error.help());
+            Ok(ExitCode::from(if error.is_bad_input() { 2 } else { 1 }))
+        }
+    }
+}
+
+fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
+    let folders = &arguments.folders;
+    let runs: Vec<Run> = folders.iter().map(|it| Run::read(it)).collect::<Result<_, _>>()?;
+    let first = folders.first().map_or(Path::new(""), PathBuf::as_path);
+    let path = arguments.out.clone().unwrap_or_else(|| first.join(report::FILE));
+    let figures = path.with_file_name("figures");
+    let mut written = Vec::new();
+    if arguments.format.contains(&Format::Html) {
+        report::write(&runs, &path)?;
+        written.push(path);
+    }
+    let formats: Vec<pictures::Format> = arguments
+        .format
+        .iter()
+        .filter_map(|format| match format {
+            Format::Html => None,
+            Format::Svg => Some(pictures::Format::Svg),
+            Format::Png => Some(pictures::Format::Png),
+        })
+        .collect();
+    if !formats.is_empty() {
+        written.extend(pictures::write(&runs, &figures, &formats)?);
+    }
+    let below = written.iter().filter_map(|path| path.strip_prefix(first).ok()?.to_str());
+    results::add_files(first, below)
+        .map_err(|source| ReportError::Write { path: first.join(results::FILES), source })?;
+    Ok(written)
+}

@@ -1,0 +1,168 @@
+//! `maglev run`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use fmi2_import::package::Package;
+use maglev::Error;
+use maglev::run::Job;
+use scenario::{AlgorithmName, Checkpoints, Format, Given, LogLevel, Override, Scenario};
+
+use super::display::{End, watch};
+
+const EXAMPLES: &str = "\
+Examples:
+  maglev run scenarios/one-bogie.json --stop 5 --out /tmp/bogie
+  maglev run scenarios/one-bogie.json --set 'ems_*.gain_gap=6' --set vehicle.travel_speed=2
+
+  maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
+  maglev run target/fmu/ems.fmu --stop 2 --set gap=0.009
+
+Writes results.csv or results.parquet (recorded signals), events.csv (warnings, messages), summary.json
+(statistics, times, units), the scenario's pictures and report.html (all of it to look at). Ctrl-C ends a run after its step and keeps what
+was recorded; with checkpoints, `maglev resume` goes on from there. A second Ctrl-C ends a step that hangs.";
+
+/// Arguments of `maglev run`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The scenario: a .json file that names units, connections and what to record; or a unit
+    /// (.fmu) to run alone, with its outputs recorded.
+    scenario: PathBuf,
+    /// Folder for the results [default: results/ and the name of the scenario or unit].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Set a parameter or start value, of several by a pattern (m_*.gain=7, m_[01..04].gain=7);
+    /// may be given repeatedly. Of a unit alone, VARIABLE=VALUE is enough.
+    #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE")]
+    set: Vec<Override>,
+    /// Stop time (s) instead of the scenario's.
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    stop: Option<f64>,
+    /// Communication step (s) instead of the scenario's.
+    #[arg(long, value_name = "H")]
+    step: Option<f64>,
+    /// Relative tolerance that units are told for their own integration, instead of the scenario's.
+    #[arg(long, value_name = "TOL")]
+    tolerance: Option<f64>,
+    /// Coupling algorithm instead of the scenario's: jacobi, gauss-seidel, iterated, newton.
+    #[arg(long, value_name = "NAME")]
+    algorithm: Option<AlgorithmName>,
+    /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
+    extrapolation: Option<u8>,
+    /// Threads that step units at once; the results are the same for any number.
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
+    /// Interval between recorded rows (s) instead of the scenario's.
+    #[arg(long, value_name = "T")]
+    record_interval: Option<f64>,
+    /// Write a checkpoint every so many simulated seconds; `maglev resume` goes on from the last one.
+    #[arg(long, value_name = "T")]
+    checkpoint_every: Option<f64>,
+    /// Hold the run to so many simulated seconds per second.
+    #[arg(long, value_name = "FACTOR")]
+    real_time: Option<f64>,
+    /// Files of results, separated by commas, instead of the scenario's: csv, parquet.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    format: Vec<Format>,
+    /// Run all units in processes of their own, where crashes are caught.
+    #[arg(long)]
+    isolate: bool,
+    /// Longest wall time for one step of an isolated unit (s).
+    #[arg(long, value_name = "SECONDS")]
+    step_timeout: Option<f64>,
+    /// Refuse units in which `maglev validate` finds an error, instead of warning.
+    #[arg(long)]
+    strict: bool,
+    /// Messages of units to show: error (status fmi2Error or fmi2Fatal), warning (the first of each
+    /// instance that is worse than fmi2OK; the default), info (all), debug (all, with debug messages
+    /// turned on). events.csv has all that arrive.
+    #[arg(long, value_name = "LEVEL")]
+    log_level: Option<LogLevel>,
+    /// Write every C call to every unit to this file: time, instance, arguments, status, duration.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Make no report (report.html) at the end.
+    #[arg(long)]
+    no_report: bool,
+    /// Say nothing unless something goes wrong.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("not a whole number of 1 or more".to_owned()),
+        Ok(threads) => Ok(threads),
+    }
+}
+
+/// Runs the scenario, or the unit.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let given = Given { stop: arguments.stop, step: arguments.step };
+    let mut scenario = if is_unit(&arguments.scenario) {
+        let unit = Package::describe(&arguments.scenario)?;
+        scenario::alone(&arguments.scenario, &unit, given, &arguments.set)?
+    } else {
+        let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
+        scenario.overrides.clone_from(&arguments.set);
+        scenario
+    };
+    change(&mut scenario, arguments);
+    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
+    let job = Job { scenario: &scenario, name: &name, folder: &folder };
+    let end = End {
+        folder: &folder,
+        quiet: arguments.quiet,
+        report: !arguments.no_report,
+        level: scenario.log_level,
+    };
+    watch(&end, |observer| job.run(observer))
+}
+
+/// Whether the file is a unit rather than a scenario.
+fn is_unit(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("fmu"))
+}
+
+/// Puts what the command line says in the place of what the scenario says.
+fn change(scenario: &mut Scenario, arguments: &Arguments) {
+    scenario.strict |= arguments.strict;
+    if let Some(tolerance) = arguments.tolerance {
+        scenario.experiment.tolerance = Some(tolerance);
+        scenario.instances.values_mut().for_each(|instance| instance.tolerance = None);
+    }
+    if let Some(name) = arguments.algorithm {
+        scenario.algorithm.name = name;
+    }
+    if arguments.extrapolation.is_some() {
+        scenario.algorithm.extrapolation = arguments.extrapolation;
+    }
+    if let Some(threads) = arguments.threads {
+        scenario.algorithm.threads = threads;
+    }
+    if let Some(interval) = arguments.record_interval {
+        scenario.record.interval = Some(interval);
+    }
+    if let Some(every) = arguments.checkpoint_every {
+        scenario.checkpoint = Some(Checkpoints { every });
+    }
+    scenario.log_level = arguments.log_level.unwrap_or(scenario.log_level);
+    if arguments.trace.is_some() {
+        scenario.trace.clone_from(&arguments.trace);
+    }
+    scenario.real_time = arguments.real_time.or(scenario.real_time);
+    if !arguments.format.is_empty() {
+        scenario.record.format.clone_from(&arguments.format);
+    }
+    if arguments.isolate {
+        scenario.isolation.all = true;
+        scenario.instances.values_mut().for_each(|instance| instance.isolate = None);
+    }
+    if let Some(limit) = arguments.step_timeout {
+        scenario.isolation.step_timeout = Some(limit);
+    }
+}

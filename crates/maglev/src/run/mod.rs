@@ -1,0 +1,213 @@
+//! A whole run: from a scenario to results, summary and pictures.
+//!
+//! [`Setup`] checks a scenario, [`Simulation`](master::Simulation) steps it; other programs can use these
+//! two alone. [`Job`] adds what a run leaves on the disk and what keeps it safe: results, events,
+//! checkpoints, real time.
+
+mod as_run;
+mod checkpoint;
+mod course;
+mod desk;
+mod end;
+mod journal;
+mod output;
+mod pace;
+mod ride;
+mod totals;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indexmap::IndexSet;
+
+use checkpoint::Origin;
+pub use checkpoint::{Checkpoint, CheckpointError};
+use course::{Progress, Run};
+use fmi2_import::witness;
+use journal::Journal;
+use master::Setup;
+use output::Output;
+use results::{EventLog, Folder, Summary};
+use scenario::{Format, Scenario};
+use totals::Earlier;
+
+use crate::error::Error;
+
+/// Watches a run, from whichever thread is at work on it.
+pub trait Observer: Send {
+    /// Stepping begins, with so many steps to come.
+    fn begin(&mut self, steps: u64) {
+        let _ = steps;
+    }
+
+    /// So many steps are done; `factor` is simulated time over wall time.
+    fn progress(&mut self, done: u64, time: f64, factor: f64) {
+        let _ = (done, time, factor);
+    }
+
+    /// Something worth telling that is no error.
+    fn notice(&mut self, text: &str) {
+        let _ = text;
+    }
+
+    /// A message of a unit, of those that the scenario's `log_level` lets pass.
+    fn message(&mut self, text: &str) {
+        self.notice(text);
+    }
+
+    /// Something that may mean that results are worth nothing.
+    fn warning(&mut self, text: &str) {
+        self.notice(text);
+    }
+
+    /// Whether the run shall end now.
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+/// An observer that looks away.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unobserved;
+
+impl Observer for Unobserved {}
+
+/// What to run and where to put the results.
+#[derive(Debug, Clone)]
+pub struct Job<'a> {
+    /// The scenario, with paths of units relative to the working directory.
+    pub scenario: &'a Scenario,
+    /// Name of the scenario, for the summary.
+    pub name: &'a str,
+    /// Folder for the results; made if needed.
+    pub folder: &'a Path,
+}
+
+impl Job<'_> {
+    /// Runs it. Whatever happens after the start, what was recorded is kept: results, summary and
+    /// pictures are written also for a run that fails or is interrupted.
+    ///
+    /// # Errors
+    /// Whatever stops the run, see [`Error`].
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        let folder = at_start(self.folder)?;
+        let result = Job { folder: &folder, ..*self }.run_there(observer);
+        result.map_err(|error| error.with_folder(&folder, self.folder))
+    }
+
+    fn run_there(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        let begin = Instant::now();
+        witness::rescue_with(results::write_now);
+        let setup = Setup::new(self.scenario)?;
+        let keeps = setup.scenario().checkpoint_stride();
+        if keeps.is_some() {
+            can_serialize(&setup)?;
+        }
+        let mut origin =
+            keeps.map(|_| Origin::new(self.name, self.scenario, setup.system())).transpose()?;
+        let failed =
+            |source| Error::Output { path: self.folder.to_owned(), running: false, source };
+        fs::create_dir_all(self.folder).map_err(failed)?;
+        let folder = Folder::claim(self.folder, planned_files(&setup)).map_err(failed)?;
+        origin.iter_mut().for_each(|it| folder.run().clone_into(&mut it.run));
+        let journal =
+            Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
+        as_run::write(folder.run(), self.scenario, setup.system(), self.folder).map_err(failed)?;
+        let output = Output::create(&setup, self.folder).map_err(failed)?;
+        let mut run = Run {
+            job: self,
+            setup: &setup,
+            observer,
+            begin,
+            folder,
+            output,
+            journal,
+            origin,
+            pacer: None,
+            earlier: Earlier::default(),
+            progress: Progress::default(),
+        };
+        run.note_findings()?;
+        run.complete(None)
+    }
+}
+
+/// Goes on with a run from the checkpoint in its results folder, to the results that it would have
+/// had without the stop.
+///
+/// # Errors
+/// There is no checkpoint, it does not fit the units or the results, or the run fails.
+pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Error> {
+    let begin = Instant::now();
+    witness::rescue_with(results::write_now);
+    let checkpoint = Checkpoint::read(folder)?;
+    let folder = &at_start(folder)?;
+    let mut scenario = checkpoint.scenario(folder).map_err(CheckpointError::from)?;
+    // the trace shows how it came to the stop
+    scenario.trace = None;
+    let setup = Setup::new(&scenario)?;
+    let origin = checkpoint.origin(&scenario, setup.system())?;
+    let Checkpoint { run, name, simulation, output, journal, mut earlier, .. } = checkpoint;
+    earlier.resumed += 1;
+    let mut claimed =
+        Folder::reclaim(folder, &run, planned_files(&setup)).map_err(CheckpointError::from)?;
+    let output = Output::resume(&setup, folder, output)?;
+    let journal = Journal::resume(folder, journal)
+        .map_err(|source| CheckpointError::Results { path: EventLog::path(folder), source })?
+        .showing(scenario.log_level);
+    claimed.reopen().map_err(|source| Error::Output {
+        path: folder.to_owned(),
+        running: false,
+        source,
+    })?;
+    let job = Job { scenario: &scenario, name: &name, folder };
+    let run = Run {
+        job: &job,
+        setup: &setup,
+        observer,
+        begin,
+        folder: claimed,
+        output,
+        journal,
+        origin: Some(origin),
+        pacer: None,
+        earlier,
+        progress: Progress::default(),
+    };
+    run.complete(Some(&simulation))
+}
+
+/// A folder as it is meant before any unit has run: a unit may change the working directory.
+fn at_start(folder: &Path) -> Result<PathBuf, Error> {
+    let failed = |source| Error::Output { path: folder.to_owned(), running: false, source };
+    std::path::absolute(folder).map_err(failed)
+}
+
+/// Files that a run writes besides those of every run.
+fn planned_files(setup: &Setup) -> Vec<String> {
+    let scenario = setup.scenario();
+    let parquet = scenario.record.format.contains(&Format::Parquet);
+    let pictures = scenario.plots.iter().map(|plot| plot.file.clone());
+    pictures.chain(parquet.then(|| results::PARQUET.to_owned())).collect()
+}
+
+/// Checks that all units can give their states.
+fn can_serialize(setup: &Setup) -> Result<(), Error> {
+    let mut units = IndexSet::new();
+    for plan in &setup.system().instances {
+        if !plan.description().co_simulation.can_serialize_fmu_state {
+            units.insert(plan.package.path().to_owned());
+        }
+    }
+    let units: Vec<PathBuf> = units.into_iter().collect();
+    if units.is_empty() { Ok(()) } else { Err(Error::NoCheckpoints { units }) }
+}
+
+fn remove_checkpoint(folder: &Path) -> io::Result<()> {
+    match fs::remove_file(Checkpoint::path(folder)) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,227 @@
+//! Ride quality of a run, from its recorded accelerations.
+//!
+//! It is computed from the complete results.csv, so a resumed run gives the numbers of one that was not
+//! stopped, and anybody can compute them again from what was recorded.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use analysis::ride::sperling::{self, Direction};
+use analysis::ride::{Exposure, Weighting, comfort, iso2631};
+use analysis::series;
+use results::summary::{DirectionQuality, PointQuality, RideQuality};
+use thiserror::Error;
+
+use master::Setup;
+use master::system::Port;
+use results::Table;
+use scenario::{RidePoint, VerticalWeighting};
+
+/// The shortest time that is judged (s): a mean over less says nothing of frequencies of 0.5 Hz.
+const SHORTEST: f64 = 5.0;
+
+/// Exponents of kg, m, s, … of an acceleration.
+const ACCELERATION: [i32; 8] = [0, 1, -2, 0, 0, 0, 0, 0];
+
+/// Why a direction of a point has no numbers.
+#[derive(Debug, Error)]
+enum RideError {
+    #[error("{0} is not recorded; add it to record.signals")]
+    NotRecorded(String),
+    #[error("{0} is no acceleration: its unit is {1}")]
+    Unit(String, String),
+    #[error("{0}, recorded every {1} s: {2}; record.interval must be 0.0055 s or less")]
+    Coarse(String, f64, #[source] analysis::Error),
+    #[error("{0}: {1:.3} s are judged, and {SHORTEST} s are the least")]
+    Short(String, f64),
+    #[error("{0} is {1} at {2} s")]
+    NotFinite(String, f64, f64),
+    #[error("{0}: {1}")]
+    Analysis(String, #[source] analysis::Error),
+    #[error("results.csv cannot be read: {0}")]
+    Table(#[from] csv::Error),
+}
+
+/// A recorded signal.
+#[derive(Default)]
+struct Series {
+    times: Vec<f64>,
+    values: Vec<f64>,
+}
+
+/// Judges the scenario's points by the results in the folder; nothing if there are none.
+pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
+    let points = &setup.scenario().ride_quality;
+    if points.is_empty() {
+        return None;
+    }
+    let recorded = Recorded::read(setup, folder);
+    let units = [
+        ("weighted_rms", "m/s2"),
+        ("maximum_transient", "m/s2"),
+        ("vibration_dose", "m/s1.75"),
+        ("weighted_peak", "m/s2"),
+        ("crest_factor", "1"),
+        ("sperling_index", "1"),
+        ("vibration_total", "m/s2"),
+    ];
+    Some(RideQuality {
+        units: units.map(|(name, unit)| (name.to_owned(), unit.to_owned())).into_iter().collect(),
+        points: points.iter().map(|point| recorded.judge(point)).collect(),
+    })
+}
+
+/// The accelerations that points name.
+struct Recorded {
+    /// by name, what is recorded and is an acceleration
+    series: HashMap<String, Series>,
+    /// by name, why there is no series
+    missing: HashMap<String, String>,
+}
+
+impl Recorded {
+    fn read(setup: &Setup, folder: &Path) -> Self {
+        let (mut series, mut missing) = (HashMap::new(), HashMap::new());
+        let columns = setup.selection().columns(setup.system());
+        let mut wanted = Vec::new();
+        for signal in setup.scenario().ride_quality.iter().flat_map(signals).flatten() {
+            let place = columns.iter().position(|column| column.name == *signal);
+            let unit = place.and_then(|k| other_unit(setup, setup.selection().ports[k]));
+            let error = match (place, unit) {
+                (Some(k), None) => {
+                    wanted.push((signal.clone(), k));
+                    continue;
+                }
+                (Some(_), Some(unit)) => RideError::Unit(signal.clone(), unit),
+                (None, _) => RideError::NotRecorded(signal.clone()),
+            };
+            missing.insert(signal.clone(), error.to_string());
+        }
+        let places: Vec<usize> = wanted.iter().map(|(_, k)| *k).collect();
+        match read_columns(&Table::path(folder), &places) {
+            Ok(read) => series.extend(wanted.into_iter().map(|(name, _)| name).zip(read)),
+            Err(error) => {
+                let text = RideError::from(error).to_string();
+                missing.extend(wanted.into_iter().map(|(name, _)| (name, text.clone())));
+            }
+        }
+        Self { series, missing }
+    }
+
+    fn judge(&self, point: &RidePoint) -> PointQuality {
+        let vertical = match point.vertical_weighting {
+            VerticalWeighting::Wk => Weighting::Wk,
+            VerticalWeighting::Wb => Weighting::Wb,
+        };
+        let ways = [
+            (vertical, Direction::Vertical),
+            (Weighting::Wd, Direction::Horizontal),
+            (Weighting::Wd, Direction::Horizontal),
+        ];
+        let mut warnings = Vec::new();
+        let mut judged = signals(point).into_iter().zip(ways).map(|(signal, way)| {
+            let signal = signal.as_ref()?;
+            let result = match self.series.get(signal) {
+                Some(series) => series.judge(signal, way, point).map_err(|e| e.to_string()),
+                None => Err(self.missing.get(signal).cloned().unwrap_or_default()),
+            };
+            result.map_err(|text| warnings.push(format!("{}: {text}", point.name))).ok()
+        });
+        let [vertical, lateral, longitudinal] = [(); 3].map(|()| judged.next().flatten());
+        let rms =
+            [&vertical, &lateral, &longitudinal].map(|it| it.as_ref().map(|q| q.weighted_rms));
+        let total = warnings.is_empty().then(|| iso2631::total(rms.into_iter().flatten()));
+        PointQuality {
+            name: point.name.clone(),
+            vertical,
+            lateral,
+            longitudinal,
+            vibration_total: total,
+            comfort: total
+                .map(comfort)
+                .unwrap_or_default()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
+            warnings,
+        }
+    }
+}
+
+/// The signals of a point: vertical, lateral, longitudinal.
+fn signals(point: &RidePoint) -> [&Option<String>; 3] {
+    [&point.vertical, &point.lateral, &point.longitudinal]
+}
+
+/// The unit of a signal that is defined and is not one of acceleration.
+fn other_unit(setup: &Setup, port: Port) -> Option<String> {
+    let description = setup.system().instances[port.instance].description();
+    let unit = description.unit_of(port.variable)?;
+    let base = unit.base.as_ref()?;
+    (base.exponents != ACCELERATION).then(|| unit.name.clone())
+}
+
+/// Reads columns of results.csv, counted without the time; a field that is empty is no sample.
+fn read_columns(table: &Path, places: &[usize]) -> Result<Vec<Series>, csv::Error> {
+    let mut series: Vec<Series> = places.iter().map(|_| Series::default()).collect();
+    let mut reader = csv::ReaderBuilder::new().from_path(table)?;
+    let mut record = csv::StringRecord::new();
+    let number = |field: Option<&str>| field.and_then(|text| text.parse::<f64>().ok());
+    while reader.read_record(&mut record)? {
+        let time = number(record.get(0)).unwrap_or(f64::NAN);
+        for (series, place) in series.iter_mut().zip(places) {
+            if let Some(value) = number(record.get(place + 1)) {
+                series.times.push(time);
+                series.values.push(value);
+            }
+        }
+    }
+    Ok(series)
+}
+
+impl Series {
+    fn judge(
+        &self,
+        signal: &str,
+        (weighting, direction): (Weighting, Direction),
+        point: &RidePoint,
+    ) -> Result<DirectionQuality, RideError> {
+        let failed = |error| RideError::Analysis(signal.to_owned(), error);
+        if let Some(k) = self.values.iter().position(|value| !value.is_finite()) {
+            return Err(RideError::NotFinite(signal.to_owned(), self.values[k], self.times[k]));
+        }
+        let rate = series::rate(&self.times).map_err(failed)?;
+        let weighted = weighting.apply(&self.values, rate).map_err(|error| match error {
+            analysis::Error::Setting { .. } => {
+                RideError::Coarse(signal.to_owned(), 1.0 / rate, error)
+            }
+            _ => failed(error),
+        })?;
+        let felt = direction.apply(&self.values, rate).map_err(failed)?;
+        // a hundredth of an interval: a time that was printed is that time
+        let slack = 0.01 / rate;
+        let from = point.from.map_or(0, |t| self.times.partition_point(|at| *at < t - slack));
+        let to = point
+            .to
+            .map_or(self.times.len(), |t| self.times.partition_point(|at| *at <= t + slack));
+        let seconds = to.saturating_sub(from) as f64 / rate;
+        if seconds < SHORTEST {
+            return Err(RideError::Short(signal.to_owned(), seconds));
+        }
+        let exposure = Exposure::of(&weighted[from..to], rate).map_err(failed)?;
+        let index = sperling::index(&felt[from..to]);
+        Ok(DirectionQuality {
+            signal: signal.to_owned(),
+            weighting: weighting.name().to_owned(),
+            from: self.times[from],
+            to: self.times[to - 1],
+            weighted_rms: exposure.rms,
+            maximum_transient: exposure.transient,
+            vibration_dose: exposure.dose,
+            weighted_peak: exposure.peak,
+            crest_factor: exposure.crest_factor(),
+            sperling_index: index,
+            sperling_comfort: sperling::comfort(index).to_owned(),
+        })
+    }
+}

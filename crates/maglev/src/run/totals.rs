@@ -1,0 +1,172 @@
+//! What the summary says of instances, units and algorithm.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::journal::Told;
+use master::Setup;
+use master::participant::Participant;
+use master::simulation::Layout;
+use master::system::{Plan, System};
+use results::summary::{AlgorithmSummary, CouplingSummary, InstanceSummary, UnitSummary, WallTime};
+use scenario::{AlgorithmName, Scenario};
+
+/// What a run had done before it went on from a checkpoint.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Earlier {
+    /// Wall time of stepping (s).
+    pub(super) run_seconds: f64,
+    /// How often it went on.
+    pub(super) resumed: u64,
+    /// per instance
+    instances: Vec<Work>,
+}
+
+/// What one instance has done.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Work {
+    steps: u64,
+    warned_steps: u64,
+    stalled_since: Option<f64>,
+    step_seconds: f64,
+    exchange_seconds: f64,
+}
+
+impl Earlier {
+    /// This, and what has been done since.
+    pub(super) fn and(&self, run_seconds: f64, participants: &[Participant]) -> Self {
+        let instances = (0..participants.len()).map(|k| self.work(k, participants)).collect();
+        Self { run_seconds: self.run_seconds + run_seconds, resumed: self.resumed, instances }
+    }
+
+    fn work(&self, k: usize, participants: &[Participant]) -> Work {
+        let mut work = self.instances.get(k).copied().unwrap_or_default();
+        if let Some(participant) = participants.get(k) {
+            work.steps += participant.instance().steps();
+            work.warned_steps += participant.instance().warnings().steps();
+            let stall = participant.stall().map(|stall| stall.since);
+            work.stalled_since = work.stalled_since.or(stall);
+            work.step_seconds += participant.timing().step_seconds();
+            work.exchange_seconds += participant.timing().exchange_seconds();
+        }
+        work
+    }
+}
+
+pub(super) fn instances(
+    setup: &Setup,
+    participants: &[Participant],
+    earlier: &Earlier,
+    told: &Told,
+) -> IndexMap<String, InstanceSummary> {
+    let units: HashMap<&Path, &String> =
+        setup.scenario().units.iter().rev().map(|(name, path)| (path.as_path(), name)).collect();
+    (0..)
+        .zip(&setup.system().instances)
+        .map(|(k, plan): (usize, _)| {
+            let work = earlier.work(k, participants);
+            let summary = InstanceSummary {
+                unit: units.get(plan.package.path()).copied().cloned().unwrap_or_default(),
+                tolerance: plan.tolerance,
+                steps: work.steps,
+                warned_steps: work.warned_steps,
+                stalled_since: work.stalled_since,
+                discarded_steps: told.discarded.get(k).copied().unwrap_or(0),
+                messages: told.sent.get(k).copied().unwrap_or(0),
+                step_seconds: work.step_seconds,
+                exchange_seconds: work.exchange_seconds,
+            };
+            (plan.name.clone(), summary)
+        })
+        .collect()
+}
+
+/// How many steps returned `fmi2Warning`, a sentence per unit where any did.
+pub(super) fn warned_steps(participants: &[Participant]) -> Vec<String> {
+    let sentence = |participant: &Participant| {
+        let instance = participant.instance();
+        let (name, warned, all) = (instance.name(), instance.warnings().steps(), instance.steps());
+        (warned > 0).then(|| format!("unit {name}: {warned} of {all} steps returned fmi2Warning"))
+    };
+    participants.iter().filter_map(sentence).collect()
+}
+
+pub(super) fn units(
+    scenario: &Scenario,
+    system: &System,
+    instances: &IndexMap<String, InstanceSummary>,
+) -> IndexMap<String, UnitSummary> {
+    let mut first: HashMap<&Path, &Plan> = HashMap::new();
+    for plan in &system.instances {
+        first.entry(plan.package.path()).or_insert(plan);
+    }
+    let mut units = IndexMap::new();
+    for (name, path) in &scenario.units {
+        // without an instance there is nothing to tell
+        let Some(plan) = first.get(path.as_path()) else { continue };
+        let description = plan.description();
+        let unit = UnitSummary {
+            path: path.display().to_string(),
+            model: description.model_name.clone(),
+            version: description.version.clone(),
+            guid: description.guid.clone(),
+            generation_tool: description.generation_tool.clone(),
+            instances: 0,
+            steps: 0,
+            step_seconds: 0.0,
+            exchange_seconds: 0.0,
+        };
+        units.insert(name.clone(), unit);
+    }
+    for instance in instances.values() {
+        let Some(unit) = units.get_mut(&instance.unit) else { continue };
+        unit.instances += 1;
+        unit.steps += instance.steps;
+        unit.step_seconds += instance.step_seconds;
+        unit.exchange_seconds += instance.exchange_seconds;
+    }
+    units
+}
+
+pub(super) fn wall_time(
+    begin: Instant,
+    start: Duration,
+    run_seconds: f64,
+    instances: &IndexMap<String, InstanceSummary>,
+) -> WallTime {
+    let units_seconds: f64 =
+        instances.values().map(|it| it.step_seconds + it.exchange_seconds).sum();
+    WallTime {
+        total_seconds: begin.elapsed().as_secs_f64(),
+        start_seconds: start.as_secs_f64(),
+        run_seconds,
+        units_seconds,
+        master_seconds: (run_seconds - units_seconds).max(0.0),
+    }
+}
+
+pub(super) fn algorithm_summary(
+    scenario: &Scenario,
+    system: &System,
+    layout: &Layout,
+    coupling: CouplingSummary,
+) -> AlgorithmSummary {
+    let blueprint = &layout.blueprint;
+    let jacobi = blueprint.blocks.iter().all(|block| block.name == AlgorithmName::Jacobi);
+    AlgorithmSummary {
+        name: scenario.algorithm.name.as_str().to_owned(),
+        extrapolation: scenario.algorithm.degree(),
+        derivatives: scenario.algorithm.derivatives,
+        order: blueprint
+            .order()
+            .filter(|_| !jacobi)
+            .map(|k| system.instances[k].name.clone())
+            .collect(),
+        algebraic_loops: layout.loops.iter().map(|it| it.names.clone()).collect(),
+        coupling,
+    }
+}

@@ -1,0 +1,113 @@
+//! Files that appear complete or not at all, and the lock that keeps a file to one run.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read as _, Write as _};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// Appended to the name of a file that is not complete yet.
+const PARTIAL: &str = ".partial";
+
+/// The name that a file has until it is complete.
+#[must_use]
+pub(crate) fn partial(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(PARTIAL);
+    PathBuf::from(name)
+}
+
+/// Writes a file that is there as a whole or not at all, also after a crash of the machine: a
+/// temporary file takes its name when its content is on the disk.
+///
+/// # Errors
+/// The file cannot be written; what was there under its name before is untouched.
+pub fn write_whole(path: &Path, content: &[u8]) -> io::Result<()> {
+    let temporary = partial(path);
+    let written = File::create(&temporary)
+        .and_then(|mut file| {
+            file.write_all(content)?;
+            file.sync_all()
+        })
+        .and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        // half a file is of no use; if it cannot be removed, there is nothing else to do
+        let _ = fs::remove_file(&temporary);
+        return written;
+    }
+    sync_folder_of(path)
+}
+
+/// Puts a new name on the disk; only Unix knows the notion.
+fn sync_folder_of(path: &Path) -> io::Result<()> {
+    match path.parent() {
+        Some(folder) if cfg!(unix) => {
+            let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            File::open(here)?.sync_all()
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Length and CRC-32 of a file: what tells it from another one of its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fingerprint {
+    /// Length.
+    pub bytes: u64,
+    /// CRC-32 of the content.
+    pub crc32: u32,
+}
+
+/// Reads a file and takes its fingerprint.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn fingerprint(path: &Path) -> io::Result<Fingerprint> {
+    let mut file = File::open(path)?;
+    let mut hasher = crc32fast::Hasher::new();
+    let mut buffer = vec![0; 1 << 16];
+    let mut bytes = 0;
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(Fingerprint { bytes, crc32: hasher.finalize() }),
+            n => {
+                hasher.update(&buffer[..n]);
+                bytes += n as u64;
+            }
+        }
+    }
+}
+
+/// The messages of an error and of its sources, outermost first.
+#[must_use]
+pub fn causes(error: &(dyn std::error::Error + 'static)) -> Vec<String> {
+    std::iter::successors(Some(error), |error| error.source()).map(ToString::to_string).collect()
+}
+
+/// Keeps others from writing the file until it is closed, be it by the end of the process.
+pub(crate) fn reserve(file: &File) -> io::Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(io::Error::new(
+            io::ErrorKind::ResourceBusy,
+            "another run is writing it; wait for its end or choose another folder",
+        )),
+        // a file system without locks
+        Err(TryLockError::Error(_)) | Ok(()) => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn issue_a_failed_write_leaves_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x");
+        write_whole(&path, b"first").unwrap();
+        // a folder in the way of the temporary file
+        fs::create_dir(partial(&path)).unwrap();
+        write_whole(&path, b"second").unwrap_err();
+        assert_eq!(fs::read(&path).unwrap(), b"first");
+    }
+}

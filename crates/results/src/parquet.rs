@@ -1,0 +1,276 @@
+//! results.parquet: a copy of results.csv in columns of 64-bit floats, which read many times faster,
+//! and of texts in UTF-8 where signals are Strings.
+//!
+//! It is made from the complete table, so its content is that of results.csv bit for bit, a resumed
+//! run gives the same file as an uninterrupted one, and a run that is killed leaves text that can be
+//! read, not a file without its end.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use parquet::errors::ParquetError as Source;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::Type;
+use thiserror::Error;
+
+use crate::PARQUET;
+use crate::file::partial;
+use crate::table::Column;
+
+/// Values of one row group: 32 MiB.
+const GROUP_VALUES: usize = 1 << 22;
+
+/// results.parquet cannot be made.
+#[derive(Debug, Error)]
+pub enum ParquetError {
+    /// Reading the table or writing the copy failed.
+    #[error("results.parquet cannot be written")]
+    Io(#[from] io::Error),
+    /// The table is not as it was written.
+    #[error("results.csv cannot be read for its copy in Parquet")]
+    Table(#[from] csv::Error),
+    /// A field that is no number.
+    #[error("results.csv: \"{field}\" in row {row} is no number")]
+    Number {
+        /// The field.
+        field: String,
+        /// Its row, from 1.
+        row: u64,
+    },
+    /// The library refuses.
+    #[error("results.parquet cannot be written")]
+    Parquet(#[from] Source),
+}
+
+/// Copies a complete results.csv to results.parquet in the same folder: a column `time` and one per
+/// signal, with nulls where a signal is not due; the signals' units of measurement are in the
+/// file's metadata under `units`, as a JSON object.
+///
+/// # Errors
+/// The table cannot be read or the copy not be written; then there is none.
+pub fn copy_to_parquet(folder: &Path, columns: &[Column]) -> Result<PathBuf, ParquetError> {
+    let table = crate::Table::path(folder);
+    let path = folder.join(PARQUET);
+    let temporary = partial(&path);
+    let written = copy(&table, &temporary, columns);
+    if let Err(error) = written.and_then(|()| Ok(fs::rename(&temporary, &path)?)) {
+        // half a file is of no use; if it cannot be removed, there is nothing else to do
+        let _ = fs::remove_file(&temporary);
+        return Err(error);
+    }
+    Ok(path)
+}
+
+fn copy(table: &Path, target: &Path, columns: &[Column]) -> Result<(), ParquetError> {
+    let mut reader = csv::ReaderBuilder::new().from_path(table)?;
+    let file = File::create(target)?;
+    let keep = file.try_clone()?;
+    let optional = columns.iter().any(|column| column.stride != columns[0].stride);
+    let mut writer =
+        SerializedFileWriter::new(file, schema(columns, optional)?, properties(columns))?;
+    let rows = (GROUP_VALUES / (columns.len() + 1)).clamp(1 << 10, 1 << 20);
+    let mut batch = Batch::new(columns);
+    let mut record = csv::ByteRecord::new();
+    let mut row = 0;
+    while reader.read_byte_record(&mut record)? {
+        row += 1;
+        batch.take(&record, row, !optional)?;
+        if batch.rows == rows {
+            batch.write(writer.next_row_group()?, optional)?;
+        }
+    }
+    if batch.rows > 0 {
+        batch.write(writer.next_row_group()?, optional)?;
+    }
+    writer.close()?;
+    keep.sync_all()?;
+    Ok(())
+}
+
+fn schema(columns: &[Column], optional: bool) -> Result<Arc<Type>, Source> {
+    let field = |name: &str, repetition, is_text: bool| {
+        let builder = if is_text {
+            Type::primitive_type_builder(name, Physical::BYTE_ARRAY)
+                .with_logical_type(Some(LogicalType::String))
+        } else {
+            Type::primitive_type_builder(name, Physical::DOUBLE)
+        };
+        builder.with_repetition(repetition).build().map(Arc::new)
+    };
+    let repetition = if optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+    let mut fields = vec![field("time", Repetition::REQUIRED, false)?];
+    for column in columns {
+        fields.push(field(&column.name, repetition, column.is_text)?);
+    }
+    Ok(Arc::new(Type::group_type_builder("results").with_fields(fields).build()?))
+}
+
+fn properties(columns: &[Column]) -> Arc<WriterProperties> {
+    let units: BTreeMap<&str, &str> = columns
+        .iter()
+        .filter_map(|column| Some((column.name.as_str(), column.unit.as_deref()?)))
+        .collect();
+    // a map of texts always prints
+    let units = serde_json::to_string(&units).unwrap_or_default();
+    let metadata = vec![KeyValue::new("units".to_owned(), units)];
+    // values hardly repeat: a dictionary would only cost time
+    let builder = WriterProperties::builder().set_dictionary_enabled(false);
+    Arc::new(builder.set_key_value_metadata(Some(metadata)).build())
+}
+
+/// Rows turned into columns.
+struct Batch {
+    rows: usize,
+    values: Vec<Values>,
+    /// per value 1, per null 0
+    present: Vec<Vec<i16>>,
+}
+
+enum Values {
+    Numbers(Vec<f64>),
+    Texts(Vec<ByteArray>),
+}
+
+impl Values {
+    /// Takes a field; false if it is no number where it should be.
+    fn take(&mut self, field: &[u8]) -> bool {
+        match self {
+            Self::Numbers(values) => {
+                let text = std::str::from_utf8(field).unwrap_or_default();
+                let number = text.parse::<f64>().ok();
+                values.extend(number);
+                number.is_some()
+            }
+            Self::Texts(values) => {
+                values.push(ByteArray::from(field.to_vec()));
+                true
+            }
+        }
+    }
+}
+
+impl Batch {
+    fn new(columns: &[Column]) -> Self {
+        let texts = std::iter::once(false).chain(columns.iter().map(|column| column.is_text));
+        let values = |text| if text { Values::Texts(vec![]) } else { Values::Numbers(vec![]) };
+        Self {
+            rows: 0,
+            values: texts.map(values).collect(),
+            present: vec![Vec::new(); columns.len() + 1],
+        }
+    }
+
+    fn take(
+        &mut self,
+        record: &csv::ByteRecord,
+        row: u64,
+        all_due: bool,
+    ) -> Result<(), ParquetError> {
+        for ((field, values), present) in record.iter().zip(&mut self.values).zip(&mut self.present)
+        {
+            // an empty text looks like none; where all signals are always due, it is one
+            let due = !field.is_empty() || (all_due && matches!(values, Values::Texts(_)));
+            present.push(i16::from(due));
+            if due && !values.take(field) {
+                let field = String::from_utf8_lossy(field).into_owned();
+                return Err(ParquetError::Number { field, row });
+            }
+        }
+        self.rows += 1;
+        Ok(())
+    }
+
+    fn write(
+        &mut self,
+        mut group: SerializedRowGroupWriter<'_, File>,
+        optional: bool,
+    ) -> Result<(), Source> {
+        for (k, (values, present)) in self.values.iter_mut().zip(&mut self.present).enumerate() {
+            if let Some(mut column) = group.next_column()? {
+                let levels = (optional && k > 0).then_some(present.as_slice());
+                match values {
+                    Values::Numbers(values) => {
+                        column.typed::<DoubleType>().write_batch(values, levels, None)?
+                    }
+                    Values::Texts(values) => {
+                        column.typed::<ByteArrayType>().write_batch(values, levels, None)?
+                    }
+                };
+                column.close()?;
+            }
+            match values {
+                Values::Numbers(values) => values.clear(),
+                Values::Texts(values) => values.clear(),
+            }
+            present.clear();
+        }
+        group.close()?;
+        self.rows = 0;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader as _, SerializedFileReader};
+    use parquet::record::RowAccessor as _;
+
+    /// Read by the library itself; tests/python reads such files with another one.
+    #[test]
+    fn invariant_the_copy_holds_the_same_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let column =
+            |name: &str, stride| Column { name: name.into(), unit: None, stride, is_text: false };
+        let columns = [column("a.x", 1), column("b,y", 2)];
+        let mut table = crate::Table::create(folder.path(), &columns).unwrap();
+        let value = |n: u64| (n as f64 * 0.7).sin() / 3.0;
+        for n in 0..2500 {
+            table.take(n, n as f64 * 0.1, &[value(n), -value(n)], |_| None).unwrap();
+        }
+        table.finish().unwrap();
+        let path = copy_to_parquet(folder.path(), &columns).unwrap();
+        let reader = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
+        let mut rows = 0;
+        for (n, row) in (0..).zip(reader.get_row_iter(None).unwrap()) {
+            let row = row.unwrap();
+            assert_eq!(row.get_double(0).unwrap().to_bits(), (n as f64 * 0.1).to_bits());
+            assert_eq!(row.get_double(1).unwrap().to_bits(), value(n).to_bits());
+            assert_eq!(row.get_double(2).ok(), (n % 2 == 0).then_some(-value(n)));
+            rows += 1;
+        }
+        assert_eq!(rows, 2500);
+        assert!(!folder.path().join("results.parquet.partial").exists());
+    }
+
+    /// With signals of other intervals, an empty text cannot be told from none.
+    #[test]
+    fn invariant_texts_are_columns_of_utf8() {
+        for (stride, empty) in [(1, true), (2, false)] {
+            let folder = tempfile::tempdir().unwrap();
+            let columns = [
+                Column { name: "a.s".into(), unit: None, stride: 1, is_text: true },
+                Column { name: "a.x".into(), unit: None, stride, is_text: false },
+            ];
+            let mut table = crate::Table::create(folder.path(), &columns).unwrap();
+            for (n, text) in (0..).zip([c"say \"no\"", c"", c"ja"]) {
+                table.take(n, n as f64, &[f64::NAN, 1.0], |_| Some(text)).unwrap();
+            }
+            table.finish().unwrap();
+            let path = copy_to_parquet(folder.path(), &columns).unwrap();
+            let reader = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
+            let rows = reader.get_row_iter(None).unwrap().map(Result::unwrap);
+            let texts: Vec<Option<String>> =
+                rows.map(|row| row.get_string(1).ok().cloned()).collect();
+            let of_empty = empty.then(String::new);
+            assert_eq!(texts, [Some("say \"no\"".into()), of_empty, Some("ja".into())]);
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! Reading scenario files: a file, what it extends, and where in them an error is.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf, absolute};
+
+use serde_json::Value;
+
+use crate::json::{self, Step, Strict};
+use crate::merge::merge;
+use crate::suggestions::{Given, LeftOut};
+use crate::{Instance, Scenario, ScenarioError, Setting, comment};
+
+/// The member that names the file which is extended.
+const EXTENDS: &str = "extends";
+
+/// The byte order mark.
+const MARK: char = '\u{feff}';
+
+/// One file on its own.
+struct Source {
+    path: PathBuf,
+    text: String,
+    /// Its content without comments and without `extends`.
+    value: Value,
+    /// The file that it extends, as it says it.
+    extends: Option<String>,
+}
+
+impl Scenario {
+    /// Reads a scenario file and what it extends. Paths of units become relative to the working
+    /// directory.
+    ///
+    /// # Errors
+    /// A file cannot be read, or the whole is no valid scenario.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        Self::load_with(path, Given::default())
+    }
+
+    /// The same with times that count instead of those in the file. What the experiment leaves out
+    /// is what the units suggest.
+    ///
+    /// # Errors
+    /// A file cannot be read, the whole is no valid scenario, or no unit suggests what is left out.
+    pub fn load_with(path: &Path, given: Given) -> Result<Self, ScenarioError> {
+        let chain = chain(path)?;
+        let mut whole = whole(&chain);
+        let left_out = LeftOut::fill(&mut whole);
+        let mut scenario = scenario(&chain, whole)?;
+        for (name, unit) in &mut scenario.units {
+            // the file that gave the path, not one that it extends
+            let file = chain.iter().find(|source| source.value["units"][name].is_string());
+            let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
+            *unit = folder.join(&*unit);
+        }
+        if let Some(trace) = &mut scenario.trace {
+            let file = chain.iter().find(|source| source.value["trace"].is_string());
+            let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
+            *trace = folder.join(&*trace);
+        }
+        scenario.resolve_files(|instance, list, variable| {
+            let given = |source: &&Source| {
+                source.value["instances"][instance][list][variable]["path"].is_string()
+            };
+            chain.iter().find(given).and_then(|source| source.path.parent())
+        });
+        left_out.complete(&mut scenario, given)?;
+        Ok(scenario)
+    }
+
+    /// Reads a scenario's text, which extends no file; `path` is for messages only.
+    ///
+    /// # Errors
+    /// The text is no valid scenario.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ScenarioError> {
+        let source = Source::new(text.to_owned(), path)?;
+        if source.extends.is_some() {
+            return Err(ScenarioError::ExtendsInText { path: path.to_owned() });
+        }
+        let chain = [source];
+        scenario(&chain, whole(&chain))
+    }
+}
+
+impl Scenario {
+    /// Makes paths in values absolute; the folder that each is relative to is known by the names of
+    /// instance, list and variable.
+    fn resolve_files<'a>(&mut self, folder: impl Fn(&str, &str, &str) -> Option<&'a Path>) {
+        for (name, instance) in &mut self.instances {
+            let Instance { parameters, start, .. } = instance;
+            for (list, settings) in [("parameters", parameters), ("start", start)] {
+                for (variable, setting) in settings {
+                    let Setting::File(file) = setting else { continue };
+                    let path =
+                        folder(name, list, variable).unwrap_or(Path::new("")).join(&file.path);
+                    // without a working folder it stays relative, and is found missing or not
+                    file.path = absolute(&path).unwrap_or(path);
+                }
+            }
+        }
+    }
+}
+
+/// The file and those that it extends, it first.
+fn chain(path: &Path) -> Result<Vec<Source>, ScenarioError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
+    let mut chain = vec![Source::new(text, path)?];
+    // by their canonical paths, for a file can be named in many ways
+    let mut seen = HashSet::from([canonical(path)]);
+    while let Some((source, extends)) =
+        chain.last().and_then(|source| Some((source, source.extends.as_ref()?)))
+    {
+        let base = source.path.parent().unwrap_or(Path::new("")).join(extends);
+        if !seen.insert(canonical(&base)) {
+            let mut files: Vec<_> = chain.iter().map(|source| source.path.clone()).collect();
+            files.push(base);
+            return Err(ScenarioError::Circle { files });
+        }
+        let text = std::fs::read_to_string(&base).map_err(|error| ScenarioError::Base {
+            path: source.path.clone(),
+            base: base.clone(),
+            source: error,
+        })?;
+        chain.push(Source::new(text, &base)?);
+    }
+    Ok(chain)
+}
+
+/// A file that is not there is found so on reading.
+fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// The files as one: the last is what the others change.
+fn whole(chain: &[Source]) -> Value {
+    let mut whole = Value::Null;
+    for (k, source) in chain.iter().rev().enumerate() {
+        if k == 0 {
+            whole.clone_from(&source.value);
+        } else {
+            merge(&mut whole, &source.value);
+        }
+    }
+    whole
+}
+
+/// The scenario that the files make as a whole.
+fn scenario(chain: &[Source], whole: Value) -> Result<Scenario, ScenarioError> {
+    serde_path_to_error::deserialize(whole).map_err(|error| {
+        let steps = json::steps(error.path());
+        let at = error.path().to_string();
+        blame(chain, &steps, &at, &error.into_inner().to_string())
+    })
+}
+
+/// The error at a place of the whole, in the file that it comes from: the first that goes furthest on
+/// the way to it.
+fn blame(chain: &[Source], steps: &[Step], at: &str, message: &str) -> ScenarioError {
+    let depth = |source: &Source| json::depth(&source.value, steps);
+    let deepest = chain.iter().map(depth).max().unwrap_or(0);
+    match chain.iter().find(|source| depth(source) == deepest) {
+        Some(source) => source.error(steps, at, message),
+        // a scenario has at least one file
+        None => ScenarioError::Json {
+            path: PathBuf::new(),
+            at: at.to_owned(),
+            message: message.to_owned(),
+        },
+    }
+}
+
+impl Source {
+    fn new(mut text: String, path: &Path) -> Result<Self, ScenarioError> {
+        // some editors begin UTF-8 with a byte order mark
+        if text.starts_with(MARK) {
+            text.drain(..MARK.len_utf8());
+        }
+        let value = read(&text, path)?;
+        let mut source = Self { path: path.to_owned(), text, value, extends: None };
+        if let Err(steps) = comment::strip(&mut source.value) {
+            let message = "a comment is a text, or a list of texts";
+            return Err(source.error(&steps, &shown(&steps), message));
+        }
+        let extends = source.value.as_object_mut().and_then(|it| it.shift_remove(EXTENDS));
+        source.extends = match extends {
+            None => None,
+            Some(Value::String(file)) => Some(file),
+            Some(other) => {
+                let message = format!("{other} is not the path of a scenario file");
+                return Err(source.error(&[Step::Key(EXTENDS.to_owned())], EXTENDS, &message));
+            }
+        };
+        Ok(source)
+    }
+
+    fn error(&self, steps: &[Step], at: &str, message: &str) -> ScenarioError {
+        let mut message = message.to_owned();
+        if let Some((line, column)) = json::position(&self.text, steps) {
+            // writing to a String cannot fail
+            let _ = write!(message, " at line {line} column {column}");
+        }
+        let at = if at == "." { "the top level" } else { at };
+        ScenarioError::Json { path: self.path.clone(), at: at.to_owned(), message }
+    }
+}
+
+/// A text as JSON without doubled keys.
+fn read(text: &str, path: &Path) -> Result<Value, ScenarioError> {
+    let not_json = |error: &serde_json::Error| ScenarioError::NotJson {
+        path: path.to_owned(),
+        message: error.to_string(),
+    };
+    let mut json = serde_json::Deserializer::from_str(text);
+    let Strict(value) = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        if !error.inner().is_data() {
+            return not_json(error.inner());
+        }
+        let at = match error.path().to_string() {
+            top if top == "." => "the top level".to_owned(),
+            at => at,
+        };
+        ScenarioError::Json { path: path.to_owned(), at, message: error.into_inner().to_string() }
+    })?;
+    json.end().map_err(|error| not_json(&error))?;
+    Ok(value)
+}
+
+/// Steps as messages write them: `plots[0].panels`.
+fn shown(steps: &[Step]) -> String {
+    let mut text = String::new();
+    for step in steps {
+        // writing to a String cannot fail
+        let _ = match step {
+            Step::Index(index) => write!(text, "[{index}]"),
+            Step::Key(key) if text.is_empty() => write!(text, "{key}"),
+            Step::Key(key) => write!(text, ".{key}"),
+        };
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error as _;
+    use std::fs;
+
+    use tempfile::TempDir;
+
+    use super::*;
+    use crate::Setting;
+
+    const BASE: &str = r#"{
+  "$comment": ["what it is", "on two lines"],
+  "units": { "a": "a.fmu", "b": "units/b.fmu" },
+  "instances": {
+    "$comment": "three of them",
+    "z": { "unit": "a", "parameters": { "gain": 1, "on": true } },
+    "y": { "unit": "b" },
+    "x": { "unit": "a" }
+  },
+  "experiment": { "stop": 1.0, "step": 0.1 }
+}"#;
+
+    /// Files in a folder of their own: name and text.
+    fn folder(files: &[(&str, &str)]) -> TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        folder
+    }
+
+    fn refused(folder: &TempDir, file: &str) -> String {
+        Scenario::load(&folder.path().join(file)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn analytic_a_file_changes_what_it_extends() {
+        let top = r#"{ "extends": "sub/middle.json", "title": "top",
+            "instances": { "z": { "parameters": { "gain": 3 } } } }"#;
+        let middle = r#"{ "extends": "../base.json", "units": { "b": "c.fmu" }, "title": "middle",
+            "instances": { "z": { "parameters": { "gain": 2, "on": null } }, "y": null },
+            "experiment": { "stop": 2.0 } }"#;
+        let folder = folder(&[("base.json", BASE), ("sub/middle.json", middle), ("top.json", top)]);
+        let scenario = Scenario::load(&folder.path().join("top.json")).unwrap();
+
+        assert_eq!(scenario.title, "top");
+        assert_eq!((scenario.experiment.stop, scenario.experiment.step), (2.0, 0.1));
+        let names: Vec<_> = scenario.instances.keys().map(String::as_str).collect();
+        assert_eq!(names, ["z", "x"], "what stays keeps its order");
+        let parameters = &scenario.instances["z"].parameters;
+        assert_eq!(parameters.len(), 1);
+        assert_eq!(parameters["gain"], Setting::Number(3.0));
+        // a path is relative to the file that it stands in
+        let unit = |name: &str| fs::canonicalize(folder.path()).unwrap().join(name);
+        fs::write(folder.path().join("a.fmu"), "").unwrap();
+        fs::write(folder.path().join("sub/c.fmu"), "").unwrap();
+        assert_eq!(scenario.units["a"].canonicalize().unwrap(), unit("a.fmu"));
+        assert_eq!(scenario.units["b"].canonicalize().unwrap(), unit("sub/c.fmu"));
+    }
+
+    #[test]
+    fn issue_a_byte_order_mark_is_passed_over() {
+        let mark = "\u{feff}";
+        let top = format!("{mark}{{ \"extends\": \"base.json\", \"title\": \"top\" }}");
+        let odd = format!("{mark}{{ \"extends\": \"base.json\", \"titel\": \"top\" }}");
+        let base = format!("{mark}{BASE}");
+        let folder = folder(&[("base.json", &base), ("top.json", &top), ("odd.json", &odd)]);
+        let scenario = Scenario::load(&folder.path().join("top.json")).unwrap();
+        assert_eq!((scenario.title.as_str(), scenario.experiment.stop), ("top", 1.0));
+        assert!(Scenario::parse(&base, Path::new("s.json")).is_ok());
+        assert!(refused(&folder, "odd.json").contains("`titel`"));
+    }
+
+    #[test]
+    fn issue_errors_name_the_file_that_has_them() {
+        let folder = folder(&[
+            ("base.json", BASE),
+            ("key.json", &BASE.replace("\"stop\"", "\"stopp\"")),
+            ("of-key.json", r#"{ "extends": "key.json", "title": "t" }"#),
+            ("type.json", "{ \"extends\": \"base.json\",\n \"experiment\": { \"step\": \"x\" } }"),
+            ("removed.json", r#"{ "extends": "base.json", "experiment": null }"#),
+            ("doubled.json", r#"{ "extends": "base.json", "title": "a", "title": "b" }"#),
+            ("comment.json", r#"{ "extends": "base.json", "record": { "$comment": 3 } }"#),
+            ("cut.json", r#"{ "extends": "base.json" "#),
+        ]);
+        for (file, parts) in [
+            ("of-key.json", ["key.json: at experiment", "`stopp`", "line 10"]),
+            ("type.json", ["type.json: at experiment.step", "\"x\"", "line 2"]),
+            ("removed.json", ["removed.json: at the top level", "missing", "`experiment`"]),
+            ("doubled.json", ["doubled.json: at", "\"title\" occurs twice", "line 1"]),
+            ("comment.json", ["comment.json: at record.$comment", "a text", "line 1"]),
+            ("cut.json", ["cut.json is not JSON", "EOF", "line 1"]),
+        ] {
+            let error = refused(&folder, file);
+            for part in parts {
+                assert!(error.contains(part), "{file}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn issue_circles_and_missing_files_are_named() {
+        let folder = folder(&[
+            ("a.json", r#"{ "extends": "b.json" }"#),
+            ("b.json", r#"{ "extends": "./a.json" }"#),
+            ("self.json", r#"{ "extends": "self.json" }"#),
+            ("lost.json", r#"{ "extends": "nowhere.json" }"#),
+            ("number.json", r#"{ "extends": 7 }"#),
+        ]);
+        let error = refused(&folder, "a.json");
+        let place = |name: &str| error.find(name).unwrap_or_else(|| panic!("{error}"));
+        assert!(place("a.json extends") < place("b.json extends"), "{error}");
+        assert!(refused(&folder, "self.json").contains("self.json extends"));
+        let lost = Scenario::load(&folder.path().join("lost.json")).unwrap_err();
+        assert!(lost.to_string().contains("lost.json: at extends"), "{lost}");
+        assert!(lost.to_string().contains("nowhere.json cannot be read"), "{lost}");
+        assert!(lost.source().is_some());
+        assert!(refused(&folder, "number.json").contains("at extends: 7 is not the path"));
+        let text = Scenario::parse(r#"{ "extends": "a.json" }"#, Path::new("s.json"));
+        assert!(matches!(text, Err(ScenarioError::ExtendsInText { .. })));
+    }
+}

@@ -1,6 +1,0 @@
-//! Compiles the variadic log callback.
-
-fn main() {
-    println!("cargo::rerun-if-changed=src/logger.c");
-    cc::Build::new().file("src/logger.c").warnings(true).compile("master_logger");
-}
