@@ -18,8 +18,12 @@ include_patterns = [
     "README.md",
     "ARCHITECTURE.md",
     "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
     "examples/README.md",
+    "fmu-*/README.md",
     "master/README.md",
+    "tests/README.md",
     "crates/*/README.md",
     "crates/*/assets/vendor/README.md",
 ]
