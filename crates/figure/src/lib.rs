@@ -59,7 +59,7 @@ pub struct Line {
 pub struct Panel {
     /// Label of the vertical axis.
     pub ylabel: String,
-    /// Its curves.
+    /// Curves, drawn in this order and in the order of the colours.
     pub lines: Vec<Line>,
 }
 

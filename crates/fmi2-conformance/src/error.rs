@@ -55,7 +55,7 @@ impl CheckError {
     findings.join("; ")
 )]
 pub struct Defects {
-    /// The .fmu file.
+    /// Path of the .fmu file, as it was given.
     pub path: PathBuf,
     /// One message per defect.
     pub findings: Vec<String>,

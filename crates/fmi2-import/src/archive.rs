@@ -40,7 +40,7 @@ pub enum ArchiveError {
     /// One entry cannot be unpacked.
     #[error("entry \"{name}\" cannot be unpacked")]
     Entry {
-        /// Name of the entry.
+        /// The entry's name as the archive has it.
         name: String,
         /// What the unpacking met.
         #[source]
@@ -49,21 +49,21 @@ pub enum ArchiveError {
     /// An entry's name points outside the folder that it is unpacked to.
     #[error("entry \"{name}\" would be written outside of the unit's folder ({why})")]
     UnsafeName {
-        /// Name of the entry.
+        /// The entry's name as the archive has it.
         name: String,
-        /// What is wrong with it.
+        /// The rule that the name breaks, in words.
         why: &'static str,
     },
     /// An entry is a symbolic link.
     #[error("entry \"{name}\" is a link, which a unit may not contain")]
     Link {
-        /// Name of the entry.
+        /// The entry's name as the archive has it.
         name: String,
     },
     /// Two entries have the same name.
     #[error("entry \"{name}\" occurs twice")]
     Duplicate {
-        /// Name of both entries.
+        /// The name that both entries unpack to.
         name: String,
     },
     /// More entries than [`MAX_ENTRIES`].
@@ -75,7 +75,7 @@ pub enum ArchiveError {
     /// An entry or the whole is too large, or packed suspiciously well.
     #[error("entry \"{name}\" unpacks to more than {limit} bytes")]
     TooLarge {
-        /// Name of the entry.
+        /// The entry's name as the archive has it.
         name: String,
         /// The limit that it exceeds.
         limit: u64,
@@ -95,9 +95,9 @@ pub enum ArchiveError {
     /// The folder to unpack to cannot be made or written.
     #[error("cannot write to {path}")]
     Write {
-        /// Where.
+        /// File or folder that could not be written.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: io::Error,
     },

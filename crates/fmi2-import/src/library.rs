@@ -21,7 +21,7 @@ pub enum LibraryError {
     /// The archive has no binary for this system.
     #[error("unit {unit} has no binary for {PLATFORM}: {file} is missing; {offer}")]
     Missing {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// Name of the file that should be there.
         file: String,
@@ -31,7 +31,7 @@ pub enum LibraryError {
     /// The system's loader refuses it.
     #[error("unit {unit}: the binary ({binary}) cannot be loaded")]
     Load {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// What kind of file the binary is.
         binary: String,
@@ -45,7 +45,7 @@ pub enum LibraryError {
          files is mounted noexec: set TMPDIR to a folder that allows execution"
     )]
     NoExecution {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// Where it was unpacked to.
         folder: PathBuf,
@@ -56,31 +56,31 @@ pub enum LibraryError {
     /// A function is missing.
     #[error("unit {unit}: the binary ({binary}) lacks the function {symbol}")]
     Symbol {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// What kind of file the binary is.
         binary: String,
-        /// Name of the function.
+        /// The C function that the binary does not export.
         symbol: &'static str,
     },
     /// It is made for another version or platform.
     #[error("unit {unit}: {function} says \"{answer}\", expected was \"{expected}\"")]
     Version {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// The function asked.
         function: &'static str,
         /// What it answered.
         answer: String,
-        /// What fits.
+        /// The answer that FMI 2.0 requires.
         expected: &'static str,
     },
     /// Copy for another instance failed.
     #[error("unit {unit}: its binary cannot be copied for another instance")]
     Copy {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         unit: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },

@@ -37,7 +37,7 @@ pub struct Message {
     pub status: String,
     /// Category, empty when the unit gave none.
     pub category: String,
-    /// The text.
+    /// The formatted message, without a trailing line break.
     pub text: String,
     /// Whether the status is worse than `fmi2OK`.
     #[serde(skip)]

@@ -57,27 +57,27 @@ pub enum PackageError {
     /// The archive is unusable.
     #[error("{path} cannot be opened")]
     Archive {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         path: PathBuf,
-        /// Why.
+        /// What is wrong with the archive.
         #[source]
         source: ArchiveError,
     },
     /// The description is unusable.
     #[error("{path} cannot be used")]
     Description {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         path: PathBuf,
-        /// Why.
+        /// What is wrong with modelDescription.xml.
         #[source]
         source: DescriptionError,
     },
     /// No temporary folder.
     #[error("cannot make a temporary folder to unpack {path}")]
     Folder {
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
@@ -166,7 +166,7 @@ impl Package {
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })
     }
 
-    /// The .fmu file.
+    /// Path of the .fmu file that this package was opened from.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path

@@ -72,7 +72,7 @@ pub enum Error {
         cannot_serialize(units)
     )]
     NoCheckpoints {
-        /// The .fmu files.
+        /// Paths of the .fmu files, as they were given.
         units: Vec<PathBuf>,
     },
     /// A run cannot continue from its checkpoint.

@@ -1,3 +1,41 @@
+//! # Maglev co-simulation: the crates
+//!
+//! FMUs of a maglev train, and a master that steps FMI 2.0 co-simulation FMUs of any make. This page lists the crates. The
+//! guide for users is `docs/index.md`, the floor plan with two walks through the code is `ARCHITECTURE.md`.
+//!
+//! Where to start:
+//!
+//! - **to run FMUs from a program of your own**: [`master`](../master/index.html), with its example `by_hand.rs`;
+//! - **to open, inspect or drive one FMU**: [`fmi2_import`](../fmi2_import/index.html);
+//! - **to check an FMU**: [`fmi2_conformance`](../fmi2_conformance/index.html);
+//! - **to make an FMU of a Rust model**: [`fmi2_export`](../fmi2_export/index.html), a complete FMU on one page;
+//! - **for the physics without FMI**: [`magnet`](../magnet/index.html), [`guideway`](../guideway/index.html),
+//!   [`multibody`](../multibody/index.html).
+//!
+//! | layer | crate | what it does |
+//! |---|---|---|
+//! | command | [`maglev`](../maglev/index.html) | subcommands; a run with everything it leaves on the disk (`Job`, `resume`) |
+//! | stepping | [`master`](../master/index.html) | system, initialization, coupling algorithms, simulation, coupled modes |
+//! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
+//! | | [`results`](../results/index.html) | the results folder: tables, events, summary |
+//! | | [`report`](../report/index.html) | `report.html` and pictures of results |
+//! | importing | [`fmi2_import`](../fmi2_import/index.html) | archive, description, binary, instances, isolation |
+//! | | [`fmi2_conformance`](../fmi2_conformance/index.html) | rules, checks of behaviour, reference results |
+//! | exporting | [`fmi2_export`](../fmi2_export/index.html) | a Rust model as an FMU |
+//! | | [`fmi2_package`](../fmi2_package/index.html) | packs the library into an .fmu |
+//! | both | [`fmi2_sys`](../fmi2_sys/index.html) | the C interface of FMI 2.0 |
+//! | physics | [`magnet`](../magnet/index.html) | electromagnet, filter and controller (eqs 1-5) |
+//! | | [`guideway`](../guideway/index.html) | girders by modal superposition (eqs 6-8, 13) |
+//! | | [`multibody`](../multibody/index.html) | rigid bodies with joints and force elements (eqs 9-12) |
+//! | tools | [`analysis`](../analysis/index.html) | spectra, peaks, ride quality |
+//! | | [`figure`](../figure/index.html) | curves as SVG |
+//! | | [`patterns`](../patterns/index.html) | names with ranges and stars |
+//!
+//! The FMUs themselves (`fmu_ems`, `fmu_guideway`, `fmu_vehicle`) are C libraries without a Rust interface. Equation
+//! numbers are those of Kim, Han, Han and Yang, Vehicle System Dynamics 53 (2015) 587-601.
+//!
+//! # This crate
+//!
 //! Runs of scenarios with all that they leave on the disk: the library behind the command `maglev`.
 //!
 //! ```no_run

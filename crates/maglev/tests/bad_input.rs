@@ -11,12 +11,12 @@ use serde_json::json;
 use support::{Bench, DESCRIPTION, ring};
 
 #[test]
-fn issue_missing_scenario() {
+fn issue_a_missing_scenario_is_named() {
     Bench::new().run(&[]).fails(2, &["scenario.json cannot be read", "No such file", "help:"]);
 }
 
 #[test]
-fn issue_what_is_no_scenario() {
+fn issue_files_that_are_not_scenarios_are_refused() {
     let bench = Bench::new();
     fs::create_dir(bench.path("folder")).unwrap();
     fs::copy(bench.path("unit.fmu"), bench.path("unit.zip")).unwrap();
@@ -40,7 +40,7 @@ fn issue_what_is_no_scenario() {
 }
 
 #[test]
-fn issue_what_is_no_unit() {
+fn issue_files_that_are_not_fmus_are_refused() {
     let bench = Bench::new();
     bench
         .maglev(&["inspect", "."])
@@ -49,7 +49,7 @@ fn issue_what_is_no_unit() {
 }
 
 #[test]
-fn issue_missing_unit() {
+fn issue_a_missing_fmu_is_named() {
     let bench = Bench::new();
     let mut scenario = ring();
     scenario["units"]["unit"] = json!("nowhere/motor.fmu");
@@ -58,7 +58,7 @@ fn issue_missing_unit() {
 }
 
 #[test]
-fn issue_broken_zip() {
+fn issue_a_damaged_archive_is_refused() {
     let bench = Bench::new();
     fs::write(bench.path("unit.fmu"), b"PK\x03\x04 this is no archive").unwrap();
     bench.scenario(&ring());
@@ -68,7 +68,7 @@ fn issue_broken_zip() {
 }
 
 #[test]
-fn issue_truncated_zip() {
+fn issue_a_truncated_archive_is_refused() {
     let bench = Bench::new();
     let bytes = fs::read(bench.path("unit.fmu")).unwrap();
     fs::write(bench.path("unit.fmu"), &bytes[..bytes.len() / 2]).unwrap();
@@ -77,7 +77,7 @@ fn issue_truncated_zip() {
 }
 
 #[test]
-fn issue_entry_that_leaves_the_folder() {
+fn issue_an_entry_that_leaves_the_folder_is_refused() {
     let bench = Bench::new();
     let files: [(&str, &[u8]); 2] =
         [("modelDescription.xml", DESCRIPTION.as_bytes()), ("resources/../../evil", b"x")];
@@ -87,7 +87,7 @@ fn issue_entry_that_leaves_the_folder() {
 }
 
 #[test]
-fn issue_missing_description() {
+fn issue_an_archive_without_description_is_refused() {
     let bench = Bench::new();
     bench.pack("unit.fmu", &[("readme.txt", b"hello")]);
     bench.scenario(&ring());
@@ -95,7 +95,7 @@ fn issue_missing_description() {
 }
 
 #[test]
-fn issue_document_type_declaration() {
+fn issue_a_document_type_declaration_is_refused() {
     let bench = Bench::new();
     let bomb = "<!DOCTYPE x [<!ENTITY a \"b\">]><fmiModelDescription/>";
     bench.pack("unit.fmu", &[("modelDescription.xml", bomb.as_bytes())]);
@@ -104,7 +104,7 @@ fn issue_document_type_declaration() {
 }
 
 #[test]
-fn issue_other_versions_and_kinds_of_units() {
+fn issue_other_versions_and_broken_descriptions_are_refused_with_the_reason() {
     let bench = Bench::new();
     bench.scenario(&ring());
     for (old, new, text) in [
@@ -123,7 +123,7 @@ fn issue_other_versions_and_kinds_of_units() {
 }
 
 #[test]
-fn issue_wrong_guid() {
+fn issue_a_guid_that_the_binary_refuses_is_named() {
     let bench = Bench::new();
     bench.unit("unit.fmu", DESCRIPTION, &["-DGUID=\"another\""]);
     bench.scenario(&ring());
@@ -134,7 +134,7 @@ fn issue_wrong_guid() {
 }
 
 #[test]
-fn issue_binary_missing_or_wrong() {
+fn issue_a_missing_or_foreign_binary_is_named() {
     let bench = Bench::new();
     bench.scenario(&ring());
     let text = DESCRIPTION.as_bytes();
@@ -157,7 +157,7 @@ fn issue_binary_missing_or_wrong() {
 }
 
 #[test]
-fn issue_names_in_connections() {
+fn issue_unknown_names_in_connections_get_a_suggestion() {
     let bench = Bench::new();
     let connect = |from: &str, to: &str| {
         let mut scenario = ring();
@@ -181,7 +181,7 @@ fn issue_names_in_connections() {
 }
 
 #[test]
-fn issue_causality_type_and_double_sources() {
+fn issue_connections_of_wrong_causality_or_type_or_with_two_sources_are_refused() {
     let bench = Bench::new();
     let connect = |pairs: &[(&str, &str)]| {
         let mut scenario = ring();
@@ -198,7 +198,7 @@ fn issue_causality_type_and_double_sources() {
 }
 
 #[test]
-fn issue_units_of_measurement_that_do_not_fit() {
+fn issue_connections_between_different_dimensions_are_refused() {
     let bench = Bench::new();
     bench.unit("unit.fmu", &DESCRIPTION.replacen("unit=\"m\"", "unit=\"s\"", 1), &[]);
     bench.scenario(&ring());
@@ -213,7 +213,7 @@ fn issue_units_of_measurement_that_do_not_fit() {
 }
 
 #[test]
-fn issue_unconnected_input_without_start() {
+fn issue_an_unconnected_input_without_start_is_named() {
     let bench = Bench::new();
     bench.unit("unit.fmu", &DESCRIPTION.replacen("start=\"0\" unit", "unit", 1), &[]);
     let mut scenario = ring();
@@ -224,7 +224,7 @@ fn issue_unconnected_input_without_start() {
 }
 
 #[test]
-fn issue_values_that_do_not_fit() {
+fn issue_values_of_wrong_type_range_or_name_are_refused() {
     let bench = Bench::new();
     bench.scenario(&ring());
     for (set, text) in [
@@ -245,7 +245,7 @@ fn issue_values_that_do_not_fit() {
 }
 
 #[test]
-fn issue_step_that_does_not_divide() {
+fn issue_steps_and_intervals_that_do_not_divide_the_run_are_refused() {
     let bench = Bench::new();
     bench.scenario(&ring());
     bench
@@ -285,7 +285,7 @@ fn issue_results_folder_that_cannot_be_written() {
 }
 
 #[test]
-fn issue_bad_usage() {
+fn issue_bad_usage_ends_with_status_2() {
     let bench = Bench::new();
     bench.maglev(&["fly"]).fails(2, &["unrecognized subcommand"]);
     bench.maglev(&["inspect", "missing.fmu"]).fails(2, &["missing.fmu", "No such file"]);
@@ -315,7 +315,7 @@ fn issue_faults_while_stepping_end_the_run_and_keep_its_results() {
 }
 
 #[test]
-fn issue_failure_while_initializing() {
+fn issue_a_failure_while_initializing_names_unit_and_call() {
     let bench = Bench::new();
     bench.scenario(&ring());
     bench.run(&["--set", "b.fault=7"]).fails(
@@ -325,7 +325,7 @@ fn issue_failure_while_initializing() {
 }
 
 #[test]
-fn issue_warnings_go_on_and_pending_is_polled() {
+fn issue_warnings_do_not_end_a_run_and_pending_steps_are_polled() {
     let bench = Bench::new();
     bench.scenario(&ring());
     let ran = bench.run(&["--set", "a.fault=2", "--set", "a.fail_time=0.5"]);

@@ -331,7 +331,7 @@ fn issue_a_disk_full_at_the_start_is_told_before_the_units_run() {
 
 /// A folder that is moved away under a run.
 #[test]
-fn issue_a_vanished_folder_is_told() {
+fn issue_a_results_folder_that_is_moved_away_is_reported() {
     let bench = bench(1e-3);
     let order = ["run", "scenario.json", "--out", "out", "--real-time", "1"];
     let child = bench.start(&[&order[..], &["--checkpoint-every", "0.01"]].concat());

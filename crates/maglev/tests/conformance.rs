@@ -222,7 +222,7 @@ fn issue_the_suite_survives_the_unit() {
 
 /// What the command says about itself and about wrong use.
 #[test]
-fn issue_validate_dynamic_is_told_how() {
+fn issue_validate_dynamic_refuses_bad_usage_with_help() {
     let bench = Bench::new();
     pack(&bench, "sound.fmu", "SOUND");
     bench.maglev(&["validate", "--dynamic", "nothing.fmu"]).fails(2, &["nothing.fmu"]);

@@ -234,7 +234,7 @@ fn issue_a_description_belongs_to_its_resources() {
 
 /// Exit status 2 for what is no file, and readable output by default.
 #[test]
-fn issue_validate_says_what_it_did() {
+fn issue_validate_reports_counts_and_refuses_what_it_cannot_read() {
     let bench = Bench::new();
     bench.maglev(&["validate", "nothing.fmu"]).fails(2, &["nothing.fmu", "cannot be read"]);
     bench.maglev(&["validate", "."]).fails(2, &["directory"]);

@@ -195,7 +195,7 @@ fn golden_calls_before_the_first_step_of_a_unit_with_states() {
 /// fmi2Error or fmi2Warning and are dead or deaf afterwards: they are run as their makers meant. A line
 /// passes exactly: rounding of 30 operations of size 1.
 #[test]
-fn issue_units_that_break_when_tried_run_well() {
+fn issue_units_that_crash_when_probed_run_with_the_right_result() {
     let all = [CAN, STATES, DIRECTIONAL, OUTPUTS];
     for defines in [
         &["-DEMPTY=3", "-DORDER2=0", "-DDEAD=3"][..],
@@ -364,7 +364,7 @@ fn invariant_a_resumed_run_holds_the_inputs_as_before() {
 /// continued, all units are started again without, and the result is right. A line feeds b, and b.y
 /// (b.z in the loop) the unit d.
 #[test]
-fn issue_broken_promises_cost_a_second_start() {
+fn issue_units_that_die_of_a_declared_capability_are_started_again_without_it() {
     let cases: [(&str, &str, &str); 3] = [
         (OUTPUTS, "-DOUTPUT_DERIVATIVES=3", "fmi2GetRealOutputDerivatives"),
         (STATES, "-DSTATES=3", "fmi2GetFMUstate"),
@@ -463,7 +463,7 @@ fn invariant_directional_derivatives_are_asked_for_only_where_needed() {
 /// A unit that breaks on the way, answers every step with fmi2Warning and stands still. If it said that
 /// it has terminated, the run fails; else all can read that it may have stopped computing.
 #[test]
-fn issue_a_unit_that_goes_on_in_name_only_is_no_finished_run() {
+fn issue_a_unit_that_terminated_but_returns_warnings_fails_the_run() {
     let mut scenario = line();
     scenario["experiment"]["stop"] = json!(2.0);
     scenario["record"]["signals"] = json!(["b.y", "b.u"]);

@@ -127,19 +127,19 @@ fn statuses(isolation: &[&str]) {
 }
 
 #[test]
-fn issue_every_status_in_every_call() {
+fn issue_every_status_in_every_call_ends_the_run_as_documented() {
     statuses(&[]);
 }
 
 #[test]
-fn issue_every_status_in_every_call_of_an_isolated_unit() {
+fn issue_every_status_in_every_call_of_an_isolated_fmu_ends_the_run_as_documented() {
     statuses(&["--isolate"]);
 }
 
 /// Crash, abort, exit and endless loop in every call of an isolated unit: the run names unit, call,
 /// time and signal, and its results are complete.
 #[test]
-fn issue_what_no_status_tells_is_caught_in_a_process_of_its_own() {
+fn issue_crashes_exits_and_hangs_are_caught_in_a_worker_process() {
     let mut scenario = scenario();
     scenario["isolation"] = json!({ "all": true, "step_timeout": 0.5, "call_timeout": 0.5 });
     let bench = bench(&scenario);
@@ -225,7 +225,7 @@ fn issue_other_units_are_terminated_and_freed() {
 
 /// A unit that asks to end does so in order: the run is no failure.
 #[test]
-fn issue_a_unit_may_end_the_simulation() {
+fn issue_a_unit_that_reports_terminated_ends_the_run_with_success() {
     let bench = bench(&scenario());
     for isolation in [&[][..], &["--isolate"]] {
         let ran = bench.hostile("b fmi2DoStep ended 0.35", isolation);
@@ -269,7 +269,7 @@ fn analytic_discarded_steps_are_made_in_parts() {
 
 /// Where steps cannot be made in parts, the report says what would help.
 #[test]
-fn issue_discarded_steps_without_a_way_out() {
+fn issue_a_discarded_step_that_cannot_be_made_in_parts_names_what_would_help() {
     let mut scenario = scenario();
     scenario["algorithm"] = json!({ "on_discard": "fail" });
     let bench = bench(&scenario);
@@ -306,7 +306,7 @@ fn issue_a_huge_allocation_is_refused() {
 
 /// Limits without an isolated instance would be no limits.
 #[test]
-fn issue_time_limits_need_isolation() {
+fn issue_a_time_limit_without_an_isolated_instance_is_refused() {
     let bench = bench(&scenario());
     bench.run(&["--step-timeout", "1"]).fails(2, &["no instance is isolated", "add --isolate"]);
     bench.run(&["--isolate", "--step-timeout", "0"]).fails(2, &["isolation.step_timeout"]);
@@ -318,7 +318,7 @@ fn issue_time_limits_need_isolation() {
 
 /// In this process nothing can be saved, but the last words name unit, call and time.
 #[test]
-fn issue_a_crash_in_this_process_has_last_words() {
+fn issue_a_crash_in_the_masters_process_names_unit_call_and_time() {
     let bench = bench(&scenario());
     for (call, word, signal, text) in [
         ("fmi2DoStep", "null", Some(11), "crashed: signal 11 (SIGSEGV) in fmi2DoStep at 0.4 s"),

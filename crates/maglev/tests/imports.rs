@@ -260,7 +260,7 @@ fn issue_undefined_units_connect_on_demand() {
 
 /// A unit of measurement without a name is none, unless it is defined; then it is one as any.
 #[test]
-fn issue_a_unit_of_measurement_without_a_name() {
+fn issue_an_empty_unit_attribute_means_no_unit_of_measure() {
     let bench = Bench::new();
     bench.scenario(&ring());
     bench.unit("unit.fmu", &changed("unit=\"m\"", "unit=\"\""), &[]);
@@ -362,7 +362,7 @@ fn issue_units_that_need_a_tool_name_it() {
 /// A unit of fixed step is noted only where its step does not fit. The standard does not forbid that
 /// step, so that a strict run does not refuse it.
 #[test]
-fn issue_units_that_cannot_vary_their_step() {
+fn issue_a_step_that_does_not_suit_a_unit_of_fixed_step_is_noted() {
     let bench = Bench::new();
     bench.scenario(&ring());
     let fixed = changed(" canHandleVariableCommunicationStepSize=\"true\"", "")

@@ -168,7 +168,7 @@ fn analytic_what_is_fed_through_late_jumps() {
 /// Outputs that are what they were in initialization mode, and late ones that nobody feeds through,
 /// need no note.
 #[test]
-fn issue_no_note_without_need() {
+fn issue_no_note_on_late_outputs_that_nobody_feeds_through() {
     let bench = pair(DESCRIPTION);
     bench.scenario(&scenario("a", &[["y", "u"], ["m", "n"]]));
     let ran = bench.run(&["--no-report"]);

@@ -67,7 +67,7 @@ fn issue_foreign_environments_are_never_followed_and_every_message_arrives() {
 /// A worker has one instance, whose every message is.
 #[test]
 #[cfg(target_os = "linux")]
-fn issue_foreign_environments_in_workers() {
+fn issue_messages_with_a_foreign_environment_arrive_from_workers() {
     let bench = chatty(&[]);
     bench.run(&["--isolate"]).succeeds();
     let found = messages(&bench);

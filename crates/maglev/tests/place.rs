@@ -13,7 +13,7 @@ use support::{Bench, ring, with_states};
 /// A unit leaves the working directory while it is made, or while it steps: all files are where they
 /// were asked for.
 #[test]
-fn issue_a_unit_that_changes_the_working_directory() {
+fn issue_paths_stay_valid_if_a_unit_changes_the_working_directory() {
     for call in ["fmi2Instantiate", "fmi2DoStep", "fmi2Terminate"] {
         let bench = Bench::new();
         bench.unit("unit.fmu", &with_states(), &["-DHOSTILE"]);
@@ -45,7 +45,7 @@ fn issue_a_unit_that_changes_the_working_directory() {
 
 /// A run that fails after the change keeps its results, and goes on from its checkpoint.
 #[test]
-fn issue_a_changed_working_directory_and_a_failed_run() {
+fn issue_a_failed_run_resumes_after_a_unit_changed_the_working_directory() {
     let bench = Bench::new();
     bench.unit("unit.fmu", &with_states(), &["-DHOSTILE"]);
     bench.scenario(&ring());
@@ -63,7 +63,7 @@ fn issue_a_changed_working_directory_and_a_failed_run() {
 /// A folder for temporary files that allows no execution is named. Where this test may not mount one,
 /// library.rs still tests what the loader's complaint is taken for.
 #[test]
-fn issue_a_temporary_folder_that_allows_no_execution() {
+fn issue_a_temporary_folder_without_execution_is_named_with_help() {
     let bench = Bench::new();
     bench.scenario(&ring());
     let folder = bench.path("no exec");

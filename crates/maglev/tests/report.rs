@@ -74,7 +74,7 @@ fn issue_a_run_ends_with_its_report() {
 }
 
 #[test]
-fn issue_reports_of_folders() {
+fn issue_reports_are_equal_byte_for_byte_and_take_several_folders() {
     let bench = Bench::new();
     bench.scenario(&row());
     bench.run(&[]).succeeds();

@@ -90,7 +90,7 @@ fn analytic_millimetres_become_metres() {
 }
 
 #[test]
-fn issue_all_types_are_carried() {
+fn issue_values_of_all_types_pass_through_connections() {
     let bench = Bench::new();
     let mut scenario = ring();
     scenario["connections"] = json!([
@@ -130,7 +130,7 @@ fn invariant_two_runs_give_identical_bytes() {
 }
 
 #[test]
-fn issue_arrays_decimation_and_statistics() {
+fn issue_patterns_connect_rows_and_statistics_take_every_step() {
     let bench = Bench::new();
     bench.scenario(&json!({
         "units": { "unit": "unit.fmu" },
@@ -171,7 +171,7 @@ fn issue_arrays_decimation_and_statistics() {
 
 /// One library, one instance each: copies are loaded where the unit asks for it.
 #[test]
-fn issue_units_that_allow_one_instance_per_process() {
+fn issue_units_that_allow_one_instance_per_process_run_side_by_side() {
     let bench = Bench::new();
     let once = "canBeInstantiatedOnlyOncePerProcess=\"true\" canInter";
     bench.unit("unit.fmu", &DESCRIPTION.replace("canInter", once), &[]);
@@ -223,7 +223,7 @@ fn issue_inspect_shows_what_the_unit_offers() {
 }
 
 #[test]
-fn issue_schema_is_printed() {
+fn golden_the_printed_schema_is_the_committed_one() {
     let bench = Bench::new();
     let ran = bench.maglev(&["schema"]);
     ran.succeeds();

@@ -161,7 +161,7 @@ fn invariant_iterations_do_not_disturb_a_slow_unit() {
 
 /// A state saved anywhere, also between the points of a slow unit, goes on to the same bits.
 #[test]
-fn issue_checkpoints_between_the_points_of_a_slow_unit() {
+fn issue_a_checkpoint_between_the_steps_of_a_slow_unit_continues_to_the_same_bytes() {
     let bench = Bench::new();
     bench.unit("unit.fmu", &with_states(), &[]);
     bench.unit("slow.fmu", &with_states(), &[]);

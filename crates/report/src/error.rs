@@ -10,7 +10,7 @@ pub enum ReportError {
     /// The folder is not there, or nothing in it is a result.
     #[error("{folder} is no folder with results: it has neither summary.json nor a table")]
     NoResults {
-        /// Which folder.
+        /// Folder that was given as results.
         folder: PathBuf,
     },
     /// The folder has files of several runs.
@@ -18,7 +18,7 @@ pub enum ReportError {
         "the files in {folder} are not of one run: {file} {found}, and run-files.json is of run {run}"
     )]
     Mixed {
-        /// Which folder.
+        /// Folder that was given as results.
         folder: PathBuf,
         /// The file that does not fit.
         file: String,
@@ -30,16 +30,16 @@ pub enum ReportError {
     /// A file of the results cannot be read.
     #[error("{path} cannot be read")]
     Read {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
     /// A JSON file is not what it should be.
     #[error("{path} is not as a run writes it: {message}")]
     Json {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// What is wrong, with line and column.
         message: String,
@@ -47,46 +47,46 @@ pub enum ReportError {
     /// The table is not as a run writes it.
     #[error("{path} is not as a run writes it: row {row}, column {column}: {message}")]
     Table {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// Row, the header is 1.
         row: usize,
-        /// Name of the column.
+        /// Header of the column, the name of a signal.
         column: String,
-        /// What is wrong.
+        /// What is wrong with the file, in words.
         message: String,
     },
     /// results.parquet cannot be read.
     #[error("{path} cannot be read")]
     Parquet {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// What the Parquet library reported.
         #[source]
         source: parquet::errors::ParquetError,
     },
     /// A unit's file is not as it should be.
     #[error("the unit {path} cannot be used for the report: {message}")]
     Unit {
-        /// Which .fmu file.
+        /// Path of the .fmu file.
         path: PathBuf,
-        /// What is wrong.
+        /// What is wrong with the file, in words.
         message: String,
     },
     /// A figure cannot be drawn.
     #[error("the figure {name} cannot be drawn: {message}")]
     Picture {
-        /// Its name.
+        /// File name of the picture.
         name: String,
-        /// Why.
+        /// What the drawing library reported.
         message: String,
     },
     /// The report cannot be written.
     #[error("the report cannot be written to {path}")]
     Write {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },

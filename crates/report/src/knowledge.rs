@@ -34,7 +34,7 @@ pub fn role(signal: &str) -> Option<Role> {
 /// A number at the top of the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// What it is.
+    /// Text beside the number.
     pub label: &'static str,
     /// In the unit's SI base.
     pub value: f64,
@@ -120,7 +120,7 @@ fn moment(signal: &str, time: f64) -> String {
 /// What the guideway's parameters say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Guideway {
-    /// Name of the instance.
+    /// The instance, by its name in the scenario.
     pub instance: String,
     /// Modes of an empty girder: frequency f·√(stiffness/mass) (Hz) and damping ratio.
     pub modes: Vec<GirderMode>,
@@ -212,7 +212,7 @@ mod tests {
     /// Without the middle the quarter point is no "largest deflection" by that name: the figure says what it
     /// is, and that the middle is not there. Where both are recorded, the quarter is shown if it is larger.
     #[test]
-    fn issue_12_a_deflection_says_of_which_place_it_is() {
+    fn issue_a_deflection_names_its_place() {
         let folder = tempfile::tempdir().unwrap();
         let shown = |middle: Option<f64>, quarter: Option<f64>| {
             let signal = |row: &str, min: f64| {

@@ -49,7 +49,7 @@ pub struct OperatingPoint {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Apart {
-    /// Name of the instance.
+    /// The instance, by its name in the scenario.
     pub instance: String,
     /// Number of its states.
     pub of: usize,

@@ -93,7 +93,7 @@ mod tests {
 
     /// A name changed here or in a unit's table would silence a figure or a part of the 3D view.
     #[test]
-    fn issue_12_names_are_those_of_the_units() {
+    fn issue_signal_names_are_those_of_the_units() {
         assert_known("vehicle", "output", &of_row(&[GAP, POSITION, LATERAL_OFFSET], 64));
         let observed = [VERTICAL_DISPLACEMENT, LATERAL_DISPLACEMENT, ROLL, PITCH, YAW];
         let of_cars = ["car_1", "car_2"];
@@ -123,7 +123,7 @@ mod tests {
     /// A wrong name is found out, otherwise the test above proved nothing.
     #[test]
     #[should_panic(expected = "guideway has no output middle_displacement_01")]
-    fn issue_12_a_name_that_no_unit_has_is_found() {
+    fn issue_a_signal_name_that_no_unit_has_is_found() {
         assert_known("guideway", "output", &of_row(&["middle_displacement"], 1));
     }
 

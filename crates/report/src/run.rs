@@ -16,7 +16,7 @@ use crate::table::Table;
 /// A folder with the results of one run.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// The folder.
+    /// Results folder that the run was read from.
     pub folder: PathBuf,
     /// What summary.json says, as far as the report computes with it.
     pub summary: Summary,
@@ -34,9 +34,9 @@ pub struct Run {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
 pub struct Summary {
-    /// Name of the scenario.
+    /// The scenario's file name without ending.
     pub scenario: String,
-    /// Its title.
+    /// `title` of the scenario, empty if it has none.
     pub title: String,
     /// How the run ended; empty for a run without an end.
     pub status: String,
@@ -80,7 +80,7 @@ fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
 pub struct UnitSummary {
-    /// Its fingerprint.
+    /// GUID of the description, to recognise another build.
     pub guid: String,
 }
 

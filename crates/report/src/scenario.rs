@@ -125,7 +125,7 @@ impl Scenario {
 /// One instance of a unit.
 #[derive(Debug, Clone)]
 pub struct Instance<'a> {
-    /// Its name.
+    /// Name of the instance in the scenario.
     pub name: String,
     /// The unit's .fmu file.
     pub path: PathBuf,

@@ -73,7 +73,7 @@ impl<'a> Unit<'a> {
         known.map(|it| it.value.clone()).or_else(|| self.instance.value(name).cloned())
     }
 
-    /// Name of the instance.
+    /// The name that was passed to `fmi2Instantiate`.
     pub(crate) fn name(&self) -> &str {
         &self.instance.name
     }

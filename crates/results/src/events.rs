@@ -69,7 +69,7 @@ pub struct Event {
     pub kind: EventKind,
     /// The instance that it concerns; empty: the run.
     pub instance: String,
-    /// In words.
+    /// Description for readers, one line.
     pub text: String,
 }
 

@@ -13,7 +13,7 @@ use crate::spool::Pen;
 /// How far a growing file has got.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Position {
-    /// Its length.
+    /// Length of the file in bytes.
     pub bytes: u64,
     /// Whole records in it, the header not counted.
     pub records: u64,

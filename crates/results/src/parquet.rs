@@ -39,7 +39,7 @@ pub enum ParquetError {
     /// A field that is no number.
     #[error("results.csv: \"{field}\" in row {row} is no number")]
     Number {
-        /// The field.
+        /// Text of the field that should be a number.
         field: String,
         /// Its row, from 1.
         row: u64,

@@ -50,7 +50,7 @@ impl std::str::FromStr for AlgorithmName {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Algorithm {
-    /// Which algorithm.
+    /// The coupling algorithm.
     pub name: AlgorithmName,
     /// Degree of the polynomials that inputs are extrapolated with: 0 holds them. Left out: 2, and 0 in
     /// loops of direct feed-through that the algorithm does not solve.
@@ -171,7 +171,7 @@ pub enum OnDiscard {
 pub struct Group {
     /// Instance names, patterns allowed.
     pub instances: Vec<String>,
-    /// Which algorithm.
+    /// The coupling algorithm.
     pub name: AlgorithmName,
     /// If it iterates.
     #[serde(default)]

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::json::Step;
 
-/// Name of the member.
+/// Key of remarks, which every object may have.
 pub(crate) const COMMENT: &str = "$comment";
 
 /// Takes all comments out of a value; on an error, where a comment is that is no text.

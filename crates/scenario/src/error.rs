@@ -13,16 +13,16 @@ pub enum ScenarioError {
     /// The file cannot be read.
     #[error("the scenario {path} cannot be read")]
     Read {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
     /// The text is no JSON.
     #[error("{path} is not JSON: {message}")]
     NotJson {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// What is wrong, with line and column.
         message: String,
@@ -30,7 +30,7 @@ pub enum ScenarioError {
     /// The JSON is not what a scenario should be.
     #[error("{path}: at {at}: {message}")]
     Json {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// JSON path.
         at: String,
@@ -44,7 +44,7 @@ pub enum ScenarioError {
         path: PathBuf,
         /// The other.
         base: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
@@ -65,7 +65,7 @@ pub enum ScenarioError {
     Suggestions {
         /// Key in `units`.
         name: String,
-        /// Why.
+        /// What is wrong with the .fmu file.
         #[source]
         source: PackageError,
     },
@@ -118,11 +118,11 @@ pub enum ScenarioError {
     /// An instance cannot step in every so many communication steps.
     #[error("instances.{instance}.every is {every}: {why}")]
     Every {
-        /// Its name.
+        /// The instance, by its key in `instances`.
         instance: String,
         /// Communication steps per step.
         every: u32,
-        /// What is wrong with it.
+        /// Why this number of steps is not possible, in words.
         why: String,
     },
     /// A setting is outside of its range.
@@ -130,7 +130,7 @@ pub enum ScenarioError {
     Range {
         /// JSON path of the setting.
         what: String,
-        /// Its value.
+        /// The setting's value as given.
         value: String,
         /// What is allowed.
         range: &'static str,

@@ -15,7 +15,7 @@ pub enum LogLevel {
     /// The first of each instance that is worse than fmi2OK.
     #[default]
     Warning,
-    /// All.
+    /// All messages that FMUs log.
     Info,
     /// All, and debug messages are on (loggingOn) for instances that do not say otherwise.
     Debug,

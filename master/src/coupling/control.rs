@@ -69,7 +69,7 @@ impl Control {
         }
     }
 
-    /// How it fares.
+    /// Counts and extremes of the step control so far.
     #[must_use]
     pub fn report(&self) -> &ControlReport {
         &self.report

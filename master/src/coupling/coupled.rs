@@ -14,7 +14,7 @@ use scenario::algorithm::{AlgorithmName, IterationSettings};
 /// Units that one algorithm steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// The algorithm.
+    /// Algorithm that steps the members.
     pub name: AlgorithmName,
     /// Settings, if it iterates.
     pub iteration: IterationSettings,

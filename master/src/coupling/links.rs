@@ -140,7 +140,7 @@ pub type WholeOutput = (usize, usize, Whole);
 pub struct WholeLink {
     /// Which of the unit's Real inputs.
     pub input: usize,
-    /// The output.
+    /// Source of the value, an output of another FMU.
     pub from: WholeOutput,
     /// Input = factor · output + offset.
     pub factor: f64,
@@ -151,7 +151,7 @@ pub struct WholeLink {
 /// The source of an Integer or Enumeration input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntegerLink {
-    /// The output.
+    /// Source of the value, an output of another FMU.
     pub from: WholeOutput,
     /// Values of an Enumeration's items, from source to target, sorted; without it as they are.
     pub items: Option<Arc<[(i32, i32)]>>,

@@ -46,9 +46,9 @@ pub enum ModesError {
     /// A unit does not report its linearisation.
     #[error("{instance} does not tell its linearisation, which the modes are made of")]
     Silent {
-        /// Which instance.
+        /// The instance, by its name in the scenario.
         instance: String,
-        /// Why.
+        /// The call that failed, and its status.
         #[source]
         source: UnitError,
     },
@@ -57,31 +57,31 @@ pub enum ModesError {
         "{instance} does not step in every communication step (\"every\"): modes are of equal steps"
     )]
     Slow {
-        /// Which instance.
+        /// The instance, by its name in the scenario.
         instance: String,
     },
     /// A report cannot be used.
     #[error("the linearisation that {instance} reports cannot be used: {message}")]
     Report {
-        /// Which instance.
+        /// The instance, by its name in the scenario.
         instance: String,
-        /// What is wrong.
+        /// What is wrong with the linearisation, in words.
         message: String,
     },
     /// A connected output is not in the report.
     #[error("the linearisation that {instance} reports leaves out its connected output {output}")]
     Missing {
-        /// Which instance.
+        /// The instance, by its name in the scenario.
         instance: String,
-        /// Which output.
+        /// Connected output that the report lacks.
         output: String,
     },
     /// A unit does not return its inputs.
     #[error("cannot read the inputs of {instance} at the point of linearisation")]
     Inputs {
-        /// Which instance.
+        /// The instance, by its name in the scenario.
         instance: String,
-        /// Why.
+        /// The call that failed, and its status.
         #[source]
         source: UnitError,
     },

@@ -20,7 +20,7 @@ pub struct OperatingPoint {
 pub struct Family {
     /// Their name with `#` for the number.
     pub name: String,
-    /// How many.
+    /// Number of inputs in this family.
     pub count: usize,
     /// The smallest value of them.
     pub min: f64,

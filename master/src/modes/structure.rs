@@ -18,7 +18,7 @@ const NOTHING: f64 = 1e-13;
 /// A unit with states that are in no loop with another unit's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Apart {
-    /// Which instance.
+    /// The instance, by its name in the scenario.
     pub instance: String,
     /// Number of its states.
     pub of: usize,
@@ -108,7 +108,7 @@ mod tests {
     /// Two oscillators: coupled by springs both are in every mode; with one direction only, or with an
     /// entry at the level of rounding, the modes are those of each alone.
     #[test]
-    fn issue_12_units_without_a_loop_between_them_are_apart() {
+    fn issue_units_without_a_loop_between_them_are_not_coupled() {
         let units = [unit(2), unit(2)];
         let names = [named("a", &["x", "v"]), named("b", &["x", "v"])];
         let system = |ab: f64, ba: f64| {
@@ -132,7 +132,7 @@ mod tests {
 
     /// A third oscillator inside of b that a does not reach is named, the rest of b takes part.
     #[test]
-    fn issue_12_states_that_nothing_reaches_are_named() {
+    fn issue_states_that_no_other_unit_reaches_are_named() {
         let units = [unit(1), unit(2)];
         let names = [named("a", &["x"]), named("b", &["near", "far"])];
         let rows = [[-1.0, 0.5, 0.0], [0.5, -1.0, 0.0], [0.0, 0.0, 1.0]];

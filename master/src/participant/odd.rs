@@ -8,7 +8,7 @@ use fmi2_import::logger;
 /// The first value of a recorded variable that is NaN or infinite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OddValue {
-    /// Name of the variable.
+    /// Variable whose value is not finite.
     pub variable: String,
     /// NaN, inf or -inf.
     pub value: f64,

@@ -39,7 +39,7 @@ impl Setup {
         Simulation::start(self)
     }
 
-    /// The scenario.
+    /// The scenario that was checked.
     #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario

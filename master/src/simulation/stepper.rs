@@ -156,7 +156,7 @@ impl Stepper {
         &self.limits
     }
 
-    /// How it went.
+    /// Counts of steps, iterations and limits for the summary.
     pub(super) fn report(&self) -> CouplingSummary {
         CouplingSummary {
             threads: self.crew.threads(),

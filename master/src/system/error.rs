@@ -43,7 +43,7 @@ pub enum SystemError {
     Package {
         /// Key in `units`.
         name: String,
-        /// Why.
+        /// What is wrong with the .fmu file.
         #[source]
         source: PackageError,
     },
@@ -61,7 +61,7 @@ pub enum SystemError {
     Pattern {
         /// JSON path.
         place: String,
-        /// Why.
+        /// What is wrong with the pattern.
         #[source]
         source: PatternError,
     },
@@ -74,7 +74,7 @@ pub enum SystemError {
         place: String,
         /// Kind of thing.
         what: Named,
-        /// The name.
+        /// The name as the scenario writes it.
         name: String,
         /// Where it was looked for.
         within: Option<String>,
@@ -96,18 +96,18 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         port: String,
-        /// The file.
+        /// Path of the .fmu file, as it was given.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
     /// An instance name that cannot be addressed, or occurs twice.
     #[error("instances: the name \"{name}\" {why}")]
     InstanceName {
-        /// The name.
+        /// The name as the scenario writes it.
         name: String,
-        /// What is wrong with it.
+        /// What is wrong with the name, in words.
         why: &'static str,
     },
     /// A connection from something that is no output, or to something that is no input.
@@ -117,9 +117,9 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         port: String,
-        /// What it is.
+        /// The variable's causality.
         causality: Causality,
-        /// What it should be.
+        /// What the place requires, with its article, such as `an input`.
         wanted: &'static str,
     },
     /// Types of a connection differ.
@@ -129,11 +129,11 @@ pub enum SystemError {
         place: String,
         /// Source.
         from: String,
-        /// Its type.
+        /// Data type of the source.
         from_type: Type,
         /// Target.
         to: String,
-        /// Its type.
+        /// Data type of the target.
         to_type: Type,
     },
     /// Units of measurement of a connection do not fit.
@@ -154,7 +154,7 @@ pub enum SystemError {
     DrivenTwice {
         /// JSON path of the second connection.
         place: String,
-        /// The input.
+        /// The input, `instance.variable`.
         to: String,
         /// The source of the first connection.
         first: String,
@@ -166,7 +166,7 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         to: String,
-        /// Its type.
+        /// Data type of the variable.
         kind: Type,
     },
     /// Two Enumerations that have nothing in common.
@@ -179,11 +179,11 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         from: String,
-        /// Its items.
+        /// Names of the source's items, in order of their values.
         from_items: Vec<String>,
         /// `instance.variable`
         to: String,
-        /// Its items.
+        /// Names of the target's items, in order of their values.
         to_items: Vec<String>,
     },
     /// An input with no source and no start value.
@@ -199,7 +199,7 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         port: String,
-        /// The value.
+        /// The value as the scenario or the command line gives it.
         value: String,
         /// The variable's type.
         kind: Type,
@@ -211,7 +211,7 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         port: String,
-        /// The value.
+        /// The value as the scenario or the command line gives it.
         value: String,
         /// Names and values of the items.
         items: Vec<String>,
@@ -223,7 +223,7 @@ pub enum SystemError {
         place: String,
         /// `instance.variable`
         port: String,
-        /// The value.
+        /// The value as the scenario or the command line gives it.
         value: f64,
         /// Smallest value.
         min: f64,
@@ -245,7 +245,7 @@ pub enum SystemError {
     Idle {
         /// JSON path, or the option of the command line.
         place: String,
-        /// The input.
+        /// The input, `instance.variable`.
         port: String,
         /// The output that feeds it.
         from: String,

@@ -34,9 +34,9 @@ pub struct Port {
 /// A checked connection. An input of several takes their sum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
-    /// The output.
+    /// Output that the value comes from.
     pub from: Port,
-    /// The input.
+    /// Input that the value goes to.
     pub to: Port,
     /// What happens to the value on its way.
     pub transfer: Transfer,
@@ -47,9 +47,9 @@ pub struct Link {
 /// An instance to be made.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Its name.
+    /// Name of the instance in the scenario, with its number.
     pub name: String,
-    /// Its unit.
+    /// The FMU that it is an instance of.
     pub package: Arc<Package>,
     /// Whether it runs in a process of its own, if the scenario says so of this instance.
     pub isolate: Option<bool>,

@@ -78,7 +78,7 @@ impl Selection {
         }
     }
 
-    /// Everything.
+    /// A selection of all variables that may be read.
     pub(crate) fn all(bench: &Bench) -> Self {
         Self::of(bench, |_| true)
     }

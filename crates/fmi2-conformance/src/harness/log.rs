@@ -19,7 +19,7 @@ pub(crate) struct Record {
     pub(crate) category: Option<String>,
     /// The text before it was formatted.
     pub(crate) format: Option<String>,
-    /// The text.
+    /// The message after formatting.
     pub(crate) text: String,
 }
 

@@ -26,7 +26,7 @@ pub use runner::{Options, Outcome, Report, child, run};
 
 /// One check.
 pub struct Check {
-    /// Its name.
+    /// Name for `--only` and in findings, such as `step-past-stop`.
     pub id: &'static str,
     /// Section of the FMI 2.0.5 specification.
     pub section: &'static str,
@@ -53,9 +53,9 @@ pub type Verdict = Result<(), Stop>;
 /// A finding of a check, with the calls that lead to it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Observation {
-    /// How grave it is.
+    /// Severity, which decides the exit status.
     pub severity: Severity,
-    /// What was found.
+    /// What the FMU did, and what the standard expects.
     pub message: String,
     /// The last calls, oldest first.
     pub calls: Vec<String>,

@@ -32,14 +32,14 @@ pub struct Options {
 /// What came out of one check.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
-    /// The check.
+    /// Name of the check, as in [`Check::id`].
     pub check: &'static str,
     /// Section of the FMI 2.0.5 specification.
     pub section: &'static str,
     /// Why it was left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skipped: Option<String>,
-    /// What it found.
+    /// Findings, empty if the FMU passes or the check was skipped.
     pub findings: Vec<Observation>,
     /// Wall time (s).
     pub seconds: f64,
@@ -48,7 +48,7 @@ pub struct Outcome {
 /// What came out of all checks.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
-    /// The unit.
+    /// Path of the .fmu file, as it was given.
     pub unit: PathBuf,
     /// One entry for each check.
     pub checks: Vec<Outcome>,

@@ -27,7 +27,7 @@ pub struct Table {
 /// Inputs, and the outputs that a unit must give for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Experiment {
-    /// Its name.
+    /// Name of the experiment, as FMI-LS-REF has it.
     pub name: String,
     /// First time (s).
     pub start: f64,

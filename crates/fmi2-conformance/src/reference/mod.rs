@@ -26,21 +26,21 @@ pub enum ReferenceError {
     /// A file cannot be read.
     #[error("{file}: {message}")]
     File {
-        /// The file.
+        /// Name of the reference file.
         file: String,
-        /// What is wrong with it.
+        /// What is wrong with the file, in words.
         message: String,
     },
     /// The unit carries no reference results.
     #[error("unit {unit} carries no reference results (no experiment in {})", files::FOLDER)]
     None {
-        /// The unit.
+        /// Path of the .fmu file, as it was given.
         unit: String,
     },
     /// A column that is no Real variable of the unit.
     #[error("the unit has no Real variable {variable}, which a reference file names")]
     Unknown {
-        /// Name of the column.
+        /// Column that names no variable of the FMU.
         variable: String,
     },
     /// Times that do not fit.
@@ -49,7 +49,7 @@ pub enum ReferenceError {
     /// The unit's binary.
     #[error("the unit cannot be loaded")]
     Library(#[from] LibraryError),
-    /// The unit.
+    /// The FMU failed while it repeated the experiment.
     #[error("the unit fails")]
     Unit(#[from] UnitError),
 }
@@ -72,7 +72,7 @@ impl ReferenceError {
 /// How far a signal is from its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deviation {
-    /// Name of the output.
+    /// Name of the compared output.
     pub signal: String,
     /// Largest difference, as a part of the reference's largest absolute value.
     pub relative: f64,

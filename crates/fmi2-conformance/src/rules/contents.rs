@@ -18,9 +18,9 @@ use fmi2_import::archive::{self, Archive, ArchiveError, MAX_DESCRIPTION_SIZE, MA
 #[derive(Debug, Error)]
 #[error("{path} cannot be read")]
 pub struct Unreadable {
-    /// The file.
+    /// Path of the .fmu file, as it was given.
     pub path: PathBuf,
-    /// Why.
+    /// What the operating system reported.
     #[source]
     pub source: io::Error,
 }

@@ -31,13 +31,13 @@ use fmi2_import::xml::Plain as _;
 
 /// One check.
 pub struct Rule {
-    /// Its name.
+    /// Name in findings and in the table of rules, such as `alias-start`.
     pub id: &'static str,
     /// Section of the FMI 2.0.5 specification.
     pub section: &'static str,
     /// How grave a violation is.
     pub severity: Severity,
-    /// What it demands.
+    /// What the rule demands, one line of the table of rules.
     pub demand: &'static str,
     /// One message per violation.
     pub check: fn(&Subject) -> Vec<String>,
@@ -45,7 +45,7 @@ pub struct Rule {
 
 /// What the rules look at.
 pub struct Subject<'a> {
-    /// The archive.
+    /// The raw archive: also entries that cannot be unpacked.
     pub contents: &'a Contents,
     /// modelDescription.xml, if it is well-formed XML without a DTD.
     pub document: Option<&'a Document<'a>>,

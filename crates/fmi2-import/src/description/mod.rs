@@ -42,7 +42,7 @@ impl std::fmt::Display for Severity {
 pub struct Finding {
     /// Name of the rule that made it.
     pub rule: &'static str,
-    /// How grave it is.
+    /// How much a violation matters to importers.
     pub severity: Severity,
     /// What was found, and where.
     pub message: String,
@@ -160,7 +160,7 @@ pub struct Variable {
     pub initial: Option<Initial>,
     /// Start value.
     pub start: Option<Value>,
-    /// Name of its unit.
+    /// Unit of measure, by its name in `UnitDefinitions`.
     pub unit: Option<String>,
     /// Name of the unit that people like to see.
     pub display_unit: Option<String>,
@@ -174,7 +174,7 @@ pub struct Variable {
     pub description: Option<String>,
     /// Whether it is a difference: an offset of its unit does not count.
     pub relative_quantity: bool,
-    /// Name of its type.
+    /// Declared type, by its name in `TypeDefinitions`.
     pub declared_type: Option<String>,
     /// Index of the variable whose derivative it is, counted from 0.
     pub derivative_of: Option<usize>,
@@ -238,7 +238,7 @@ pub struct Derivatives {
 /// A type whose values have names.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Enumeration {
-    /// Its name.
+    /// Name of the declared type.
     pub name: String,
     /// Name and value of its items.
     pub items: Vec<(String, i32)>,
@@ -264,7 +264,7 @@ pub struct DefaultExperiment {
 pub struct Description {
     /// `2.0`
     pub fmi_version: String,
-    /// Name of the model.
+    /// `modelName`, as the modelling tool shows it.
     pub model_name: String,
     /// Fingerprint that the binary must confirm.
     pub guid: String,
@@ -272,15 +272,15 @@ pub struct Description {
     pub description: Option<String>,
     /// Who made it.
     pub author: Option<String>,
-    /// Its version.
+    /// Version of the model, free text.
     pub version: Option<String>,
-    /// Its copyright.
+    /// Copyright notice, free text.
     pub copyright: Option<String>,
-    /// Its licence.
+    /// Licence, free text.
     pub license: Option<String>,
     /// What exported it.
     pub generation_tool: Option<String>,
-    /// When.
+    /// Time of export, as `xs:dateTime`.
     pub generation_date_and_time: Option<String>,
     /// `flat` or `structured`.
     pub variable_naming_convention: String,

@@ -39,7 +39,7 @@ impl BaseUnit {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct UnitDefinition {
-    /// Its name.
+    /// Name of the unit of measure, unique in the description.
     pub name: String,
     /// What it is in base units; without it only units of the same name fit.
     pub base: Option<BaseUnit>,
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_dimensions_must_agree() {
+    fn issue_conversion_between_units_of_different_dimension_is_refused() {
         let (m, s) =
             (unit([0, 1, 0, 0, 0, 0, 0, 0], 1.0, 0.0), unit([0, 0, 1, 0, 0, 0, 0, 0], 1.0, 0.0));
         let error = Conversion::between(("m", Some(&m)), ("s", Some(&s))).unwrap_err();

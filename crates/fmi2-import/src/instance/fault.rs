@@ -55,9 +55,9 @@ pub enum UnitFault {
     /// `fmi2Instantiate` returned nothing.
     #[error("unit {instance} refused to be instantiated{}", said(messages))]
     Refused {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// A call ended with Error, Fatal or an unknown status.
@@ -66,7 +66,7 @@ pub enum UnitFault {
         at(*time), about(variables), said(messages)
     )]
     Status {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function.
         call: &'static str,
@@ -76,7 +76,7 @@ pub enum UnitFault {
         time: Option<f64>,
         /// Variables that the call was about, if few.
         variables: Vec<String>,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// A value that the Enumeration which takes it does not have.
@@ -84,11 +84,11 @@ pub enum UnitFault {
         "unit {instance}: output {variable} is {value} at {time} s, which is no item of {target}"
     )]
     NoItem {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// Name of the output.
+        /// Name of the output variable.
         variable: String,
-        /// Its value.
+        /// The value that names no item.
         value: i32,
         /// `instance.variable` of the input.
         target: String,
@@ -105,7 +105,7 @@ pub enum UnitFault {
         said(messages)
     )]
     Discarded {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// Time at the step's beginning (s).
         time: f64,
@@ -117,7 +117,7 @@ pub enum UnitFault {
         terminated: bool,
         /// Whether the unit can save its state, so that the step could be tried in parts.
         can_retry: bool,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// A step was still pending after the limit.
@@ -125,7 +125,7 @@ pub enum UnitFault {
         "unit {instance}: fmi2DoStep at {time} s is still pending after {} s", limit.as_secs_f64()
     )]
     Hanging {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// Time at the step's beginning (s).
         time: f64,
@@ -138,7 +138,7 @@ pub enum UnitFault {
         signal_name(*signal), at(*time), said(messages)
     )]
     Crashed {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function that it was in.
         call: &'static str,
@@ -146,7 +146,7 @@ pub enum UnitFault {
         signal: i32,
         /// Simulated time (s), from the start on.
         time: Option<f64>,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// Its process ended by itself.
@@ -155,7 +155,7 @@ pub enum UnitFault {
         at(*time), said(messages)
     )]
     Exited {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function that it was in.
         call: &'static str,
@@ -163,7 +163,7 @@ pub enum UnitFault {
         code: i32,
         /// Simulated time (s), from the start on.
         time: Option<f64>,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// A call took too long and was ended with its process.
@@ -172,7 +172,7 @@ pub enum UnitFault {
         at(*time), limit.as_secs_f64(), said(messages)
     )]
     TimedOut {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function that it was in.
         call: &'static str,
@@ -180,7 +180,7 @@ pub enum UnitFault {
         limit: Duration,
         /// Simulated time (s), from the start on.
         time: Option<f64>,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// The user ended the run while a call did not return, which ended with its process.
@@ -188,51 +188,51 @@ pub enum UnitFault {
         "unit {instance} was ended: {call}{} had not returned{}", at(*time), said(messages)
     )]
     GivenUp {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function that it was in.
         call: &'static str,
         /// Simulated time (s), from the start on.
         time: Option<f64>,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// The connection to its process broke.
     #[error("unit {instance}: the connection to its process broke in {call}{}: {why}{}",
         at(*time), said(messages))]
     Broken {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function that it was in.
         call: &'static str,
-        /// What broke.
+        /// What ended the connection to the worker, in words.
         why: String,
         /// Simulated time (s), from the start on.
         time: Option<f64>,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// No process for it.
     #[error("unit {instance}: no process can be started for it")]
     NoProcess {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
     /// Processes of their own for units do not work on this system.
     #[error("unit {instance} cannot have a process of its own: that works on Linux only")]
     CannotIsolate {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
     },
     /// Its binary cannot be loaded in its process.
     #[error("unit {instance} cannot be loaded in its process: {}", causes.join("; because "))]
     Unloadable {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// Why, outermost first.
+        /// The worker's chain of causes, outermost first.
         causes: Vec<String>,
     },
     /// Its steps return `fmi2Warning` and change nothing, and it has said that it has terminated.
@@ -242,31 +242,31 @@ pub enum UnitFault {
         said(messages)
     )]
     Stalled {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// Time since which nothing has changed (s).
         since: f64,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// An output is NaN or infinite.
     #[error("unit {instance}: {variable} is {value} at {time} s{}", said(messages))]
     NotFinite {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// Name of the variable.
+        /// Output or derivative that is not finite.
         variable: String,
         /// NaN, inf or -inf.
         value: f64,
         /// When (s).
         time: f64,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// The unit lacks a function that is needed.
     #[error("unit {instance} lacks the function {call}, which is needed here")]
     Lacks {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// The C function.
         call: &'static str,
@@ -274,29 +274,29 @@ pub enum UnitFault {
     /// A report beyond the standard is not offered.
     #[error("unit {instance} offers no reports (its library lacks fmi2_export_report)")]
     NoReports {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
     },
     /// A request for a report is not answered.
     #[error("unit {instance} gives no answer to \"{request}\"{}", said(messages))]
     Unanswered {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// What was asked.
+        /// Name of the report that was requested.
         request: String,
-        /// What the unit said.
+        /// Messages that the FMU logged in this call, oldest first.
         messages: Vec<Message>,
     },
     /// A saved state that was freed or is another instance's.
     #[error("unit {instance} holds no such saved state")]
     NoState {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
     },
     /// More bytes for a saved state than are to be had.
     #[error("unit {instance} wants {size} bytes for its saved state, which are not to be had")]
     StateTooLarge {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
         /// Bytes wanted.
         size: usize,
@@ -304,15 +304,15 @@ pub enum UnitFault {
     /// A text cannot be a C string.
     #[error("unit {instance}: {what} contains a zero byte")]
     ZeroByte {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
-        /// Which text.
+        /// The text that contains a zero byte, in words.
         what: String,
     },
     /// A fatal error of another instance of the same unit.
     #[error("unit {instance} cannot be used any more after a fatal error of its library")]
     Dead {
-        /// Name of the instance.
+        /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
     },
 }

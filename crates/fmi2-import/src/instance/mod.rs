@@ -189,7 +189,7 @@ impl Instance {
         }
     }
 
-    /// Name of the instance.
+    /// The name that was passed to `fmi2Instantiate`.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

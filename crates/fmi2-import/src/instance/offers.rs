@@ -37,15 +37,15 @@ impl Offer {
 /// An instance is lost because its unit does not keep what it declares.
 #[derive(Debug)]
 pub struct BrokenPromise {
-    /// Name of the instance.
+    /// The instance, by its name in the scenario.
     pub instance: String,
     /// What was declared.
     pub offer: Offer,
     /// The C function.
     pub call: &'static str,
-    /// How it ended.
+    /// The status, or what ended the process, in words.
     pub how: String,
-    /// What the unit said.
+    /// Messages that the FMU logged in this call, oldest first.
     pub messages: Vec<Message>,
 }
 

@@ -53,7 +53,7 @@ pub(crate) fn calls(badge: Badge) {
 pub struct Stray {
     /// Name of the instance that is gone, or what is known of it.
     pub instance: String,
-    /// What it said.
+    /// The message as it arrived.
     pub message: Message,
 }
 

@@ -12,7 +12,7 @@ use maglev::Error;
 pub struct Check {
     /// The unit (.fmu).
     unit: PathBuf,
-    /// Name of the check.
+    /// Name of the check, as `--only` takes it.
     id: String,
     /// File for what it found.
     answer: PathBuf,

@@ -43,7 +43,7 @@ pub struct Arguments {
 /// What a report is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// The page.
+    /// The interactive page, report.html.
     Html,
     /// Figures as lines.
     Svg,

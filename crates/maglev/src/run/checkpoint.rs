@@ -39,9 +39,9 @@ pub enum CheckpointError {
     /// It cannot be read.
     #[error("{path} cannot be read")]
     Read {
-        /// The file.
+        /// Path of the checkpoint.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: io::Error,
     },
@@ -51,7 +51,7 @@ pub enum CheckpointError {
     /// Another version of the format.
     #[error("the checkpoint is of format {found}; this program reads format {VERSION}")]
     Version {
-        /// Its version.
+        /// Format version that the file states.
         found: u32,
     },
     /// Its size is not what it says.
@@ -68,7 +68,7 @@ pub enum CheckpointError {
     /// Its content makes no sense.
     #[error("the checkpoint's content cannot be read: {message}")]
     Content {
-        /// Why.
+        /// What is damaged, in words.
         message: String,
     },
     /// The scenario in it is unusable.
@@ -79,7 +79,7 @@ pub enum CheckpointError {
     Unit {
         /// Key in `units`.
         name: String,
-        /// The .fmu file.
+        /// Path of the .fmu file, as it was given.
         path: PathBuf,
         /// GUID or content.
         what: &'static str,
@@ -93,9 +93,9 @@ pub enum CheckpointError {
     /// A results file is not the one that the checkpoint was written with.
     #[error("the results {path} cannot be continued")]
     Results {
-        /// The file.
+        /// Path of the checkpoint.
         path: PathBuf,
-        /// Why.
+        /// What the operating system reported.
         #[source]
         source: io::Error,
     },
@@ -135,7 +135,7 @@ struct UnitStamp {
 pub struct Checkpoint {
     /// Identifier of the run.
     pub(super) run: String,
-    /// Name of the scenario.
+    /// The scenario's file name without ending.
     pub(super) name: String,
     /// The scenario with its changes from the command line, as JSON.
     scenario: String,

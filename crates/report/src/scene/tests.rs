@@ -107,7 +107,7 @@ fn analytic_two_recorded_points_tell_two_modes() {
 /// Tables may have their nodes where the deflection is recorded: there is no dividing by those. Shapes by
 /// their values at 0, L/4, L/2, 3L/4 and L.
 #[test]
-fn issue_12_tabulated_shapes_are_drawn_by_what_the_points_tell() {
+fn issue_girders_with_tabulated_shapes_are_drawn_by_interpolation() {
     let folder = tempfile::tempdir().unwrap();
     let (u, w) = ([-2e-3, -1e-3, 0.0], [-1e-3, 1e-4, 3e-4]);
     let middle = ("bridge.midspan_displacement_01", u);

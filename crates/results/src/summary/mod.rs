@@ -130,7 +130,7 @@ fn is_zero(number: &u64) -> bool {
 pub struct UnitMessage {
     /// Simulated time at the end of the step in which it arrived (s).
     pub time: f64,
-    /// Which instance.
+    /// The instance, by its name in the scenario.
     pub instance: String,
     /// Status by its name in the standard.
     pub status: String,

@@ -35,7 +35,7 @@ impl Mass {
     }
 }
 
-/// Everything.
+/// A unit with every capability.
 const ABLE: Capabilities = Capabilities { restore: true, variable_step: true, directional: true };
 
 impl Unit for Mass {

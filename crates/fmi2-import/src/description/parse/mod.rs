@@ -45,9 +45,9 @@ pub enum DescriptionError {
     /// An attribute is missing.
     #[error("line {line}: <{element}> lacks the attribute \"{attribute}\"")]
     Missing {
-        /// Name of the element.
+        /// Name of the XML element.
         element: String,
-        /// Name of the attribute.
+        /// Name of the XML attribute.
         attribute: &'static str,
         /// Line in modelDescription.xml.
         line: u32,
@@ -55,13 +55,13 @@ pub enum DescriptionError {
     /// An attribute cannot be read.
     #[error("line {line}: {attribute}=\"{value}\" of <{element}> is no {expected}")]
     Invalid {
-        /// Name of the element.
+        /// Name of the XML element.
         element: String,
-        /// Name of the attribute.
+        /// Name of the XML attribute.
         attribute: String,
-        /// Its text.
+        /// The attribute's text as it stands in the file.
         value: String,
-        /// What it should be.
+        /// What the schema expects, in words.
         expected: &'static str,
         /// Line in modelDescription.xml.
         line: u32,
@@ -72,7 +72,7 @@ pub enum DescriptionError {
     /// A variable has no type element.
     #[error("line {line}: variable \"{name}\" has no type")]
     NoType {
-        /// Name of the variable.
+        /// Name of the variable that has the defect.
         name: String,
         /// Line in modelDescription.xml.
         line: u32,
@@ -80,7 +80,7 @@ pub enum DescriptionError {
     /// Two variables have the same name.
     #[error("line {line}: variable \"{name}\" occurs twice")]
     Duplicate {
-        /// Name of both.
+        /// The name that both variables have.
         name: String,
         /// Line of the second.
         line: u32,
