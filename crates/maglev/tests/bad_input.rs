@@ -26,7 +26,7 @@ fn issue_files_that_are_not_scenarios_are_refused() {
     for (file, texts) in [
         ("folder", ["folder cannot be read", "help: give the path of a scenario's .json file"]),
         ("text.txt", ["text.txt is not JSON", "line 1 column 1"]),
-        ("empty.json", ["empty.json is not JSON", "help: mend it"]),
+        ("empty.json", ["empty.json is not JSON", "help: correct the text"]),
         ("cut.json", ["cut.json is not JSON", "line 1 column 12"]),
         ("unit.zip", ["unit.zip cannot be read", "a unit to run alone is a .fmu file"]),
     ] {
@@ -279,9 +279,7 @@ fn issue_results_folder_that_cannot_be_written() {
     let bench = Bench::new();
     bench.scenario(&ring());
     fs::write(bench.path("out"), "a file is in the way").unwrap();
-    bench
-        .run(&[])
-        .fails(2, &["the results cannot be written to out", "help: choose another folder"]);
+    bench.run(&[]).fails(2, &["cannot write the results to out", "help: choose another folder"]);
 }
 
 #[test]

@@ -307,7 +307,7 @@ fn issue_a_full_disk_ends_the_run_and_resume_completes_it() {
     let order = "maglev run scenario.json --out out --checkpoint-every 0.1";
     // 300 kB, of the 800 kB that the table will have
     let ran = bench.shell(&format!("trap '' XFSZ; ulimit -f 300; {order}"));
-    ran.fails(1, &["results cannot be written to out", "File too large", "help: ", "resume"]);
+    ran.fails(1, &["cannot write the results to out", "File too large", "help: ", "resume"]);
     let csv = fs::read_to_string(bench.path("out/results.csv")).unwrap();
     assert!(csv.ends_with('\n') && reference.csv.starts_with(csv.as_bytes()));
     assert_eq!(bench.summary()["rows"], csv.lines().count() as u64 - 1);
@@ -323,10 +323,10 @@ fn issue_a_disk_full_at_the_start_is_told_before_the_units_run() {
     let bench = bench(1e-2);
     fs::create_dir(bench.path("out")).unwrap();
     std::os::unix::fs::symlink("/dev/full", bench.path("out/results.csv.partial")).unwrap();
-    bench.run(&[]).fails(2, &["results cannot be written to out", "No space left", "help: "]);
+    bench.run(&[]).fails(2, &["cannot write the results to out", "No space left", "help: "]);
     // a folder that nothing can be written to
     let ran = bench.maglev(&["run", "scenario.json", "--out", "/sys/maglev"]);
-    ran.fails(2, &["results cannot be written to /sys/maglev", "help: "]);
+    ran.fails(2, &["cannot write the results to /sys/maglev", "help: "]);
 }
 
 /// A folder that is moved away under a run.
@@ -340,7 +340,7 @@ fn issue_a_results_folder_that_is_moved_away_is_reported() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("written to out") && told.contains("the folder is gone"), "{told}");
+    assert!(told.contains("results to out") && told.contains("the folder is gone"), "{told}");
     // what was moved is a whole checkpoint with its rows
     bench.maglev(&["resume", "moved", "--quiet"]).succeeds();
 }
