@@ -1,7 +1,7 @@
 //! Work-precision diagram of the coupling algorithms on the full train: error against wall time.
 //!
 //! ```sh
-//! cargo xtask package && cargo build --release -p master
+//! cargo xtask package && cargo build --release -p maglev-cli
 //! cargo run --release -p system-tests --example work_precision [-- ALGORITHM…]
 //! ```
 //!

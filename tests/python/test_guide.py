@@ -167,7 +167,7 @@ def test_example_in_rust_changes_a_gain(tmp_path):
     line = next(line for line in shell("units-elsewhere.md") if line[0] == "cargo")
     scenario, *rest, gain = line[line.index("--") + 1 :]
     tune = MAGLEV.parent / "examples" / f"tune{MAGLEV.suffix}"
-    assert tune.exists(), "not built: run `cargo xtask test`, or `cargo build --release -p master --example tune`"
+    assert tune.exists(), "not built: run `cargo xtask test`, or `cargo build --release -p maglev-cli --example tune`"
 
     def extremes(gain):
         command = [tune, ROOT / scenario, *rest, gain]

@@ -1,7 +1,7 @@
 """The systems of stepping.rs in masters that others make: fmpy, libcosim and ecos, all from PyPI.
 
-    cargo bench -p master --bench stepping -- --units /tmp/units
-    python master/benches/others.py /tmp/units
+    cargo bench -p maglev-cli --bench stepping -- --units /tmp/units
+    python crates/maglev/benches/others.py /tmp/units
 
 prints us per communication step and unit, nothing recorded, the median of five measurements. fmpy steps
 single units, so the master is a loop in Python over its calls, as its own examples do it. libcosim and ecos

@@ -1,6 +1,6 @@
 //! What the master adds to each step of each unit: rings of small units, and a star.
 //!
-//! `cargo bench -p master --bench stepping` prints µs per communication step and unit: a bare loop
+//! `cargo bench -p maglev-cli --bench stepping` prints µs per communication step and unit: a bare loop
 //! over the C functions, the master without recording, and with four signals recorded as CSV.
 //! `-- --start UNIT.fmu…` prints instead how long the start takes: opening a unit, and each instance.
 //! `-- --units DIR` also leaves the units there, for `others.py`, which measures other masters on

@@ -130,7 +130,7 @@ fn invariant_killed_runs_resume_to_the_same_bytes() {
     killed(8);
 }
 
-/// `cargo test -p master --test checkpoint -- --ignored --nocapture`, two minutes.
+/// `cargo test -p maglev-cli --test checkpoint -- --ignored --nocapture`, two minutes.
 #[test]
 #[ignore = "two minutes"]
 fn invariant_runs_killed_a_hundred_times_resume_to_the_same_bytes() {

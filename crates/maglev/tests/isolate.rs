@@ -201,7 +201,7 @@ fn issue_no_worker_is_left_behind() {
 }
 
 /// Prints what isolation and saved states cost per unit and step (docs/survival.md):
-/// `cargo test --release -p master --test isolate -- --ignored --nocapture measure`
+/// `cargo test --release -p maglev-cli --test isolate -- --ignored --nocapture measure`
 #[test]
 #[ignore = "a measurement, for an idle machine"]
 fn measure_cost_per_unit_and_step() {
