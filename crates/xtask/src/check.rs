@@ -23,7 +23,7 @@ pub fn all(with_python: bool) -> Result<()> {
             cargo(&["clippy", "--release", "--workspace", "--all-targets", "--", "-D", "warnings"])
         }),
         ("Rust tests", || {
-            cargo(&["build", "--release", "--package", "maglev-cli"])?;
+            workspace::build(&[workspace::COMMAND])?;
             cargo(&["test", "--release", "--workspace"])
         }),
         ("documentation", || {
@@ -85,8 +85,8 @@ pub fn codegen(check: bool) -> Result<()> {
     for unit in package::units()? {
         generated(&package::description_file(&unit), &package::describe(&unit)?, check)?;
     }
-    cargo(&["build", "--release", "--quiet", "--package", "maglev-cli"])?;
-    let maglev = workspace::target_dir().join("release").join("maglev");
+    workspace::build(&[workspace::COMMAND])?;
+    let maglev = workspace::maglev();
     let output = std::process::Command::new(&maglev)
         .arg("schema")
         .output()
@@ -101,7 +101,7 @@ pub fn codegen(check: bool) -> Result<()> {
 
 /// Generates the FMI bindings, in a program of its own: only that needs bindgen.
 fn bindings(check: bool) -> Result<()> {
-    let mut args = vec!["run", "--release", "--quiet", "--package", "xtask"];
+    let mut args = vec!["run", "--release", "--package", "xtask"];
     args.extend(["--features", "codegen", "--bin", "bindings", "--"]);
     args.extend(check.then_some("--check"));
     cargo(&args)

@@ -8,7 +8,6 @@ mod check;
 mod documentation;
 mod licences;
 mod package;
-mod paper;
 mod picture;
 mod python;
 mod reference;
@@ -115,6 +114,9 @@ enum Task {
     },
 }
 
+/// How long a user has to wait the first time.
+const FIRST_BUILD: &str = " (the first time: about 3 minutes on two cores)";
+
 fn main() -> Result<()> {
     match Cli::parse().task {
         Task::Package { check, only, mut target, portable, maglev, out } => {
@@ -122,21 +124,35 @@ fn main() -> Result<()> {
                 target.push(target::PORTABLE.parse().map_err(anyhow::Error::msg)?);
             }
             let glibc = target.iter().find_map(|target| target.glibc.clone());
-            let files = package::package(&Order { check, only, targets: target, maglev, out })?;
+            let files =
+                package::package(&Order { check, only, targets: target, maglev, out, also: &[] })?;
             if glibc.is_some() { binaries::report(&files, glibc.as_deref()) } else { Ok(()) }
         }
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),
         Task::Reference { check } => reference::codegen(check),
         Task::Merge { out, files } => package::merge(&out, &files),
         Task::Run { scenario, options } => {
-            package::package(&Order::default())?;
+            let first = if workspace::maglev().exists() { "" } else { FIRST_BUILD };
+            eprintln!("[1/2] Build the units and the command `maglev`{first}, and pack the units");
+            package::package(&Order { also: &[workspace::COMMAND], ..Order::default() })?;
+            eprintln!("[2/2] Run {}", scenario.display());
             workspace::run_maglev(&scenario, &options)
         }
         Task::Test { no_python } => check::all(!no_python),
         Task::Docs => check::guide(),
         Task::Sanitize { calls } => sanitize::run(calls),
         Task::Screenshot => screenshot::take(),
-        Task::Paper { keep_results } => paper::paper(keep_results),
+        Task::Paper { keep_results } => paper(keep_results),
         Task::Codegen { check } => check::codegen(check),
     }
+}
+
+/// Builds what the paper's scenarios need, and starts the program that runs them and writes the page.
+fn paper(keep_results: bool) -> Result<()> {
+    if !keep_results {
+        package::package(&Order { also: &[workspace::COMMAND], ..Order::default() })?;
+    }
+    let program = workspace::build_program("paper")?;
+    let options = if keep_results { &["--keep-results"][..] } else { &[] };
+    workspace::run(program, options)
 }

@@ -29,7 +29,10 @@ pub struct Unit {
     pub resources: Option<PathBuf>,
 }
 
-/// The unit crates: model identifier, and the layout that goes by the plain name.
+/// The packages of the units' libraries.
+const UNIT_CRATES: [&str; 3] = ["fmu-ems", "fmu-guideway", "fmu-vehicle"];
+
+/// Model identifiers, each with the layout whose unit has no suffix in its name.
 const CRATES: [(&str, &str); 3] =
     [("ems", ""), ("guideway", "three-spans"), ("vehicle", "two-car")];
 
@@ -75,8 +78,10 @@ pub struct Order {
     pub only: Option<String>,
     /// The systems; none means the one that this program runs on.
     pub targets: Vec<Target>,
-    /// Build the command `maglev` as well, as `maglev-{platform}` beside the units.
+    /// Build the command `maglev` for the targets too, as `maglev-{platform}` beside the units.
     pub maglev: bool,
+    /// Packages to build for this system in the same call of cargo: two cores are then busy to the end.
+    pub also: &'static [&'static str],
     /// Folder of the .fmu files; `target/fmu` unless given.
     pub out: Option<PathBuf>,
 }
@@ -87,9 +92,9 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     let targets = if order.targets.is_empty() { &host[..] } else { &order.targets };
     target::distinct(targets)?;
     // descriptions come from libraries that run here
-    build()?;
+    Target::host().build(&[&UNIT_CRATES, order.also].concat())?;
     for target in targets.iter().filter(|&target| *target != host[0]) {
-        target.build(&packages())?;
+        target.build(&UNIT_CRATES)?;
     }
     let folder = order.out.clone().unwrap_or_else(workspace::unit_dir);
     fs::create_dir_all(&folder).with_context(|| format!("creating {}", folder.display()))?;
@@ -114,7 +119,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     }
     if order.maglev {
         for target in targets {
-            target.build(&["maglev-cli"])?;
+            target.build(&[workspace::COMMAND])?;
             let built = target.maglev();
             let end =
                 built.extension().map(|end| format!(".{}", end.display())).unwrap_or_default();
@@ -141,12 +146,7 @@ fn compare(unit: &Unit, xml: &str, check: bool) -> Result<()> {
 
 /// Builds the unit libraries for this system in release mode.
 pub fn build() -> Result<()> {
-    Target::host().build(&packages())
-}
-
-/// The unit crates.
-fn packages() -> [&'static str; 3] {
-    ["fmu-ems", "fmu-guideway", "fmu-vehicle"]
+    Target::host().build(&UNIT_CRATES)
 }
 
 /// The committed print of a unit's description.

@@ -2,23 +2,27 @@
 //! manifest of the layered standard FMI-LS-REF.
 //!
 //! `fmu-*/reference/` holds for each unit NAME the files `NAME_in.csv` (inputs), `NAME_ref.opt`
-//! (settings) and `NAME_ref.csv` (outputs). `cargo xtask codegen` computes the rows of the last one
-//! with the project's own master; its first line chooses the outputs.
+//! (settings) and `NAME_ref.csv` (outputs). The first line of the last one names the outputs;
+//! `cargo xtask codegen` lets the program of `crates/reference` compute the other lines.
 
 use std::{
+    ffi::OsString,
     fmt::Write as _,
     fs,
     path::{Path, PathBuf},
-    sync::Arc,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use figure::{Line, Panel};
-use fmi2_conformance::reference::{self, Experiment, Table, files::FOLDER};
-use fmi2_import::package::Package;
 use roxmltree::Document;
 
-use crate::{package, package::Unit, workspace};
+use crate::{
+    package::{self, Order, Unit},
+    workspace,
+};
+
+/// Where an .fmu keeps its reference results.
+const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 /// Curves in the picture of the documentation.
 const PANELS: usize = 4;
@@ -130,8 +134,11 @@ impl Reference {
 
     /// The outputs over time as a picture, one above the other.
     pub fn figure(&self, xml: &str) -> Result<String> {
-        // not there yet while they are computed for the first time
-        let Ok(table) = Table::read(&self.file("ref.csv")) else { return Ok(String::new()) };
+        let table = Table::read(&self.file("ref.csv"))?;
+        // the results are yet to be computed
+        if table.rows.is_empty() {
+            return Ok(String::new());
+        }
         let document = Document::parse(xml)?;
         let moving =
             |column: &usize| table.rows.iter().any(|row| row[*column] != table.rows[0][*column]);
@@ -176,56 +183,54 @@ impl Options {
     }
 }
 
-/// Computes every unit's reference results with the packed unit; with `check`, only compares.
-///
-/// What is committed stays where the results are within a tenth of the stated tolerance: another C
-/// library or processor changes last bits.
+/// Computes every unit's reference results with the packed unit and writes those that differ; with
+/// `check`, a difference is an error.
 pub fn codegen(check: bool) -> Result<()> {
-    package::package(&package::Order::default())?;
+    package::package(&Order::default())?;
+    let program = workspace::build_program("reference")?;
     for unit in package::units()? {
         let reference = Reference::of(&unit)?;
-        let package = Package::open(&workspace::unit_dir().join(format!("{}.fmu", unit.name)))?;
-        let file = reference.file("ref.csv");
-        let (experiment, there) = reference.experiment(&file)?;
-        let found = reference::simulate(&Arc::new(package), &experiment)?;
-        let tolerance = 0.1 * experiment.tolerance;
-        let deviations = reference::compare(&experiment.reference, &found);
-        if there && deviations.iter().all(|deviation| deviation.relative <= tolerance) {
-            continue;
+        let Options { start, stop, step, tolerance, interval } = reference.options;
+        let mut args: Vec<OsString> = vec![
+            workspace::unit_dir().join(format!("{}.fmu", unit.name)).into(),
+            reference.file("in.csv").into(),
+            reference.file("ref.csv").into(),
+        ];
+        for (option, value) in [
+            ("start", start),
+            ("stop", stop),
+            ("step", step),
+            ("tolerance", tolerance),
+            ("interval", interval),
+        ] {
+            args.push(format!("--{option}={value:?}").into());
         }
-        if check {
-            bail!("{} is stale: run `cargo xtask codegen` and commit", file.display());
-        }
-        fs::write(&file, found.csv()).with_context(|| format!("writing {}", file.display()))?;
-        eprintln!("wrote {}", file.display());
+        args.extend(check.then(|| "--check".into()));
+        workspace::run(&program, &args)?;
     }
     Ok(())
 }
 
-impl Reference {
-    /// The experiment with the committed results, and whether these are there for all of its times.
-    fn experiment(&self, file: &Path) -> Result<(Experiment, bool)> {
-        let Options { start, stop, step, tolerance, interval } = self.options;
-        let text =
-            fs::read_to_string(file).with_context(|| format!("reading {}", file.display()))?;
-        let header = text.lines().next().unwrap_or_default();
-        let names = header.split(',').skip(1).map(|name| name.trim_matches('"').to_owned());
-        let count = ((stop - start) / interval).round() as usize;
-        let times: Vec<f64> = (0..=count).map(|k| start + k as f64 * interval).collect();
-        let rows = vec![vec![f64::NAN; header.split(',').count() - 1]; times.len()];
-        let empty = Table { names: names.collect(), times, rows };
-        let known = Table::read(file).ok().filter(|table| table.times == empty.times);
-        let there = known.is_some();
-        let experiment = Experiment {
-            name: self.name.clone(),
-            start,
-            stop,
-            step,
-            tolerance,
-            inputs: Table::read(&self.file("in.csv"))?,
-            reference: known.unwrap_or(empty),
-        };
-        Ok((experiment, there))
+/// Numbers over time, as in the files of the FMI cross-check.
+struct Table {
+    names: Vec<String>,
+    times: Vec<f64>,
+    /// Without the time.
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    fn read(file: &Path) -> Result<Self> {
+        let what = || format!("reading {}", file.display());
+        let mut reader = csv::ReaderBuilder::new().from_path(file).with_context(what)?;
+        let names = reader.headers().with_context(what)?.iter().skip(1).map(str::to_owned);
+        let mut table = Self { names: names.collect(), times: Vec::new(), rows: Vec::new() };
+        for record in reader.deserialize() {
+            let mut row: Vec<f64> = record.with_context(what)?;
+            table.times.push(row.remove(0));
+            table.rows.push(row);
+        }
+        Ok(table)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
 
 /// Runs the scenario, and lets a headless Chromium take the picture.
 pub fn take() -> Result<()> {
-    package::package(&Order::default())?;
+    package::package(&Order { also: &[workspace::COMMAND], ..Order::default() })?;
     let out = workspace::root().join("results").join("low-speed");
     let folder = out.to_string_lossy().into_owned();
     workspace::run_maglev(

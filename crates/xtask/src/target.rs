@@ -105,7 +105,7 @@ impl Target {
     pub fn build(&self, packages: &[&str]) -> Result<()> {
         let mut args: Vec<&str> = Vec::new();
         args.push(if self.glibc.is_some() { "zigbuild" } else { "build" });
-        args.extend(["--release", "--quiet"]);
+        args.push("--release");
         for package in packages {
             args.extend(["--package", package]);
         }

@@ -63,13 +63,40 @@ pub fn cargo() -> PathBuf {
     env::var_os("CARGO").map_or_else(|| PathBuf::from("cargo"), PathBuf::from)
 }
 
-/// Runs a scenario with the release build of `maglev`, which it builds first.
+/// Builds packages with the release profile, in one go, and lets cargo show what it compiles.
+pub fn build(packages: &[&str]) -> Result<()> {
+    let mut args = vec!["build", "--release"];
+    for package in packages {
+        args.extend(["--package", package]);
+    }
+    run(cargo(), &args)
+}
+
+/// Builds the program of one of our packages, and returns its path.
+pub fn build_program(package: &str) -> Result<PathBuf> {
+    build(&[package])?;
+    Ok(release(package))
+}
+
+/// The command's package.
+pub const COMMAND: &str = "master";
+
+/// Where the release build of the command `maglev` lies.
+pub fn maglev() -> PathBuf {
+    release("maglev")
+}
+
+fn release(program: &str) -> PathBuf {
+    let file = format!("{program}{}", env::consts::EXE_SUFFIX);
+    target_dir().join("release").join(file)
+}
+
+/// Runs a scenario with `maglev`, which must be built.
 ///
-/// The exit status of `maglev` becomes ours, so that scripts can tell a failed
-/// run (1) from bad input (2).
+/// The exit status of `maglev` becomes ours, so that scripts can distinguish a failed run (1) from
+/// invalid input (2).
 pub fn run_maglev(scenario: &Path, options: &[String]) -> Result<()> {
-    run(cargo(), &["build", "--release", "--quiet", "--package", "maglev-cli"])?;
-    let maglev = target_dir().join("release").join("maglev");
+    let maglev = maglev();
     let status = Command::new(&maglev)
         .arg("run")
         .arg(scenario)

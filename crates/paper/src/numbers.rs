@@ -6,14 +6,12 @@ use analysis::series;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
-use super::{
+use crate::{
     measure::{
         self, density, deviation, gaps, hump, largest, largest_rms, peak_frequencies, signal, six,
     },
     runs::{self, FREQUENCIES, MEANS, Mode},
 };
-use crate::workspace;
-
 /// Where the chirp's frequency is that of the girder's second mode, widely; equal to the time in s.
 pub const SECOND: std::ops::Range<f64> = 22.0..28.0;
 /// Between the girder's first and second mode, where nothing of it answers.
@@ -104,7 +102,7 @@ pub struct Moving {
 impl Numbers {
     /// Where they are kept.
     pub fn file() -> PathBuf {
-        workspace::root().join("docs/paper/numbers.json")
+        crate::root().join("docs/paper/numbers.json")
     }
 
     /// Those that are kept.

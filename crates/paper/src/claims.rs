@@ -1,11 +1,11 @@
 //! What the paper reports beside what is computed here, and why they differ where they do.
 //!
-//! Nothing in here is a frozen verdict: whether we agree follows from the numbers, and so must every
-//! reason. A reason that the numbers no longer bear is an error, for then the page would tell a tale.
+//! No verdict is fixed: it follows from the numbers, and so does every reason. A reason that the numbers
+//! no longer support is an error, so the page cannot become wrong unnoticed.
 
 use anyhow::{Result, bail};
 
-use super::{
+use crate::{
     numbers::{Girder, Moving, Numbers, Standstill},
     runs::{MEANS, Mode},
 };
@@ -49,15 +49,15 @@ pub struct Claim {
     pub why: &'static str,
 }
 
-/// A reason, and whether the numbers bear it.
+/// A reason, and whether the numbers support it.
 type Reason = (bool, &'static str);
 
 fn claim(paper: &'static str, ours: String, verdict: Verdict, reason: Reason) -> Result<Claim> {
     let (holds, why) = reason;
     if !holds {
         bail!(
-            "the numbers no longer bear what the page gives as a reason.\n  the paper: {paper}\n  \
-             here: {ours} ({verdict:?})\n  the reason: {why}\nmend crates/xtask/src/paper/claims.rs"
+            "the numbers no longer support a reason on the page.\n  the paper: {paper}\n  \
+             here: {ours} ({verdict:?})\n  the reason: {why}\nUpdate crates/paper/src/claims.rs"
         );
     }
     Ok(Claim { paper, ours, verdict, why })

@@ -1,5 +1,8 @@
-//! `cargo xtask paper`: the paper's figures as we compute them, and a page with every number of its
-//! sections 3.2 to 3.4 beside ours.
+//! Writes `docs/paper.md`: every number of sections 3.2 to 3.4 of the paper beside the one computed here,
+//! with the figures. `cargo xtask paper` builds what this program runs, and starts it.
+
+// A program that reports its progress on the terminal.
+#![allow(clippy::print_stderr)]
 
 mod claims;
 mod figures;
@@ -8,41 +11,55 @@ mod numbers;
 mod page;
 mod runs;
 
-use std::{fs, path::PathBuf, time::Instant};
-
-use anyhow::{Context, Result};
-
-use self::numbers::Numbers;
-use crate::{
-    package::{self, Order},
-    workspace,
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    time::Instant,
 };
 
-fn page_file() -> PathBuf {
-    workspace::root().join("docs/paper.md")
+use anyhow::{Context, Result};
+use clap::Parser;
+
+use self::numbers::Numbers;
+
+/// Runs the scenarios of the paper's figures, and writes docs/paper.md with its numbers and figures
+#[derive(Parser)]
+#[command(name = "paper")]
+struct Arguments {
+    /// Use the results of the previous run instead of running the scenarios
+    #[arg(long)]
+    keep_results: bool,
 }
 
-/// Runs all scenarios, measures, judges, draws and writes. With `keep` the results of the last time
-/// are taken.
-pub fn paper(keep: bool) -> Result<()> {
+fn main() -> Result<()> {
     let start = Instant::now();
-    if !keep {
-        package::package(&Order::default())?;
-        workspace::run(
-            workspace::cargo(),
-            &["build", "--release", "--quiet", "--package", "maglev-cli"],
-        )?;
+    if !Arguments::parse().keep_results {
         runs::run_all()?;
     }
     let numbers = Numbers::measured()?;
     write(&Numbers::file(), serde_json::to_string_pretty(&numbers)? + "\n")?;
     for (name, svg) in figures::draw(&numbers)? {
-        write(&workspace::root().join("docs/paper").join(name), svg)?;
+        write(&root().join("docs/paper").join(name), svg)?;
     }
-    // last, for it may refuse: the numbers are then there to be looked at
+    // The page comes last: it may be refused, and the numbers are then needed to see why.
     write(&page_file(), page::page(&numbers)?)?;
     eprintln!("{:.0} s", start.elapsed().as_secs_f64());
     Ok(())
+}
+
+/// The root folder of the workspace.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).unwrap_or(here).to_path_buf()
+}
+
+/// Cargo's target folder; `CARGO_TARGET_DIR` may move it.
+fn target_dir() -> PathBuf {
+    root().join(env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
+}
+
+fn page_file() -> PathBuf {
+    root().join("docs/paper.md")
 }
 
 fn write(file: &PathBuf, content: String) -> Result<()> {

@@ -13,8 +13,6 @@ use anyhow::{Context, Result, anyhow, bail};
 use report::Table;
 use serde_json::Value;
 
-use crate::workspace;
-
 /// Scenarios that run at once: they share the processor with little else, and each needs one core.
 const WORKERS: usize = 2;
 
@@ -37,14 +35,14 @@ pub fn scenarios() -> Vec<String> {
 
 /// Where the results of a scenario are.
 pub fn folder(name: &str) -> PathBuf {
-    workspace::target_dir().join("paper").join(name)
+    crate::target_dir().join("paper").join(name)
 }
 
 fn scenario(name: &str) -> PathBuf {
-    workspace::root().join("scenarios").join(name).with_extension("json")
+    crate::root().join("scenarios").join(name).with_extension("json")
 }
 
-/// Runs all scenarios into fresh folders, and says how far it is.
+/// Runs all scenarios into fresh folders and reports each that is finished.
 pub fn run_all() -> Result<()> {
     let names = scenarios();
     let waiting = Mutex::new(names.iter());
@@ -68,7 +66,7 @@ pub fn run_all() -> Result<()> {
 
 fn run(name: &str) -> Result<()> {
     let folder = folder(name);
-    // nothing of an earlier run is taken for one of this
+    // results of an earlier run must not pass for those of this one
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("removing {}", folder.display()))?;
     }
@@ -82,8 +80,8 @@ fn run(name: &str) -> Result<()> {
 }
 
 fn maglev() -> Command {
-    let mut command = Command::new(workspace::target_dir().join("release").join("maglev"));
-    command.current_dir(workspace::root());
+    let mut command = Command::new(crate::target_dir().join("release").join("maglev"));
+    command.current_dir(crate::root());
     command
 }
 

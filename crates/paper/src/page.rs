@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use anyhow::Result;
 
-use super::{
+use crate::{
     claims::{self, Claim},
     numbers::{Numbers, Standstill},
 };

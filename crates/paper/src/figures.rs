@@ -5,7 +5,7 @@ use anyhow::Result;
 use figure::{Line, Panel, draw_over};
 use report::Table;
 
-use super::{
+use crate::{
     measure::{density, deviation, gaps, response, signal, size},
     numbers::{Numbers, Standstill},
     runs::{self, FREQUENCIES, MEANS},
