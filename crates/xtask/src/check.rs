@@ -1,4 +1,4 @@
-//! `cargo xtask test` and `cargo xtask codegen`: what must hold on main.
+//! `cargo xtask test` and `cargo xtask codegen`: what must hold on the branch main.
 
 use std::{ffi::OsStr, fs, path::Path, time::Instant};
 
@@ -9,13 +9,16 @@ use crate::{
     python, reference, workspace,
 };
 
-/// A named step of the whole check.
+/// A step with its name.
 type Step = (&'static str, fn() -> Result<()>);
 
-/// Runs every check and reports all of them, not only the first failure.
+/// Packages whose tests take long or need packed units.
+const SLOW: [&str; 3] = [workspace::COMMAND, "system-tests", "unit-tests"];
+
+/// Runs every check.
 pub fn all(with_python: bool) -> Result<()> {
     let mut steps: Vec<Step> = vec![
-        ("format", || cargo(&["fmt", "--all", "--check"])),
+        ("format", format),
         ("package the units", || {
             package::package(&Order { check: true, ..Order::default() }).map(drop)
         }),
@@ -33,12 +36,35 @@ pub fn all(with_python: bool) -> Result<()> {
                 &[("RUSTDOCFLAGS", OsStr::new("-D warnings"))],
             )
         }),
+        ("publishable crates", || {
+            // The files as they are count, whether or not they are committed.
+            cargo(&["publish", "--workspace", "--dry-run", "--allow-dirty"])
+        }),
         ("generated files", || codegen(true)),
     ];
     if with_python {
         steps.push(("guide", guide));
         steps.push(("Python tests", python_tests));
     }
+    run(steps)
+}
+
+/// Runs the checks that take little time, with the dev profile.
+pub fn quick() -> Result<()> {
+    run(vec![
+        ("format", format),
+        ("lints", || cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])),
+        ("unit tests", || cargo(&["test", "--workspace", "--lib", "--bins"])),
+        ("integration tests", || {
+            let mut args = vec!["test", "--workspace", "--test", "*"];
+            SLOW.iter().for_each(|package| args.extend(["--exclude", package]));
+            cargo(&args)
+        }),
+    ])
+}
+
+/// Runs all steps and reports all failures, not only the first.
+fn run(steps: Vec<Step>) -> Result<()> {
     let mut report = Vec::new();
     let mut failed = 0;
     for (name, step) in steps {
@@ -61,6 +87,10 @@ pub fn all(with_python: bool) -> Result<()> {
         bail!("{failed} of {} checks failed", report.len());
     }
     Ok(())
+}
+
+fn format() -> Result<()> {
+    cargo(&["fmt", "--all", "--check"])
 }
 
 fn cargo(args: &[&str]) -> Result<()> {
@@ -93,13 +123,13 @@ pub fn codegen(check: bool) -> Result<()> {
         .with_context(|| format!("cannot start {}", maglev.display()))?;
     let schema = String::from_utf8(output.stdout)?;
     generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)?;
-    // made of the schema and the descriptions, so after them
+    // these pages are made from the schema and the descriptions
     let pages = ["docs/_guide/reference.py", "--check"];
     workspace::run(python::SYSTEM, if check { &pages } else { &pages[..1] })?;
     reference::codegen(check)
 }
 
-/// Generates the FMI bindings, in a program of its own: only that needs bindgen.
+/// Generates the FMI bindings, in a separate program, so that only that needs bindgen.
 fn bindings(check: bool) -> Result<()> {
     let mut args = vec!["run", "--release", "--package", "xtask"];
     args.extend(["--features", "codegen", "--bin", "bindings", "--"]);

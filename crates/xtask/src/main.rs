@@ -1,6 +1,6 @@
-//! The project's tasks: `cargo xtask package | run | test | docs | screenshot | sanitize | codegen | paper | reference | binaries | merge`.
+//! The project's tasks, started as `cargo xtask TASK`; `cargo xtask --help` lists them.
 
-// A task runner talks to its user on the terminal.
+// A program that prints to the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod binaries;
@@ -34,81 +34,90 @@ struct Cli {
 enum Task {
     /// Build the units and pack them into target/fmu/*.fmu
     Package {
-        /// Fail where a committed modelDescription/*.xml differs from the unit's table
+        /// Fail if a committed modelDescription/*.xml is stale
         #[arg(long)]
         check: bool,
-        /// Pack only the units whose name starts so
-        #[arg(long)]
+        /// Pack only the units whose name starts with PREFIX
+        #[arg(long, value_name = "PREFIX")]
         only: Option<String>,
-        /// Build for this system, instead of the one at hand; may be given repeatedly, and all
-        /// libraries go into one .fmu. A Linux target may end in the oldest glibc that must do
-        #[arg(long, value_name = "TRIPLE")]
+        /// Build for this system instead of the current one.
+        /// Repeat it for an .fmu with libraries for several systems.
+        /// A Linux triple may end in the oldest glibc to support: TRIPLE.2.17
+        #[arg(long, value_name = "TRIPLE", verbatim_doc_comment)]
         target: Vec<Target>,
-        /// Build for every Linux with glibc 2.17 or later, and check that the libraries keep to it
+        /// Build for any Linux with glibc 2.17 or later, and check the libraries
         #[arg(long)]
         portable: bool,
-        /// Build the command `maglev` for the same systems, as maglev-PLATFORM-PROCESSOR beside them
+        /// Build the command too, as maglev-PLATFORM-PROCESSOR beside the units
         #[arg(long)]
         maglev: bool,
         /// Folder for the .fmu files [default: target/fmu]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// Print what the libraries in .fmu files need and export, and check it
+    /// Print and check what the libraries in .fmu files need and export
     Binaries {
+        /// The .fmu files
         #[arg(required = true)]
         files: Vec<PathBuf>,
-        /// Newest glibc that those for Linux may need, such as 2.17
+        /// Newest glibc that Linux libraries may need, such as 2.17
         #[arg(long, value_name = "VERSION")]
         glibc: Option<String>,
     },
-    /// Compute the units' reference results anew where they left their tolerance (part of codegen)
+    /// Compute reference results that are out of tolerance anew (part of codegen)
     Reference {
-        /// Change nothing, fail on a difference
+        /// Write nothing; fail if results are out of tolerance
         #[arg(long)]
         check: bool,
     },
-    /// Join .fmu files of one unit, packed on several systems, into one
+    /// Merge .fmu files of one unit, packed on several systems, into one
     Merge {
+        /// The new .fmu file
         out: PathBuf,
+        /// The .fmu files to merge
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
-    /// Package the units and run a scenario with the release build of `maglev`
+    /// Build and package the units, and run a scenario
     Run {
         /// The scenario
         #[arg(default_value = "scenarios/low-speed.json")]
         scenario: PathBuf,
-        /// Options handed to `maglev run`
+        /// Options for `maglev run`
         #[arg(last = true)]
         options: Vec<String>,
     },
-    /// Everything that must pass: format, lints, generated files, Rust and Python tests, docs, guide
+    /// Run all checks: format, lints, Rust and Python tests, generated files, documentation
     Test {
-        /// Leave out the Python tests (no fmpy at hand)
+        /// Run only format, lints and fast tests, with the dev profile.
+        /// Takes less than two minutes after a build; use it while you edit.
+        #[arg(long, conflicts_with = "no_python", verbatim_doc_comment)]
+        quick: bool,
+        /// Skip the Python tests and the guide
         #[arg(long)]
         no_python: bool,
     },
-    /// Make a book of the guide, target/docs/html, and check its links
+    /// Build the guide as a book in target/docs/html, and check its links
     Docs,
-    /// Random calls on the units, built with the address and leak sanitizers (Linux, x86_64)
+    /// Make random calls on the units under address and leak sanitizers (Linux, x86_64)
     Sanitize {
-        /// Calls on each unit
+        /// Number of calls on each unit
         #[arg(long, default_value_t = 1_000_000)]
         calls: u64,
     },
-    /// Take docs/report.png, the picture of the 5 km/h run's report (installs Chromium where allowed)
+    /// Take docs/report.png, the picture of a report (may install Chromium)
     Screenshot,
-    /// Run the scenarios of the paper's figures, and write docs/paper.md with its pictures
+    /// Run the scenarios of the paper's figures, and write docs/paper.md
     Paper {
-        /// Take the results of the last time instead of running the scenarios
+        /// Use the results of the previous run instead of running the scenarios
         #[arg(long)]
         keep_results: bool,
     },
-    /// Regenerate what is generated and committed: FMI bindings, model descriptions, layouts, schema,
-    /// reference pages of the guide
+    /// Regenerate the committed files that are generated from code
+    ///
+    /// These are: FMI bindings, model descriptions, schema, reference pages, reference results.
     Codegen {
-        /// Change nothing, fail on a difference
+        /// Write nothing; fail if a file is stale
         #[arg(long)]
         check: bool,
     },
@@ -138,7 +147,8 @@ fn main() -> Result<()> {
             eprintln!("[2/2] Run {}", scenario.display());
             workspace::run_maglev(&scenario, &options)
         }
-        Task::Test { no_python } => check::all(!no_python),
+        Task::Test { quick: true, .. } => check::quick(),
+        Task::Test { quick: false, no_python } => check::all(!no_python),
         Task::Docs => check::guide(),
         Task::Sanitize { calls } => sanitize::run(calls),
         Task::Screenshot => screenshot::take(),
@@ -155,4 +165,23 @@ fn paper(keep_results: bool) -> Result<()> {
     let program = workspace::build_program("paper")?;
     let options = if keep_results { &["--keep-results"][..] } else { &[] };
     workspace::run(program, options)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn issue_13_lines_of_help_fit_100_columns() {
+        let mut texts = vec![Cli::command().render_long_help().to_string()];
+        for task in Cli::command().get_subcommands_mut() {
+            texts.push(task.render_help().to_string());
+            texts.push(task.render_long_help().to_string());
+        }
+        for line in texts.iter().flat_map(|text| text.lines()) {
+            assert!(line.chars().count() <= 100, "{line}");
+        }
+    }
 }
