@@ -1,4 +1,8 @@
 //! The licences that a unit must carry: its own, and those of the crates that are linked into it.
+//!
+//! `cargo-about` does the same and more. It is not used because the first command of a new user packs the
+//! units: `cargo-about` brings 150 crates, among them a TLS library and C code, and would double the
+//! time of the first build.
 
 use std::{collections::BTreeMap, fmt::Write as _, fs, process::Command};
 
@@ -7,18 +11,18 @@ use cargo_metadata::{Metadata, MetadataCommand, Package};
 
 use crate::workspace;
 
-/// The systems whose libraries are covered, whichever of them an .fmu holds.
+/// The systems that are covered; an .fmu may contain libraries for any of them.
 const SYSTEMS: [&str; 3] =
     ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc", "aarch64-apple-darwin"];
 
-/// What the compiler itself links in.
+/// What every library contains.
 const STANDARD_LIBRARY: &str = "The Rust standard library: MIT OR Apache-2.0, Copyright (c) The Rust Project \
                                 Contributors; texts as in LICENSE-MIT and LICENSE-APACHE.\n";
 
 /// The files of `documentation/licenses/` for a unit crate, by name.
 ///
-/// `license.txt` is the entry: it lists every crate with its licence and names the files of its texts.
-/// Texts that several crates share are there once.
+/// `license.txt` lists every crate with its licence and the files with its texts. A text that several
+/// crates share is written once.
 pub fn files(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut files = BTreeMap::new();
     for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
@@ -46,25 +50,26 @@ pub fn files(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, 
     Ok(files)
 }
 
-/// What cargo knows of the dependencies on each system.
+/// Cargo's metadata for each system.
 pub fn dependencies() -> Result<Vec<Metadata>> {
     let on = |system: &&str| {
         MetadataCommand::new()
             .manifest_path(workspace::root().join("Cargo.toml"))
             .other_options(["--filter-platform".into(), (*system).into()])
             .exec()
-            .context("asking cargo for the dependencies")
+            .context("reading the dependencies with cargo metadata")
     };
     SYSTEMS.iter().map(on).collect()
 }
 
-/// The crates from a registry whose code gets into a unit's library, on any of the systems.
+/// The crates from a registry that are linked into a unit's library on any of the systems.
 ///
-/// `cargo tree` knows the features that a unit alone turns on; metadata tells where the crates lie.
+/// `cargo tree` takes only the features into account that the unit turns on; the metadata contain the
+/// crates' folders.
 fn linked(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Package>> {
     let mut found = BTreeMap::new();
     for (system, metadata) in SYSTEMS.iter().zip(systems) {
-        // macros and build scripts run while compiling only
+        // macros and build scripts are not linked
         let args = ["tree", "--package", unit_crate, "--edges", "normal,no-proc-macro"];
         let output = Command::new(workspace::cargo())
             .args(args)
@@ -81,7 +86,8 @@ fn linked(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Pac
             let version = version.trim_start_matches('v');
             let is = |p: &&Package| p.name == name && p.version.to_string() == version;
             let package = metadata.packages.iter().find(is);
-            let package = package.with_context(|| format!("cargo metadata knows no {line}"))?;
+            let package =
+                package.with_context(|| format!("cargo metadata does not list {line}"))?;
             if package.source.is_some() {
                 found.insert(format!("{name}-{version}"), package.clone());
             }
@@ -90,7 +96,7 @@ fn linked(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Pac
     Ok(found)
 }
 
-/// The licence texts that a crate ships.
+/// The licence texts in a crate's folder.
 fn texts(package: &Package) -> Result<BTreeMap<String, Vec<u8>>> {
     let folder = package.manifest_path.parent().context("a package has no folder")?;
     let mut texts = BTreeMap::new();
@@ -104,10 +110,10 @@ fn texts(package: &Package) -> Result<BTreeMap<String, Vec<u8>>> {
     }
     if texts.is_empty() {
         bail!(
-            "{} {} ships no licence text; find it at {} and keep it in the repository",
+            "{} {} contains no licence text; get it from {} and add it to the repository",
             package.name,
             package.version,
-            package.repository.as_deref().unwrap_or("its home")
+            package.repository.as_deref().unwrap_or("its authors")
         );
     }
     Ok(texts)
