@@ -1,4 +1,4 @@
-//! `cargo xtask binaries`: what the libraries inside an .fmu need of a system, and what they export.
+//! `cargo xtask binaries`: what the libraries in an .fmu need from a system, and what they export.
 
 use std::{collections::BTreeSet, fmt::Write as _, fs, path::Path};
 
@@ -20,7 +20,7 @@ const EXTRAS: [&str; 2] = ["fmi2_export_describe", "fmi2_export_report"];
 const GLIBC: [&str; 5] =
     ["libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "ld-linux-x86-64.so.2"];
 
-/// What one library needs and offers.
+/// What one library needs and exports.
 #[derive(Debug, PartialEq, Eq)]
 struct Linkage {
     architecture: String,
@@ -49,7 +49,7 @@ pub fn report(files: &[impl AsRef<Path>], glibc: Option<&str>) -> Result<()> {
             }
         }
         if libraries == 0 {
-            broken.push(format!("{} holds no library", file.display()));
+            broken.push(format!("{} contains no library", file.display()));
         }
     }
     if !broken.is_empty() {
@@ -84,7 +84,7 @@ impl Linkage {
             found.push(format!("does not export {name}"));
         }
         for name in exported.difference(&wanted) {
-            found.push(format!("exports {name}, which is not of FMI 2.0"));
+            found.push(format!("exports {name}, which is not part of FMI 2.0"));
         }
         if self.needed.iter().any(|name| name.starts_with("libgcc_s")) && glibc.is_some() {
             found.push("needs libgcc_s, which not every system has".into());
@@ -99,7 +99,7 @@ impl Linkage {
         }
         let foreign = |name: &&String| !GLIBC.contains(&name.as_str()) && !name.contains("gcc_s");
         for name in self.needed.iter().filter(foreign) {
-            found.push(format!("needs {name}, which is no part of glibc"));
+            found.push(format!("needs {name}, which is not part of glibc"));
         }
         found
     }
@@ -111,7 +111,7 @@ fn version(name: &str) -> Vec<u32> {
     digits.split('.').filter_map(|part| part.parse().ok()).collect()
 }
 
-/// Reads a library; a universal one of macOS holds several.
+/// Reads a library; a universal one for macOS contains several.
 fn read(content: &[u8]) -> Result<Vec<Linkage>> {
     if let Ok(fat) = object::read::macho::MachOFatFile32::parse(content) {
         return fat.arches().iter().map(|arch| read_one(arch.data(content)?)).collect();
@@ -139,7 +139,7 @@ fn read_one(content: &[u8]) -> Result<Linkage> {
         File::Pe64(pe) => pe_needs(pe, &mut linkage)?,
         File::Pe32(pe) => pe_needs(pe, &mut linkage)?,
         File::MachO64(macho) => macho_needs(macho, &mut linkage)?,
-        other => bail!("a library of the format {:?} is not known here", other.format()),
+        other => bail!("unsupported library format {:?}", other.format()),
     }
     Ok(linkage)
 }

@@ -1,4 +1,4 @@
-//! The page that each unit carries: `documentation/index.html`, made from its description, a text with
+//! The page in each unit, `documentation/index.html`: made from its description, a text with
 //! equations (`fmu-*/documentation/text.md`) and its reference results. It needs no network.
 
 use std::{fmt::Write, fs, path::Path};
@@ -10,7 +10,7 @@ use roxmltree::{Document, Node};
 
 const STYLE: &str = include_str!("page.css");
 
-/// What a page shows beside the description.
+/// What a page shows in addition to the description.
 pub struct Parts<'a> {
     /// File name of the unit without `.fmu`.
     pub name: &'a str,
@@ -22,7 +22,7 @@ pub struct Parts<'a> {
     pub results: &'a str,
 }
 
-/// The page: what the unit computes, every variable, what it can do, and how to check it.
+/// The page: what the unit computes, its variables, its capabilities, and its reference results.
 pub fn page(xml: &str, parts: &Parts<'_>) -> Result<String> {
     let document = Document::parse(xml)?;
     let root = document.root_element();
@@ -133,7 +133,7 @@ struct Row {
     name: String,
     /// Name of the last one, where there are several.
     last: Option<String>,
-    /// Of a name that ends in a number: the name without it, and the description with *k* in its place.
+    /// For a name that ends in a number: the name without it, and the description with *k* instead.
     shared: Option<(String, String)>,
     cells: [String; 5],
 }
@@ -205,7 +205,7 @@ fn table(html: &mut String, title: &str, rows: &[Row]) -> Result<()> {
     Ok(())
 }
 
-/// `m/s2` as it is written by hand.
+/// A unit of measure with its exponent as superscript.
 fn unit_exponents(cell: &str) -> String {
     match cell {
         "m2" | "m/s2" | "s2" | "kg.m2" | "m3" => {

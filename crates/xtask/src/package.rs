@@ -1,7 +1,7 @@
 //! Builds the units' libraries and packs each layout into an .fmu.
 //!
-//! A unit's description is asked of the built library itself
-//! (`fmi2_export_describe`), so it can never disagree with the code.
+//! A unit's description comes from the built library (`fmi2_export_describe`), so it always agrees
+//! with the code.
 
 use std::{
     collections::BTreeMap,
@@ -21,7 +21,7 @@ use crate::{
 
 /// A unit that can be packed: a library with one set of resources.
 pub struct Unit {
-    /// File name without `.fmu`, also of the committed description.
+    /// File name without `.fmu`; the committed description has the same name.
     pub name: String,
     /// The FMI model identifier, which names the binary.
     pub identifier: &'static str,
@@ -123,7 +123,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
             let built = target.maglev();
             let end =
                 built.extension().map(|end| format!(".{}", end.display())).unwrap_or_default();
-            // two processors of one platform are told apart by theirs
+            // one platform may have several processors
             let file = folder.join(format!("maglev-{}-{}{end}", target.platform()?, target.arch()));
             fs::copy(&built, &file).with_context(|| format!("copying {}", built.display()))?;
         }
@@ -132,7 +132,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     Ok(packed)
 }
 
-/// Holds a unit's description against the committed one.
+/// Compares a unit's description with the committed one.
 fn compare(unit: &Unit, xml: &str, check: bool) -> Result<()> {
     let committed = description_file(unit);
     if fs::read_to_string(&committed).is_ok_and(|text| text == xml) {
@@ -149,7 +149,7 @@ pub fn build() -> Result<()> {
     Target::host().build(&UNIT_CRATES)
 }
 
-/// The committed print of a unit's description.
+/// The committed copy of a unit's description.
 pub fn description_file(unit: &Unit) -> PathBuf {
     workspace::root().join("modelDescription").join(format!("{}.xml", unit.name))
 }

@@ -16,9 +16,9 @@ pub const TESTS: &str = "tests/python/requirements.txt";
 /// Packages that make a book of the guide.
 pub const GUIDE: &str = "docs/requirements.txt";
 
-/// A Python that has what a file of requirements names; makes the environment where it is missing.
+/// The interpreter of a virtual environment with the packages in a requirements file.
 ///
-/// It lies in `target/{name}` and is made anew when the requirements change.
+/// The environment is created in `target/{name}`, and again whenever the requirements change.
 pub fn environment(name: &str, requirements: &Path) -> Result<PathBuf> {
     let root = workspace::root();
     let wanted = fs::read_to_string(root.join(requirements))

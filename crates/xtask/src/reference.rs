@@ -34,7 +34,7 @@ pub struct Reference {
     options: Options,
 }
 
-/// What `NAME_ref.opt` says.
+/// The settings in `NAME_ref.opt`.
 struct Options {
     start: f64,
     stop: f64,
@@ -58,7 +58,7 @@ impl Reference {
         self.folder.join(format!("{}_{end}", self.name))
     }
 
-    /// Name and content of all files, as they lie in the archive.
+    /// Path in the .fmu and content of every file.
     pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         let mut files = Vec::new();
         for end in ["in.csv", "ref.csv", "ref.opt"] {
@@ -132,7 +132,7 @@ impl Reference {
         )
     }
 
-    /// The outputs over time as a picture, one above the other.
+    /// Curves of the outputs over time, one above the other.
     pub fn figure(&self, xml: &str) -> Result<String> {
         let table = Table::read(&self.file("ref.csv"))?;
         // the results are yet to be computed
@@ -171,7 +171,7 @@ impl Options {
             line.with_context(|| format!("{key} is missing"))?
                 .trim()
                 .parse()
-                .with_context(|| format!("{key} is no number"))
+                .with_context(|| format!("{key} is not a number"))
         };
         Ok(Self {
             start: number("StartTime")?,

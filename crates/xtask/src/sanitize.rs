@@ -1,7 +1,7 @@
 //! `cargo xtask sanitize`: random calls on the units under the address and leak sanitizers.
 //!
 //! The sanitizers are in every toolchain, but behind an unstable flag: `RUSTC_BOOTSTRAP` lets the
-//! stable compiler take it. Everything is built anew into a folder of its own.
+//! stable compiler accept it. Everything is built into a separate folder.
 
 use std::{ffi::OsStr, path::Path};
 
@@ -12,7 +12,7 @@ use crate::workspace;
 /// The libraries ask the test program for the sanitizer's functions, hence `-rdynamic`.
 const FLAGS: &str = "-Zsanitizer=address -Clink-arg=-rdynamic";
 
-/// Stops at the first finding, a leak included, and says where it came from.
+/// Stops at the first error or leak and prints where it occurred.
 const OPTIONS: &str = "detect_leaks=1:detect_stack_use_after_return=1:strict_string_checks=1";
 
 /// Builds all with the sanitizers and makes about `calls` calls on each unit and on the kit's own

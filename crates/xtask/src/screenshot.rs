@@ -9,7 +9,7 @@ use crate::{
     python, workspace,
 };
 
-/// Runs the scenario, and lets a headless Chromium take the picture.
+/// Runs the scenario and takes the picture with a headless Chromium.
 pub fn take() -> Result<()> {
     package::package(&Order { also: &[workspace::COMMAND], ..Order::default() })?;
     let out = workspace::root().join("results").join("low-speed");

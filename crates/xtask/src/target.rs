@@ -22,7 +22,7 @@ const ZIG: &str = "crates/xtask/zig-requirements.txt";
 pub struct Target {
     /// Cargo's name; none for the system that this program runs on.
     triple: Option<String>,
-    /// Oldest glibc that must do, such as `2.17`: built with zig as compiler and linker then.
+    /// Oldest glibc to support, such as `2.17`; zig is then the compiler and linker.
     pub glibc: Option<String>,
     os: &'static str,
     arch: &'static str,
@@ -44,7 +44,9 @@ impl FromStr for Target {
         } else if triple.contains("-linux-") {
             "linux"
         } else {
-            return Err(format!("{triple} is none of Linux, Windows and macOS (apple-darwin)"));
+            return Err(format!(
+                "unsupported system {triple}: use Linux, Windows or macOS (apple-darwin)"
+            ));
         };
         if glibc.is_some() && !triple.ends_with("-linux-gnu") {
             return Err(format!(
@@ -125,7 +127,8 @@ impl Target {
             .with_context(|| format!("building for {spelt}: {}", self.advice()))
     }
 
-    /// Keeps this machine's folders out of the binary, and links a C runtime in that Windows lacks.
+    /// Flags that keep this machine's folders out of the binary; on Windows, also link the C runtime
+    /// statically.
     fn flags(&self) -> Result<OsString> {
         let mut flags = env::var("RUSTFLAGS").unwrap_or_default();
         let registry = match env::var_os("CARGO_HOME") {
@@ -146,10 +149,10 @@ impl Target {
     fn advice(&self) -> String {
         match (&self.triple, &self.glibc) {
             (None, _) => "see the messages above".to_owned(),
-            (Some(triple), None) => format!(
-                "its standard library must be installed (`rustup target add {triple}`), and a linker"
-            ),
-            (Some(_), Some(_)) => format!("zig comes from {ZIG}"),
+            (Some(triple), None) => {
+                format!("install its standard library (`rustup target add {triple}`) and a linker")
+            }
+            (Some(_), Some(_)) => format!("see the messages above; zig comes from {ZIG}"),
         }
     }
 }
@@ -169,13 +172,13 @@ fn with_zig() -> Result<OsString> {
     Ok(env::join_paths(folder.into_iter().chain(env::split_paths(&rest)))?)
 }
 
-/// Refuses targets that would meet in one folder of an archive.
+/// Refuses two targets whose libraries have the same path in an .fmu.
 pub fn distinct(targets: &[Target]) -> Result<()> {
     for (k, target) in targets.iter().enumerate() {
         for other in &targets[..k] {
             if target.platform()? == other.platform()? && !target.joins(other) {
                 bail!(
-                    "{other} and {target} are both {} to FMI 2.0; pack them into two .fmu files",
+                    "FMI 2.0 has one name, {}, for {other} and {target}: pack them into two .fmu files",
                     target.platform()?
                 );
             }

@@ -1,4 +1,4 @@
-//! Where things lie, and how the tasks start other programs.
+//! Paths of the workspace, and how the tasks start other programs.
 
 use std::{
     env,
@@ -17,13 +17,12 @@ pub fn root() -> PathBuf {
 
 /// The folder of the built units.
 ///
-/// It is `target/fmu` in any case, also where cargo builds elsewhere: scripts
-/// and scenarios name it.
+/// It is always `target/fmu`, even if cargo builds in another folder: scripts and scenarios name it.
 pub fn unit_dir() -> PathBuf {
     root().join("target").join("fmu")
 }
 
-/// Cargo's target folder, which `CARGO_TARGET_DIR` may move.
+/// Cargo's target folder; `CARGO_TARGET_DIR` may move it.
 pub fn target_dir() -> PathBuf {
     match env::var_os("CARGO_TARGET_DIR") {
         Some(dir) => root().join(dir),
@@ -31,12 +30,12 @@ pub fn target_dir() -> PathBuf {
     }
 }
 
-/// Runs `program` in the workspace's root and fails where it fails.
+/// Runs `program` in the workspace's root folder; an error if it fails.
 pub fn run<S: AsRef<OsStr>>(program: impl AsRef<OsStr>, args: &[S]) -> Result<()> {
     run_with(program, args, &[])
 }
 
-/// As [`run`], with further environment variables.
+/// Like [`run`], with additional environment variables.
 pub fn run_with<S: AsRef<OsStr>>(
     program: impl AsRef<OsStr>,
     args: &[S],
@@ -63,7 +62,7 @@ pub fn cargo() -> PathBuf {
     env::var_os("CARGO").map_or_else(|| PathBuf::from("cargo"), PathBuf::from)
 }
 
-/// Builds packages with the release profile, in one go, and lets cargo show what it compiles.
+/// Builds packages with the release profile, in one call of cargo, which shows what it compiles.
 pub fn build(packages: &[&str]) -> Result<()> {
     let mut args = vec!["build", "--release"];
     for package in packages {
@@ -81,7 +80,7 @@ pub fn build_program(package: &str) -> Result<PathBuf> {
 /// The command's package.
 pub const COMMAND: &str = "master";
 
-/// Where the release build of the command `maglev` lies.
+/// The release build of the command `maglev`.
 pub fn maglev() -> PathBuf {
     release("maglev")
 }
