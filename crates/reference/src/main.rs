@@ -12,10 +12,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use master::{
-    package::Package,
-    reference::{self, Experiment, Table},
-};
+use fmi2_conformance::reference::{self, Experiment, Table};
+use fmi2_import::package::Package;
 
 /// Simulates an FMU alone and writes its outputs where they differ from those in the file
 ///

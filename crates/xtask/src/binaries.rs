@@ -3,7 +3,6 @@
 use std::{collections::BTreeSet, fmt::Write as _, fs, path::Path};
 
 use anyhow::{Context, Result, bail};
-use fmi2_import::library::SYMBOLS;
 use fmi2_package::Archive;
 use fmi2_sys::CO_SIMULATION_FUNCTIONS;
 use object::{

@@ -78,7 +78,7 @@ pub fn build_program(package: &str) -> Result<PathBuf> {
 }
 
 /// The command's package.
-pub const COMMAND: &str = "master";
+pub const COMMAND: &str = "maglev-cli";
 
 /// The release build of the command `maglev`.
 pub fn maglev() -> PathBuf {

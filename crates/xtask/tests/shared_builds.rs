@@ -7,7 +7,7 @@ use std::{
 };
 
 /// What cargo is called for: the packages of each call.
-const CALLS: [&[&str]; 3] = [&["xtask"], &["fmu-ems", "fmu-guideway", "fmu-vehicle"], &["master"]];
+const CALLS: [&[&str]; 3] = [&["xtask"], &["fmu-ems", "fmu-guideway", "fmu-vehicle"], &["maglev-cli"]];
 
 /// The features of every dependency in one call; a package that is compiled for macros and for programs
 /// may have two sets.
