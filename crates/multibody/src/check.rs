@@ -4,17 +4,12 @@ use std::collections::HashMap;
 
 use nalgebra::SymmetricEigen;
 
-use crate::description::{Body, Description, GROUND, Inertia, Joint, JointKind};
-use crate::error::Error;
-use crate::math::{Mat3, Quat, Vec3, normalised, rotation_matrix};
-
-/// How far the two sides of a joint may stand apart in the initial pose (m, or rad between the
-/// axes). A micrometre is beyond any drawing; what is left is closed before the first step.
-pub const MEETING_TOLERANCE: f64 = 1e-6;
-
-fn invalid(path: impl Into<String>, message: impl Into<String>) -> Error {
-    Error::Invalid { path: path.into(), message: message.into() }
-}
+use crate::description::{Body, Description, GROUND, Inertia};
+use crate::error::{Error, invalid};
+use crate::math::{Mat3, Quat, Vec3, normalised};
+use crate::names::{Names, meant};
+use crate::numbers::{finite, not_negative};
+use crate::sides::joint_sides;
 
 impl Inertia {
     /// The full symmetric matrix.
@@ -32,103 +27,6 @@ impl Body {
     #[must_use]
     pub fn attitude(&self) -> Quat {
         self.orientation.map_or(crate::math::IDENTITY, normalised)
-    }
-}
-
-/// A joint's two sides in the world, in the initial pose.
-pub(crate) struct JointSides {
-    pub point_a: Vec3,
-    pub point_b: Vec3,
-    /// Unit vectors; zero for joints without axis.
-    pub axis_a: Vec3,
-    pub axis_b: Vec3,
-}
-
-/// Bodies by name, `ground` as `None`.
-pub(crate) struct Names<'a>(HashMap<&'a str, usize>);
-
-impl<'a> Names<'a> {
-    pub fn new(bodies: &'a [Body]) -> Self {
-        Self(bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect())
-    }
-
-    /// Index of the named body, `None` for the ground.
-    pub fn find(&self, name: &str, path: &str) -> Result<Option<usize>, Error> {
-        if name == GROUND {
-            return Ok(None);
-        }
-        self.0.get(name).map(|k| Some(*k)).ok_or_else(|| {
-            let known = self.0.keys().copied().chain([GROUND]);
-            invalid(path, format!("no body is called `{name}`{}", meant(name, known)))
-        })
-    }
-
-    /// Index of the named body, which must not be the ground.
-    pub fn moving(&self, name: &str, path: &str) -> Result<usize, Error> {
-        self.find(name, path)?
-            .ok_or_else(|| invalid(path, "the ground cannot be used here, name a body"))
-    }
-
-    /// The two ends of a joint or element, which must differ.
-    pub fn pair(
-        &self,
-        a: &str,
-        b: &str,
-        path: &str,
-    ) -> Result<(Option<usize>, Option<usize>), Error> {
-        let first = self.find(a, &format!("{path}.body_a"))?;
-        let second = self.find(b, &format!("{path}.body_b"))?;
-        if first == second {
-            return Err(invalid(path, format!("both ends are on `{a}`")));
-        }
-        Ok((first, second))
-    }
-}
-
-fn finite(values: &[f64], path: &str) -> Result<(), Error> {
-    if values.iter().all(|v| v.is_finite()) {
-        Ok(())
-    } else {
-        Err(invalid(path, "every number must be finite"))
-    }
-}
-
-/// Which of the known names may have been meant: the closest, where it is close.
-fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // longer names than anybody types by mistake are not worth the search
-    let near = |other: &str| (other.len() <= 64).then(|| distance(name, other));
-    let found = if name.len() > 64 {
-        None
-    } else {
-        known
-            .filter_map(|other| near(other).map(|d| (d, other)))
-            .min()
-            .filter(|(d, _)| 3 * d <= name.chars().count())
-    };
-    found.map_or_else(String::new, |(_, other)| format!("; is `{other}` meant?"))
-}
-
-/// How many letters have to be put in, left out or exchanged (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let exchanged = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = exchanged.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
-fn not_negative(values: &[f64], path: &str) -> Result<(), Error> {
-    finite(values, path)?;
-    match values.iter().find(|v| **v < 0.0) {
-        Some(v) => Err(invalid(path, format!("must not be negative, but is {v}"))),
-        None => Ok(()),
     }
 }
 
@@ -321,110 +219,5 @@ impl Description {
             }
         }
         Ok(())
-    }
-}
-
-/// World point of a point given in a body's own coordinates.
-fn world_point(bodies: &[Body], body: Option<usize>, local: Vec3) -> Vec3 {
-    body.map_or(local, |k| {
-        Vec3::from(bodies[k].position) + rotation_matrix(bodies[k].attitude()) * local
-    })
-}
-
-fn world_direction(bodies: &[Body], body: Option<usize>, local: Vec3) -> Vec3 {
-    body.map_or(local, |k| rotation_matrix(bodies[k].attitude()) * local)
-}
-
-/// The joint's points and axes on either side, checked to meet.
-pub(crate) fn joint_sides(
-    joint: &Joint,
-    bodies: &[Body],
-    names: &Names,
-    path: &str,
-) -> Result<JointSides, Error> {
-    let (a, b) = names.pair(&joint.body_a, &joint.body_b, path)?;
-    let (point_a, point_b) = match (joint.position, joint.local_a, joint.local_b) {
-        (Some(p), None, None) => (Vec3::from(p), Vec3::from(p)),
-        (None, Some(pa), Some(pb)) => {
-            (world_point(bodies, a, pa.into()), world_point(bodies, b, pb.into()))
-        }
-        _ => {
-            return Err(invalid(path, "give either `position`, or both `local_a` and `local_b`"));
-        }
-    };
-    finite(point_a.as_slice(), path)?;
-    finite(point_b.as_slice(), path)?;
-    let (axis_a, axis_b) = joint_axes(joint, bodies, a, b, path)?;
-    let mut apart = point_b - point_a;
-    if joint.kind == JointKind::Translational {
-        apart -= axis_a * axis_a.dot(&apart);
-    }
-    if apart.norm() > MEETING_TOLERANCE {
-        return Err(invalid(
-            path,
-            format!(
-                "the two sides of joint `{}` do not meet in the initial pose: they are {:.3e} m \
-                 apart, `{}` stands off by ({:.3e}, {:.3e}, {:.3e}) m; correct `local_a`, `local_b` \
-                 or a body's place",
-                joint.name,
-                apart.norm(),
-                joint.body_b,
-                apart.x,
-                apart.y,
-                apart.z
-            ),
-        ));
-    }
-    let angle = axis_a.cross(&axis_b).norm().atan2(axis_a.dot(&axis_b));
-    if angle > MEETING_TOLERANCE {
-        return Err(invalid(
-            path,
-            format!(
-                "the two axes of joint `{}` are {angle:.3e} rad apart in the initial pose; correct \
-                 `local_axis_a`, `local_axis_b` or a body's orientation",
-                joint.name
-            ),
-        ));
-    }
-    Ok(JointSides { point_a, point_b, axis_a, axis_b })
-}
-
-fn joint_axes(
-    joint: &Joint,
-    bodies: &[Body],
-    a: Option<usize>,
-    b: Option<usize>,
-    path: &str,
-) -> Result<(Vec3, Vec3), Error> {
-    let unit = |v: [f64; 3], field: &str| -> Result<Vec3, Error> {
-        finite(&v, &format!("{path}.{field}"))?;
-        let (v, largest) = (Vec3::from(v), Vec3::from(v).amax());
-        if largest == 0.0 {
-            let message = "the axis must not be zero; any length will do";
-            return Err(invalid(format!("{path}.{field}"), message));
-        }
-        // scaled first, so that no length overflows
-        Ok((v / largest).normalize())
-    };
-    match (joint.axis, joint.local_axis_a, joint.local_axis_b) {
-        (None, None, None) if !joint.kind.has_axis() => Ok((Vec3::zeros(), Vec3::zeros())),
-        _ if !joint.kind.has_axis() => {
-            Err(invalid(path, format!("a {} joint has no axis", joint.kind)))
-        }
-        (Some(n), None, None) => {
-            let n = unit(n, "axis")?;
-            Ok((n, n))
-        }
-        (None, Some(na), Some(nb)) => Ok((
-            world_direction(bodies, a, unit(na, "local_axis_a")?),
-            world_direction(bodies, b, unit(nb, "local_axis_b")?),
-        )),
-        _ => Err(invalid(
-            path,
-            format!(
-                "a {} joint needs either `axis`, or both `local_axis_a` and `local_axis_b`",
-                joint.kind
-            ),
-        )),
     }
 }

@@ -1,9 +1,11 @@
 //! Brackets merged away: bodies that are fixed to each other become one composite body.
 
-use crate::check::Names;
+use nalgebra::Matrix6;
+
 use crate::description::{Body, Description, JointKind};
 use crate::error::{Error, Redundancy};
 use crate::math::{Mat3, Quat, Vec3, conjugate, multiply, rotation_matrix};
+use crate::names::Names;
 use crate::state::BodyState;
 
 /// A rigid body of the equations of motion.
@@ -17,6 +19,16 @@ pub(crate) struct Composite {
     pub inertia: Mat3,
     /// Initial pose, at rest.
     pub start: BodyState,
+}
+
+/// M of one body: (m I, J).
+pub(crate) fn mass_block(composite: &Composite) -> Matrix6<f64> {
+    let mut block = Matrix6::zeros();
+    for k in 0..3 {
+        block[(k, k)] = composite.mass;
+    }
+    block.fixed_view_mut::<3, 3>(3, 3).copy_from(&composite.inertia);
+    block
 }
 
 /// Where a described body has gone.

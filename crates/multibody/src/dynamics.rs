@@ -1,111 +1,14 @@
 //! Equation 9 evaluated: M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ.
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::assembly::mass_block;
-use crate::block::Window;
+use crate::block::{Vanished, Window};
 use crate::error::Error;
 use crate::joint::Row;
-use crate::math::{Quat, Vec3};
+use crate::loads::Loads;
+use crate::math::Vec3;
 use crate::model::Model;
+use crate::rate::Rate;
 use crate::state::{BodyState, Kinematics, State, Wrench};
-
-/// Forces on the magnets, one entry per magnet, N.
-#[derive(Debug, Clone, Copy)]
-pub struct Loads<'a> {
-    /// Upward.
-    pub vertical: &'a [f64],
-    /// To the left.
-    pub lateral: &'a [f64],
-}
-
-/// Scratch memory of one thread of evaluations. It never influences results: factors that it
-/// remembers are used only for the very same pose, accelerations only for the very same state and
-/// loads.
-#[derive(Debug, Clone)]
-pub struct Workspace {
-    /// Kinematics of the bodies, the ground last.
-    pub(crate) kin: Vec<Kinematics>,
-    pub(crate) rows_a: Vec<Row>,
-    pub(crate) rows_b: Vec<Row>,
-    pub(crate) factors: Vec<f64>,
-    /// Pose whose factors `factors` holds.
-    factored: Option<()>,
-    factored_pose: Vec<(Vec3, Quat)>,
-    /// Whether `solution` is that of the factored pose, of the motion in `kin` and of the loads in
-    /// `vertical` and `lateral`.
-    evaluated: bool,
-    pub(crate) wrenches: Vec<Wrench>,
-    /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
-    pub(crate) solution: Vec<f64>,
-    /// As long as the solution, for differences of right-hand sides.
-    pub(crate) spare: Vec<f64>,
-    pub(crate) residual: Vec<f64>,
-    pub(crate) stage: Vec<BodyState>,
-    pub(crate) start: Vec<BodyState>,
-    pub(crate) sum: Vec<crate::integrate::Rate>,
-    pub(crate) vertical: Vec<f64>,
-    pub(crate) lateral: Vec<f64>,
-}
-
-/// Equality that tells 0 from −0, which can lead to different bits.
-fn same_bits(a: &[f64], b: &[f64]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
-}
-
-impl Workspace {
-    /// Accelerations v̇ (world) and ω̇ (body axes) of a composite body after an evaluation.
-    #[must_use]
-    pub fn acceleration(&self, body: usize) -> (Vec3, Vec3) {
-        let x = &self.solution[6 * body..6 * body + 6];
-        (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]))
-    }
-
-    /// λ after an evaluation, joint by joint.
-    #[must_use]
-    pub fn multipliers(&self) -> &[f64] {
-        &self.solution[6 * (self.kin.len() - 1)..]
-    }
-
-    /// Forgets the remembered factors and accelerations.
-    pub(crate) fn forget(&mut self) {
-        self.factored = None;
-        self.evaluated = false;
-    }
-
-    /// Remembers that the factors are those of these poses.
-    fn remember(&mut self, bodies: &[BodyState]) {
-        for (pose, body) in self.factored_pose.iter_mut().zip(bodies) {
-            *pose = (body.position, body.attitude);
-        }
-        self.factored = Some(());
-    }
-
-    /// Whether factors of this very pose are remembered.
-    fn has_factors(&self, bodies: &[BodyState]) -> bool {
-        self.factored.is_some()
-            && bodies.iter().zip(&self.factored_pose).all(|(body, (r, p))| {
-                same_bits(body.position.as_slice(), r.as_slice()) && same_bits(&body.attitude, p)
-            })
-    }
-
-    /// Whether `kin` holds these very velocities.
-    fn has_motion(&self, bodies: &[BodyState]) -> bool {
-        bodies.iter().zip(&self.kin).all(|(body, kin)| {
-            same_bits(body.velocity.as_slice(), kin.v.as_slice())
-                && same_bits(body.angular_velocity.as_slice(), kin.w.as_slice())
-        })
-    }
-
-    /// Whether accelerations of this very state under these very loads are remembered.
-    fn has_solution(&self, bodies: &[BodyState], loads: &Loads) -> bool {
-        self.evaluated
-            && self.has_factors(bodies)
-            && same_bits(loads.vertical, &self.vertical)
-            && same_bits(loads.lateral, &self.lateral)
-            && self.has_motion(bodies)
-    }
-}
+use crate::workspace::Workspace;
 
 impl Model {
     /// Scratch memory for this model.
@@ -126,7 +29,7 @@ impl Model {
             spare: vec![0.0; self.unknowns()],
             residual: vec![0.0; self.rows],
             stage: start.clone(),
-            sum: vec![crate::integrate::Rate::zero(); bodies],
+            sum: vec![Rate::zero(); bodies],
             start,
             vertical: vec![0.0; self.magnets.len()],
             lateral: vec![0.0; self.magnets.len()],
@@ -308,7 +211,7 @@ impl Model {
         self.solver.factor_window(window, factors).map_err(|vanished| self.singular(vanished, time))
     }
 
-    pub(crate) fn singular(&self, vanished: crate::block::Vanished, time: f64) -> Error {
+    pub(crate) fn singular(&self, vanished: Vanished, time: f64) -> Error {
         let bodies = self.composites.len();
         let name = vanished
             .node
@@ -458,40 +361,5 @@ impl Model {
             let arm = kin[magnet.body].turn(&magnet.local);
             wrenches[magnet.body].add(&Vec3::new(0.0, left, up), &arm);
         }
-    }
-
-    /// M and Φ_q of eq. 9 as dense matrices, with the right-hand side (Q, γ): for checks.
-    #[must_use]
-    pub fn dense_system(
-        &self,
-        state: &State,
-        loads: &Loads,
-        ws: &mut Workspace,
-    ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
-        ws.forget();
-        ws.vertical.copy_from_slice(loads.vertical);
-        ws.lateral.copy_from_slice(loads.lateral);
-        self.set_kinematics(&state.bodies, ws);
-        self.jacobians(ws);
-        self.apply_forces(ws);
-        self.right_hand_side(ws);
-        let n = 6 * self.composites.len();
-        let mut mass = DMatrix::zeros(n, n);
-        for (k, composite) in self.composites.iter().enumerate() {
-            mass.view_mut((6 * k, 6 * k), (6, 6)).copy_from(&mass_block(composite));
-        }
-        let mut jacobian = DMatrix::zeros(self.rows, n);
-        for joint in &self.joints {
-            for r in joint.row..joint.row + joint.equations() {
-                for (body, row) in [(joint.a, &ws.rows_a[r]), (joint.b, &ws.rows_b[r])] {
-                    if 6 * body < n {
-                        for (c, value) in row.iter().enumerate() {
-                            jacobian[(r, 6 * body + c)] = *value;
-                        }
-                    }
-                }
-            }
-        }
-        (mass, jacobian, DVector::from_column_slice(&ws.solution))
     }
 }

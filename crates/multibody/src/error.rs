@@ -139,3 +139,8 @@ impl std::fmt::Display for Redundancy {
         Ok(())
     }
 }
+
+/// An [`Error::Invalid`].
+pub(crate) fn invalid(path: impl Into<String>, message: impl Into<String>) -> Error {
+    Error::Invalid { path: path.into(), message: message.into() }
+}

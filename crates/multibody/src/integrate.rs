@@ -9,11 +9,13 @@
 //! stays below the tolerances after every step, however long the run: there is nothing left that
 //! could add up.
 
-use crate::dynamics::Workspace;
 use crate::error::Error;
-use crate::math::{Quat, Vec3, from_rotation_vector, multiply, normalised, rate};
+use crate::loads::{LoadCourse, polynomial};
+use crate::math::{Vec3, normalised};
 use crate::model::Model;
+use crate::rate::Rate;
 use crate::state::{BodyState, State};
+use crate::workspace::Workspace;
 
 /// Corrections tried before giving up.
 const MOST_CORRECTIONS: usize = 12;
@@ -28,95 +30,6 @@ const AIM: f64 = 0.01;
 fn closed(violation: f64, before: f64, tolerance: f64, iteration: usize) -> bool {
     let at_an_end = violation > 0.5 * before || iteration >= MOST_CORRECTIONS;
     violation <= AIM * tolerance || (violation <= tolerance && at_an_end)
-}
-
-/// Forces on the magnets as polynomials in the time τ since the start of the step:
-/// u + u' τ + u'' τ²/2 + u''' τ³/6.
-#[derive(Debug, Clone, Copy)]
-pub struct LoadCourse<'a> {
-    /// Upward, N.
-    pub vertical: &'a [[f64; 4]],
-    /// To the left, N.
-    pub lateral: &'a [[f64; 4]],
-}
-
-fn polynomial(u: &[f64; 4], t: f64) -> f64 {
-    u[0] + t * (u[1] + t * (0.5 * u[2] + t * (u[3] / 6.0)))
-}
-
-/// Explicit Runge-Kutta schemes in which every stage starts from the one before it alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scheme {
-    /// The midpoint rule: order 2 with two evaluations.
-    Midpoint,
-    /// Heun's scheme of order 3 with three evaluations.
-    Heun,
-    /// The classical scheme: order 4 with four evaluations.
-    #[default]
-    Classical,
-}
-
-impl Scheme {
-    /// Node and weight of each stage; a stage's node is also its distance along the slope before.
-    fn stages(self) -> &'static [(f64, f64)] {
-        match self {
-            Self::Midpoint => &[(0.0, 0.0), (0.5, 1.0)],
-            Self::Heun => &[(0.0, 0.25), (1.0 / 3.0, 0.0), (2.0 / 3.0, 0.75)],
-            Self::Classical => {
-                &[(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)]
-            }
-        }
-    }
-}
-
-/// Derivative of a body's state.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Rate {
-    r: Vec3,
-    p: Quat,
-    v: Vec3,
-    w: Vec3,
-}
-
-impl Rate {
-    pub fn zero() -> Self {
-        Self { r: Vec3::zeros(), p: [0.0; 4], v: Vec3::zeros(), w: Vec3::zeros() }
-    }
-
-    fn of(body: &BodyState, v: Vec3, w: Vec3) -> Self {
-        Self { r: body.velocity, p: rate(body.attitude, &body.angular_velocity), v, w }
-    }
-
-    fn add(&mut self, other: &Self, factor: f64) {
-        self.r += other.r * factor;
-        for (a, b) in self.p.iter_mut().zip(other.p) {
-            *a += b * factor;
-        }
-        self.v += other.v * factor;
-        self.w += other.w * factor;
-    }
-}
-
-impl BodyState {
-    fn moved(&self, rate: &Rate, h: f64) -> Self {
-        let mut attitude = self.attitude;
-        for (a, b) in attitude.iter_mut().zip(rate.p) {
-            *a += b * h;
-        }
-        Self {
-            position: self.position + rate.r * h,
-            attitude,
-            velocity: self.velocity + rate.v * h,
-            angular_velocity: self.angular_velocity + rate.w * h,
-        }
-    }
-
-    /// Applies a small displacement and a small rotation in body axes.
-    pub(crate) fn displace(&mut self, delta: &[f64]) {
-        self.position += Vec3::new(delta[0], delta[1], delta[2]);
-        let turn = from_rotation_vector(&Vec3::new(delta[3], delta[4], delta[5]));
-        self.attitude = normalised(multiply(self.attitude, turn));
-    }
 }
 
 impl Model {

@@ -8,11 +8,12 @@
 //! The brackets are differenced centrally along the motion. Neither neighbour needs a factorisation
 //! or a solution; the factors at hand give ȧ and λ̇ by one back-substitution.
 
-use crate::dynamics::{Loads, Workspace};
 use crate::error::Error;
+use crate::loads::Loads;
 use crate::math::{Vec3, from_rotation_vector, multiply};
 use crate::model::Model;
 use crate::state::{BodyState, State};
+use crate::workspace::Workspace;
 
 /// Step of the central difference, s. Motions of up to 400 rad/s lose (400·DIFFERENCE)²/6 = 2e-7 of
 /// their rate. Rounding: places of some 10 m are known to 2e-15 m, which a bushing of 4e5 N/m on a

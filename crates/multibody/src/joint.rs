@@ -14,7 +14,7 @@
 
 use crate::description::JointKind;
 use crate::math::Vec3;
-use crate::model::JointPlaces;
+use crate::places::JointPlaces;
 use crate::state::Kinematics;
 
 /// Coefficients of (v, ω) in one equation.

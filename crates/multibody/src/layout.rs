@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use crate::block::{Below, Column, Factorisation, Index, Pivot, Place, Size, Window, index};
+use crate::elimination::{Elimination, Gone};
 use crate::kernels::Leaf;
-use crate::ordering::{Elimination, Gone, Ordering};
 
 /// Most columns of a window: some 25 kB, half of a first cache of 48 kB, and enough independent
 /// columns side by side.
@@ -13,6 +13,22 @@ const WINDOW: usize = 56;
 
 /// Share of a row's full strength at which a moving mechanism counts as singular.
 const VANISHING_PIVOT: f64 = 1e-12;
+
+/// The result of the analysis.
+#[derive(Debug, Clone)]
+pub(crate) struct Ordering {
+    pub factorisation: Factorisation,
+    pub places: HashMap<(usize, usize), Place>,
+    /// Group of each node; groups share no coupling.
+    pub components: Vec<usize>,
+}
+
+impl Ordering {
+    /// Where the block (i, j) of the matrix is stored.
+    pub fn place(&self, i: usize, j: usize) -> Option<Place> {
+        self.places.get(&(i, j)).copied()
+    }
+}
 
 /// Columns in the turn in which they are worked on.
 struct Sequence<'a> {

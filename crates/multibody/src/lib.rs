@@ -45,15 +45,21 @@
 
 #![forbid(unsafe_code)]
 
+mod anchor;
 mod assembly;
+mod attachments;
 mod block;
 mod check;
 mod composite;
+mod counts;
+mod dense;
 mod description;
 mod dynamics;
 mod elements;
+mod elimination;
 mod equilibrium;
 mod error;
+mod explain;
 #[cfg(test)]
 mod growth;
 mod integrate;
@@ -61,32 +67,47 @@ mod jerk;
 mod joint;
 mod kernels;
 mod layout;
+mod linearisation;
 mod linearise;
+mod loads;
 pub mod math;
 mod model;
+mod names;
+mod numbers;
 mod observe;
 mod ordering;
+mod places;
+mod rate;
 mod reactions;
+mod resolve;
+mod saddle;
+mod sample;
+mod scheme;
 mod shapes;
+mod sides;
 mod state;
 #[cfg(test)]
 mod tests;
 pub mod train;
+mod workspace;
 
-pub use check::MEETING_TOLERANCE;
+pub use counts::Counts;
 pub use description::{
     Body, Bushing, Description, Drive, GROUND, Inertia, Joint, JointForce, JointKind, Magnet,
     Observed, Spring,
 };
-pub use dynamics::{Loads, Workspace};
 pub use equilibrium::{Equilibrium, Guidance, Holding};
 pub use error::{Error, Redundancy};
-pub use integrate::{LoadCourse, Scheme};
-pub use linearise::{BodyShape, Linearisation, MagnetSprings, damping_ratio, natural_frequency};
-pub use model::{Counts, Model, Tolerances};
+pub use linearisation::{BodyShape, Linearisation, damping_ratio, natural_frequency};
+pub use linearise::MagnetSprings;
+pub use loads::{LoadCourse, Loads};
+pub use model::{Model, Tolerances};
 pub use observe::{Energy, Motion};
 pub use reactions::Reaction;
+pub use scheme::Scheme;
+pub use sides::MEETING_TOLERANCE;
 pub use state::{BodyState, State};
+pub use workspace::Workspace;
 
 /// Runs the example of the README.
 #[cfg(doctest)]

@@ -1,83 +1,16 @@
 //! The assembled model: immutable, shared by all evaluations.
 
-use std::collections::BTreeMap;
-
-use crate::block::{Factorisation, Index, Place};
+use crate::anchor::{Anchor, DriveForce, Watched};
+use crate::attachments::Attachments;
+use crate::block::Factorisation;
 use crate::composite::{Composite, Member};
-use crate::description::JointKind;
+use crate::counts::Counts;
 use crate::elements::{Bushing, JointForce, Spring};
-use crate::integrate::Scheme;
 use crate::joint::Joint;
 use crate::math::Vec3;
-use crate::reactions::Attachments;
+use crate::places::Places;
+use crate::scheme::Scheme;
 use crate::state::State;
-
-/// What the vehicle consists of, before fixed joints are merged.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Counts {
-    /// Bodies of the description.
-    pub bodies: usize,
-    /// Joints by kind.
-    pub joints: BTreeMap<JointKind, usize>,
-    /// Constraint equations of all joints, brackets included.
-    pub equations: usize,
-    /// Rank of their Jacobian; equal to `equations`, since redundant joints are refused.
-    pub rank: usize,
-    /// Degrees of freedom, 6·bodies − rank.
-    pub degrees_of_freedom: usize,
-    /// Magnets.
-    pub magnets: usize,
-    /// Bodies after merging.
-    pub composites: usize,
-    /// Constraint equations after merging.
-    pub reduced_equations: usize,
-    /// Groups of composites that share no joint.
-    pub components: usize,
-    /// Bushings, springs and joint springs.
-    pub force_elements: usize,
-}
-
-/// A point on a composite body.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Anchor {
-    pub body: usize,
-    /// In the body's axes from its centre of mass, m.
-    pub local: Vec3,
-    /// In the world in the initial pose, m.
-    pub start: Vec3,
-}
-
-/// Longitudinal hold at some bodies.
-#[derive(Debug, Clone)]
-pub(crate) struct DriveForce {
-    /// Points at the described bodies' centres of mass.
-    pub anchors: Vec<Anchor>,
-    /// N/m.
-    pub stiffness: f64,
-    /// N·s/m.
-    pub damping: f64,
-}
-
-/// A body whose motion is observed.
-#[derive(Debug, Clone)]
-pub(crate) struct Watched {
-    pub name: String,
-    /// Index of the described body.
-    pub member: usize,
-    pub points: Vec<Anchor>,
-}
-
-/// Where a joint's blocks for a and for b are stored.
-pub(crate) type JointPlaces = [Option<Place>; 2];
-
-/// Where the blocks of the saddle-point matrix are stored.
-#[derive(Debug, Clone)]
-pub(crate) struct Places {
-    /// Diagonal block of each body; `None` where its factor is constant.
-    pub bodies: Vec<Option<Index>>,
-    /// Blocks (joint, a) and (joint, b); `None` for the ground.
-    pub joints: Vec<JointPlaces>,
-}
 
 /// Tolerances of the closing of joints after each internal step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,10 @@
 //! What can be read off a state: motion of magnets and observed bodies, energies, momentum.
 
-use crate::dynamics::Workspace;
+use crate::anchor::Anchor;
 use crate::math::{Vec3, multiply, roll_pitch_yaw, rotation_matrix};
-use crate::model::{Anchor, Model};
+use crate::model::Model;
 use crate::state::{BodyState, State};
+use crate::workspace::Workspace;
 
 /// Motion of a point relative to its place in the description, in the travelling frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,13 +4,14 @@
 //! follows from Newton's and Euler's equations of all bodies on one side of it: their masses times
 //! their accelerations, less everything that acts on them from elsewhere.
 
-use crate::check::{Names, joint_sides};
-use crate::description::{Description, JointKind};
-use crate::dynamics::{Loads, Workspace};
+use crate::anchor::Anchor;
+use crate::attachments::End;
 use crate::error::Error;
-use crate::math::{Mat3, Vec3, rotation_matrix};
-use crate::model::{Anchor, Model};
+use crate::loads::Loads;
+use crate::math::{Vec3, rotation_matrix};
+use crate::model::Model;
 use crate::state::{Kinematics, State, Wrench};
+use crate::workspace::Workspace;
 
 /// Force and moment on body b of a joint, world axes. Body a feels the opposite.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,92 +22,6 @@ pub struct Reaction {
     pub moment: Vec3,
     /// The joint's point on b in the travelling world frame, m.
     pub point: Vec3,
-}
-
-/// A described body, by its index; `None` is the ground.
-type End = Option<usize>;
-
-/// A fixed joint that was merged away.
-#[derive(Debug, Clone)]
-struct Bracket {
-    name: String,
-    ends: [End; 2],
-    /// In the world in the initial pose, m.
-    point: Vec3,
-}
-
-/// Which described bodies joints and elements act on: what merging forgets.
-#[derive(Debug, Clone)]
-pub(crate) struct Attachments {
-    masses: Vec<f64>,
-    /// In the bodies' own axes, kg·m².
-    inertias: Vec<Mat3>,
-    brackets: Vec<Bracket>,
-    joints: Vec<[End; 2]>,
-    bushings: Vec<[End; 2]>,
-    springs: Vec<[End; 2]>,
-    drive: Vec<usize>,
-    magnets: Vec<usize>,
-}
-
-impl Attachments {
-    pub fn new(description: &Description, names: &Names) -> Result<Self, Error> {
-        let bodies = &description.bodies;
-        let mut brackets = Vec::new();
-        let mut joints = Vec::new();
-        for (k, joint) in description.joints.iter().enumerate() {
-            let path = format!("joints[{k}]");
-            let (a, b) = names.pair(&joint.body_a, &joint.body_b, &path)?;
-            if joint.kind == JointKind::Bracket {
-                let point = joint_sides(joint, bodies, names, &path)?.point_b;
-                brackets.push(Bracket { name: joint.name.clone(), ends: [a, b], point });
-            } else {
-                joints.push([a, b]);
-            }
-        }
-        let pair = |a: &str, b: &str, path: &str| names.pair(a, b, path).map(|(a, b)| [a, b]);
-        let bushings = description.bushings.iter();
-        let springs = description.springs.iter();
-        let driven = description.drive.iter().flat_map(|drive| &drive.bodies);
-        Ok(Self {
-            masses: bodies.iter().map(|b| b.mass).collect(),
-            inertias: bodies.iter().map(|b| b.inertia.matrix()).collect(),
-            brackets,
-            joints,
-            bushings: bushings
-                .map(|b| pair(&b.body_a, &b.body_b, "bushings"))
-                .collect::<Result<_, _>>()?,
-            springs: springs
-                .map(|s| pair(&s.body_a, &s.body_b, "springs"))
-                .collect::<Result<_, _>>()?,
-            drive: driven.map(|b| names.moving(b, "drive.bodies")).collect::<Result<_, _>>()?,
-            magnets: description
-                .magnets
-                .iter()
-                .map(|m| names.moving(&m.body, "magnets"))
-                .collect::<Result<_, _>>()?,
-        })
-    }
-
-    /// The bodies that hang together with `start` without `cut`, and whether the ground does.
-    fn side(&self, start: End, cut: usize) -> (Vec<bool>, bool) {
-        let ground = self.masses.len();
-        let index = |end: End| end.unwrap_or(ground);
-        let mut inside = vec![false; ground + 1];
-        inside[index(start)] = true;
-        let mut grown = true;
-        while grown {
-            grown = false;
-            for (k, bracket) in self.brackets.iter().enumerate() {
-                let [a, b] = bracket.ends.map(index);
-                if k != cut && inside[a] != inside[b] {
-                    (inside[a], inside[b], grown) = (true, true, true);
-                }
-            }
-        }
-        let grounded = inside[ground];
-        (inside, grounded)
-    }
 }
 
 /// Wrenches about one point, summed over a set of described bodies.

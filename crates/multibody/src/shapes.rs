@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, Matrix3xX, RowDVector};
 
-use crate::linearise::Linearisation;
+use crate::anchor::Anchor;
+use crate::linearisation::Linearisation;
 use crate::math::{cross_matrix, rotation_matrix};
-use crate::model::{Anchor, Model};
+use crate::model::Model;
 use crate::state::State;
 
 impl Model {

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::{Mat3, Quat, Vec3, normalised, rotation_matrix};
+use crate::math::{
+    IDENTITY, Mat3, Quat, Vec3, from_rotation_vector, multiply, normalised, rotation_matrix,
+};
 
 /// Motion of one rigid body (a composite of all bodies that brackets tie together).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -15,6 +17,15 @@ pub struct BodyState {
     pub velocity: Vec3,
     /// ω: angular velocity in body axes, rad/s.
     pub angular_velocity: Vec3,
+}
+
+impl BodyState {
+    /// Applies a small displacement and a small rotation in body axes.
+    pub(crate) fn displace(&mut self, delta: &[f64]) {
+        self.position += Vec3::new(delta[0], delta[1], delta[2]);
+        let turn = from_rotation_vector(&Vec3::new(delta[3], delta[4], delta[5]));
+        self.attitude = normalised(multiply(self.attitude, turn));
+    }
 }
 
 /// Everything that changes while stepping; a pure value, so saving and restoring it is complete.
@@ -57,7 +68,7 @@ impl Kinematics {
     pub fn at_rest() -> Self {
         Self {
             r: Vec3::zeros(),
-            p: crate::math::IDENTITY,
+            p: IDENTITY,
             a: Mat3::identity(),
             v: Vec3::zeros(),
             w: Vec3::zeros(),

@@ -4,10 +4,11 @@ mod jets;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::dynamics::{Loads, Workspace};
+use crate::loads::Loads;
 use crate::math::{Vec3, from_rotation_vector, multiply, normalised};
 use crate::model::Model;
 use crate::state::{State, Wrench};
+use crate::workspace::Workspace;
 use crate::{Description, JointKind, train};
 
 /// Numbers in [−1, 1), the same on every machine.

@@ -1,6 +1,6 @@
 //! Bushing: three translational and three rotational spring-dampers along axes fixed to a.
 
-use crate::elements::{ElasticRow, rotation_row, translation_row};
+use super::elastic::{ElasticRow, rotation_row, translation_row};
 use crate::joint::Row;
 use crate::math::{Mat3, Quat, Vec3, conjugate, moment_from_gradient, multiply, rotation_vector};
 use crate::state::{Kinematics, Wrench};

@@ -1,7 +1,7 @@
 //! Spring-damper and constant force in the free coordinate of a translational or revolute joint.
 
+use super::elastic::{ElasticRow, rotation_row, translation_row};
 use crate::description::JointKind;
-use crate::elements::{ElasticRow, rotation_row, translation_row};
 use crate::joint::Joint;
 use crate::state::{Kinematics, Wrench};
 

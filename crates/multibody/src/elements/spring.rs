@@ -1,6 +1,6 @@
 //! Spring-damper on the line between two points.
 
-use crate::elements::{ElasticRow, translation_row};
+use super::elastic::{ElasticRow, translation_row};
 use crate::math::Vec3;
 use crate::state::{Kinematics, Wrench};
 

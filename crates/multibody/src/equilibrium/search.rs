@@ -2,11 +2,13 @@
 
 use nalgebra::DVector;
 
-use super::{Equilibrium, Guidance, Holding, Statics};
-use crate::dynamics::{Loads, Workspace};
+use super::holding::{Equilibrium, Guidance, Holding};
+use super::statics::Statics;
 use crate::error::Error;
+use crate::loads::Loads;
 use crate::model::Model;
 use crate::state::State;
+use crate::workspace::Workspace;
 
 /// Below these the search ends at once.
 const GOAL_ACCELERATION: f64 = 1e-10;

@@ -1,0 +1,33 @@
+//! Points on the bodies: where magnets and the drive act, and where motion is observed.
+
+use crate::math::Vec3;
+
+/// A point on a composite body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Anchor {
+    pub body: usize,
+    /// In the body's axes from its centre of mass, m.
+    pub local: Vec3,
+    /// In the world in the initial pose, m.
+    pub start: Vec3,
+}
+
+/// Longitudinal hold at some bodies.
+#[derive(Debug, Clone)]
+pub(crate) struct DriveForce {
+    /// Points at the described bodies' centres of mass.
+    pub anchors: Vec<Anchor>,
+    /// N/m.
+    pub stiffness: f64,
+    /// N·s/m.
+    pub damping: f64,
+}
+
+/// A body whose motion is observed.
+#[derive(Debug, Clone)]
+pub(crate) struct Watched {
+    pub name: String,
+    /// Index of the described body.
+    pub member: usize,
+    pub points: Vec<Anchor>,
+}

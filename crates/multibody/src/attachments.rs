@@ -1,0 +1,93 @@
+//! Which described bodies joints and elements act on: what merging forgets.
+
+use crate::description::{Description, JointKind};
+use crate::error::Error;
+use crate::math::{Mat3, Vec3};
+use crate::names::Names;
+use crate::sides::joint_sides;
+
+/// A described body, by its index; `None` is the ground.
+pub(crate) type End = Option<usize>;
+
+/// A fixed joint that was merged away.
+#[derive(Debug, Clone)]
+pub(crate) struct Bracket {
+    pub name: String,
+    pub ends: [End; 2],
+    /// In the world in the initial pose, m.
+    pub point: Vec3,
+}
+
+/// Which described bodies joints and elements act on: what merging forgets.
+#[derive(Debug, Clone)]
+pub(crate) struct Attachments {
+    pub masses: Vec<f64>,
+    /// In the bodies' own axes, kg·m².
+    pub inertias: Vec<Mat3>,
+    pub brackets: Vec<Bracket>,
+    pub joints: Vec<[End; 2]>,
+    pub bushings: Vec<[End; 2]>,
+    pub springs: Vec<[End; 2]>,
+    pub drive: Vec<usize>,
+    pub magnets: Vec<usize>,
+}
+
+impl Attachments {
+    pub fn new(description: &Description, names: &Names) -> Result<Self, Error> {
+        let bodies = &description.bodies;
+        let mut brackets = Vec::new();
+        let mut joints = Vec::new();
+        for (k, joint) in description.joints.iter().enumerate() {
+            let path = format!("joints[{k}]");
+            let (a, b) = names.pair(&joint.body_a, &joint.body_b, &path)?;
+            if joint.kind == JointKind::Bracket {
+                let point = joint_sides(joint, bodies, names, &path)?.point_b;
+                brackets.push(Bracket { name: joint.name.clone(), ends: [a, b], point });
+            } else {
+                joints.push([a, b]);
+            }
+        }
+        let pair = |a: &str, b: &str, path: &str| names.pair(a, b, path).map(|(a, b)| [a, b]);
+        let bushings = description.bushings.iter();
+        let springs = description.springs.iter();
+        let driven = description.drive.iter().flat_map(|drive| &drive.bodies);
+        Ok(Self {
+            masses: bodies.iter().map(|b| b.mass).collect(),
+            inertias: bodies.iter().map(|b| b.inertia.matrix()).collect(),
+            brackets,
+            joints,
+            bushings: bushings
+                .map(|b| pair(&b.body_a, &b.body_b, "bushings"))
+                .collect::<Result<_, _>>()?,
+            springs: springs
+                .map(|s| pair(&s.body_a, &s.body_b, "springs"))
+                .collect::<Result<_, _>>()?,
+            drive: driven.map(|b| names.moving(b, "drive.bodies")).collect::<Result<_, _>>()?,
+            magnets: description
+                .magnets
+                .iter()
+                .map(|m| names.moving(&m.body, "magnets"))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The bodies that hang together with `start` without `cut`, and whether the ground does.
+    pub fn side(&self, start: End, cut: usize) -> (Vec<bool>, bool) {
+        let ground = self.masses.len();
+        let index = |end: End| end.unwrap_or(ground);
+        let mut inside = vec![false; ground + 1];
+        inside[index(start)] = true;
+        let mut grown = true;
+        while grown {
+            grown = false;
+            for (k, bracket) in self.brackets.iter().enumerate() {
+                let [a, b] = bracket.ends.map(index);
+                if k != cut && inside[a] != inside[b] {
+                    (inside[a], inside[b], grown) = (true, true, true);
+                }
+            }
+        }
+        let grounded = inside[ground];
+        (inside, grounded)
+    }
+}

@@ -1,0 +1,46 @@
+//! Equation 9 as dense matrices, for checks.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::composite::mass_block;
+use crate::loads::Loads;
+use crate::model::Model;
+use crate::state::State;
+use crate::workspace::Workspace;
+
+impl Model {
+    /// M and Φ_q of eq. 9 as dense matrices, with the right-hand side (Q, γ): for checks.
+    #[must_use]
+    pub fn dense_system(
+        &self,
+        state: &State,
+        loads: &Loads,
+        ws: &mut Workspace,
+    ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
+        ws.forget();
+        ws.vertical.copy_from_slice(loads.vertical);
+        ws.lateral.copy_from_slice(loads.lateral);
+        self.set_kinematics(&state.bodies, ws);
+        self.jacobians(ws);
+        self.apply_forces(ws);
+        self.right_hand_side(ws);
+        let n = 6 * self.composites.len();
+        let mut mass = DMatrix::zeros(n, n);
+        for (k, composite) in self.composites.iter().enumerate() {
+            mass.view_mut((6 * k, 6 * k), (6, 6)).copy_from(&mass_block(composite));
+        }
+        let mut jacobian = DMatrix::zeros(self.rows, n);
+        for joint in &self.joints {
+            for r in joint.row..joint.row + joint.equations() {
+                for (body, row) in [(joint.a, &ws.rows_a[r]), (joint.b, &ws.rows_b[r])] {
+                    if 6 * body < n {
+                        for (c, value) in row.iter().enumerate() {
+                            jacobian[(r, 6 * body + c)] = *value;
+                        }
+                    }
+                }
+            }
+        }
+        (mass, jacobian, DVector::from_column_slice(&ws.solution))
+    }
+}

@@ -1,0 +1,171 @@
+//! The matrix H of the static problem: elastic stiffness, holding springs and inertia.
+
+use nalgebra::{DMatrix, DVector, Vector6};
+
+use super::holding::Holding;
+use crate::composite::mass_block;
+use crate::elements::ElasticRow;
+use crate::error::Error;
+use crate::explain::explain;
+use crate::joint::Row;
+use crate::layout::Ordering;
+use crate::math::Vec3;
+use crate::model::Model;
+use crate::ordering::{SAFE_AT_REST, analyse};
+use crate::places::Places;
+use crate::saddle::{add_jacobians, places, sizes};
+use crate::sample::Sample;
+use crate::state::Kinematics;
+
+/// Magnets of one body with the motions that they can tell apart.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub body: usize,
+    pub magnets: Vec<usize>,
+    /// Orthonormal columns, one row per magnet.
+    pub basis: DMatrix<f64>,
+}
+
+/// Prepared for the static problem.
+#[derive(Debug, Clone)]
+pub(crate) struct Statics {
+    pub ordering: Ordering,
+    pub places: Places,
+    pub fits: Vec<Fit>,
+}
+
+impl Model {
+    /// The rigid-body fits of all magnet-carrying bodies.
+    pub(crate) fn fits(&self) -> Vec<Fit> {
+        let mut fits = Vec::new();
+        for body in 0..self.composites.len() {
+            let magnets: Vec<usize> =
+                (0..self.magnets.len()).filter(|&k| self.magnets[k].body == body).collect();
+            if magnets.is_empty() {
+                continue;
+            }
+            let start = |c: usize| {
+                DVector::from_iterator(
+                    magnets.len(),
+                    magnets.iter().map(|&k| self.magnets[k].start[c]),
+                )
+            };
+            let ones = DVector::from_element(magnets.len(), 1.0);
+            let mut columns: Vec<DVector<f64>> = Vec::new();
+            for mut candidate in [ones, start(0), start(1)] {
+                let size = candidate.norm();
+                for column in &columns {
+                    candidate -= column * column.dot(&candidate);
+                }
+                // magnets in one line or at one point tell no more
+                if candidate.norm() > 1e-9 * size {
+                    columns.push(candidate.normalize());
+                }
+            }
+            fits.push(Fit { body, magnets, basis: DMatrix::from_columns(&columns) });
+        }
+        fits
+    }
+
+    pub(super) fn static_problem(&self, holding: &Holding) -> Result<Statics, Error> {
+        let bodies = self.composites.len();
+        let fits = self.fits();
+        let mut kin = vec![Kinematics::at_rest(); bodies + 1];
+        for (kin, composite) in kin.iter_mut().zip(&self.composites) {
+            kin.set_pose(&composite.start);
+        }
+        let mut sample = Sample::new(sizes(bodies, &self.joints), bodies);
+        let restoring = vec![0.0; self.magnets.len()];
+        self.stiffness(&kin, &fits, holding, &restoring, &mut |i, j, block| {
+            let block = DMatrix::from_column_slice(6, 6, block.as_slice());
+            if i == j {
+                sample.diagonal[i] += block;
+            } else {
+                sample.couple(i, j, &block);
+            }
+        });
+        add_jacobians(&mut sample, &self.joints, &kin);
+        // stiffness takes the place of mass, and changes with the pose
+        let ordering = analyse(sample, SAFE_AT_REST, false)
+            .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
+        let places = places(&ordering, bodies, &self.joints);
+        Ok(Statics { ordering, places, fits })
+    }
+
+    /// The blocks of H, each pair of bodies once.
+    pub(super) fn stiffness(
+        &self,
+        kin: &[Kinematics],
+        fits: &[Fit],
+        holding: &Holding,
+        restoring: &[f64],
+        add: &mut impl FnMut(usize, usize, nalgebra::Matrix6<f64>),
+    ) {
+        let bodies = self.composites.len();
+        for (k, composite) in self.composites.iter().enumerate() {
+            add(k, k, mass_block(composite) * holding.inertia);
+        }
+        let mut sink = |e: ElasticRow| {
+            let (a, b) = (Vector6::from(e.row_a), Vector6::from(e.row_b));
+            if e.a < bodies {
+                add(e.a, e.a, a * a.transpose() * e.stiffness);
+            }
+            if e.b < bodies {
+                add(e.b, e.b, b * b.transpose() * e.stiffness);
+            }
+            if e.a < bodies && e.b < bodies && e.a != e.b {
+                add(e.a, e.b, a * b.transpose() * e.stiffness);
+            }
+        };
+        self.elastic_rows(kin, &mut sink);
+        for fit in fits {
+            for column in fit.basis.column_iter() {
+                let mut gradient = Vector6::zeros();
+                for (weight, &k) in column.iter().zip(&fit.magnets) {
+                    gradient += self.magnet_row(kin, k, &Vec3::z()) * *weight;
+                }
+                add(fit.body, fit.body, gradient * gradient.transpose() * holding.stiffness);
+            }
+        }
+        for (k, (magnet, restoring)) in self.magnets.iter().zip(restoring).enumerate() {
+            // a magnet that nothing loads pulls nowhere
+            if *restoring > 0.0 {
+                let row = self.magnet_row(kin, k, &Vec3::y());
+                add(magnet.body, magnet.body, row * row.transpose() * *restoring);
+            }
+        }
+    }
+
+    /// Gradient of a magnet's displacement along a direction of the world.
+    fn magnet_row(&self, kin: &[Kinematics], k: usize, along: &Vec3) -> Vector6<f64> {
+        let body = &kin[self.magnets[k].body];
+        let arm = body.turn(&self.magnets[k].local);
+        let moment = body.a.tr_mul(&arm.cross(along));
+        Vector6::new(along.x, along.y, along.z, moment.x, moment.y, moment.z)
+    }
+
+    fn elastic_rows(&self, kin: &[Kinematics], sink: &mut impl FnMut(ElasticRow)) {
+        for bushing in &self.bushings {
+            bushing.elastic_rows(kin, sink);
+        }
+        for spring in &self.springs {
+            spring.elastic_rows(kin, sink);
+        }
+        for force in &self.joint_forces {
+            force.elastic_rows(&self.joints, kin, sink);
+        }
+        let Some(drive) = &self.drive else { return };
+        let ground = self.composites.len();
+        for anchor in &drive.anchors {
+            let body = &kin[anchor.body];
+            let m = body.a.tr_mul(&body.turn(&anchor.local).cross(&Vec3::x()));
+            sink(ElasticRow {
+                a: ground,
+                b: anchor.body,
+                row_a: Row::default(),
+                row_b: [1.0, 0.0, 0.0, m.x, m.y, m.z],
+                stiffness: drive.stiffness,
+            });
+        }
+    }
+}

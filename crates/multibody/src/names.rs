@@ -1,0 +1,78 @@
+//! Bodies by name, with a hint where a name is unknown.
+
+use std::collections::HashMap;
+
+use crate::description::{Body, GROUND};
+use crate::error::{Error, invalid};
+
+/// Bodies by name, `ground` as `None`.
+pub(crate) struct Names<'a>(HashMap<&'a str, usize>);
+
+impl<'a> Names<'a> {
+    pub fn new(bodies: &'a [Body]) -> Self {
+        Self(bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect())
+    }
+
+    /// Index of the named body, `None` for the ground.
+    pub fn find(&self, name: &str, path: &str) -> Result<Option<usize>, Error> {
+        if name == GROUND {
+            return Ok(None);
+        }
+        self.0.get(name).map(|k| Some(*k)).ok_or_else(|| {
+            let known = self.0.keys().copied().chain([GROUND]);
+            invalid(path, format!("no body is called `{name}`{}", meant(name, known)))
+        })
+    }
+
+    /// Index of the named body, which must not be the ground.
+    pub fn moving(&self, name: &str, path: &str) -> Result<usize, Error> {
+        self.find(name, path)?
+            .ok_or_else(|| invalid(path, "the ground cannot be used here, name a body"))
+    }
+
+    /// The two ends of a joint or element, which must differ.
+    pub fn pair(
+        &self,
+        a: &str,
+        b: &str,
+        path: &str,
+    ) -> Result<(Option<usize>, Option<usize>), Error> {
+        let first = self.find(a, &format!("{path}.body_a"))?;
+        let second = self.find(b, &format!("{path}.body_b"))?;
+        if first == second {
+            return Err(invalid(path, format!("both ends are on `{a}`")));
+        }
+        Ok((first, second))
+    }
+}
+
+/// Which of the known names may have been meant: the closest, where it is close.
+pub(crate) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    // longer names than anybody types by mistake are not worth the search
+    let near = |other: &str| (other.len() <= 64).then(|| distance(name, other));
+    let found = if name.len() > 64 {
+        None
+    } else {
+        known
+            .filter_map(|other| near(other).map(|d| (d, other)))
+            .min()
+            .filter(|(d, _)| 3 * d <= name.chars().count())
+    };
+    found.map_or_else(String::new, |(_, other)| format!("; is `{other}` meant?"))
+}
+
+/// How many letters have to be put in, left out or exchanged (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let exchanged = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = exchanged.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

@@ -1,0 +1,95 @@
+//! Scratch memory of an evaluation, and what it remembers of the last one.
+
+use crate::joint::Row;
+use crate::loads::Loads;
+use crate::math::{Quat, Vec3};
+use crate::rate::Rate;
+use crate::state::{BodyState, Kinematics, Wrench};
+
+/// Scratch memory of one thread of evaluations. It never influences results: factors that it
+/// remembers are used only for the very same pose, accelerations only for the very same state and
+/// loads.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    /// Kinematics of the bodies, the ground last.
+    pub(crate) kin: Vec<Kinematics>,
+    pub(crate) rows_a: Vec<Row>,
+    pub(crate) rows_b: Vec<Row>,
+    pub(crate) factors: Vec<f64>,
+    /// Pose whose factors `factors` holds.
+    pub(crate) factored: Option<()>,
+    pub(crate) factored_pose: Vec<(Vec3, Quat)>,
+    /// Whether `solution` is that of the factored pose, of the motion in `kin` and of the loads in
+    /// `vertical` and `lateral`.
+    pub(crate) evaluated: bool,
+    pub(crate) wrenches: Vec<Wrench>,
+    /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
+    pub(crate) solution: Vec<f64>,
+    /// As long as the solution, for differences of right-hand sides.
+    pub(crate) spare: Vec<f64>,
+    pub(crate) residual: Vec<f64>,
+    pub(crate) stage: Vec<BodyState>,
+    pub(crate) start: Vec<BodyState>,
+    pub(crate) sum: Vec<Rate>,
+    pub(crate) vertical: Vec<f64>,
+    pub(crate) lateral: Vec<f64>,
+}
+
+/// Equality that tells 0 from −0, which can lead to different bits.
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+impl Workspace {
+    /// Accelerations v̇ (world) and ω̇ (body axes) of a composite body after an evaluation.
+    #[must_use]
+    pub fn acceleration(&self, body: usize) -> (Vec3, Vec3) {
+        let x = &self.solution[6 * body..6 * body + 6];
+        (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]))
+    }
+
+    /// λ after an evaluation, joint by joint.
+    #[must_use]
+    pub fn multipliers(&self) -> &[f64] {
+        &self.solution[6 * (self.kin.len() - 1)..]
+    }
+
+    /// Forgets the remembered factors and accelerations.
+    pub(crate) fn forget(&mut self) {
+        self.factored = None;
+        self.evaluated = false;
+    }
+
+    /// Remembers that the factors are those of these poses.
+    pub(crate) fn remember(&mut self, bodies: &[BodyState]) {
+        for (pose, body) in self.factored_pose.iter_mut().zip(bodies) {
+            *pose = (body.position, body.attitude);
+        }
+        self.factored = Some(());
+    }
+
+    /// Whether factors of this very pose are remembered.
+    pub(crate) fn has_factors(&self, bodies: &[BodyState]) -> bool {
+        self.factored.is_some()
+            && bodies.iter().zip(&self.factored_pose).all(|(body, (r, p))| {
+                same_bits(body.position.as_slice(), r.as_slice()) && same_bits(&body.attitude, p)
+            })
+    }
+
+    /// Whether `kin` holds these very velocities.
+    pub(crate) fn has_motion(&self, bodies: &[BodyState]) -> bool {
+        bodies.iter().zip(&self.kin).all(|(body, kin)| {
+            same_bits(body.velocity.as_slice(), kin.v.as_slice())
+                && same_bits(body.angular_velocity.as_slice(), kin.w.as_slice())
+        })
+    }
+
+    /// Whether accelerations of this very state under these very loads are remembered.
+    pub(crate) fn has_solution(&self, bodies: &[BodyState], loads: &Loads) -> bool {
+        self.evaluated
+            && self.has_factors(bodies)
+            && same_bits(loads.vertical, &self.vertical)
+            && same_bits(loads.lateral, &self.lateral)
+            && self.has_motion(bodies)
+    }
+}
