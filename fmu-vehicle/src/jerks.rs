@@ -1,7 +1,7 @@
 //! Rates of the magnets' accelerations, computed once per communication point.
 
 use fmi2_export::Values;
-use multibody::{Error, Loads, Model, Workspace};
+use multibody::{Error, Loads, MagnetIndex, VehicleModel, Workspace};
 
 use crate::model::{State, loads};
 use crate::table::Inputs;
@@ -19,7 +19,7 @@ pub(crate) struct Jerks {
 }
 
 impl Jerks {
-    pub fn new(model: &Model) -> Self {
+    pub fn new(model: &VehicleModel) -> Self {
         let zero = || vec![0.0; model.counts().magnets];
         Self {
             known: false,
@@ -46,7 +46,7 @@ impl Jerks {
     /// The rates of all magnets; computed unless known.
     pub fn all(
         &mut self,
-        model: &Model,
+        model: &VehicleModel,
         state: &State,
         values: &Values,
         inputs: &Inputs,
@@ -56,7 +56,7 @@ impl Jerks {
             let rates = Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
             model.jerks(&state.vehicle, &loads(values, inputs), &rates, work, probe)?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
-                *jerk = -model.magnet_jerk(work, probe, k).z;
+                *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }
             self.remember(state, values, inputs);
         }

@@ -1,7 +1,7 @@
 //! The report `linear`: small motions about the present state, between forces and gaps.
 
 use fmi2_export::{Error, RealVars, StateSpace, Values};
-use multibody::{Linearisation, MagnetSprings, Model, State};
+use multibody::{Linearisation, MagnetSprings, State, VehicleModel};
 use nalgebra::DMatrix;
 
 use crate::model::loads;
@@ -10,7 +10,7 @@ use crate::table::{Inputs, Outputs};
 /// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
 /// their rates, with ÿ = M⁻¹(Jᵀf − C ẏ − K y) and J the magnets' shapes.
 pub(crate) fn report(
-    model: &Model,
+    model: &VehicleModel,
     state: &State,
     values: &Values,
     inputs: &Inputs,
@@ -45,7 +45,7 @@ struct Shapes {
 }
 
 impl Shapes {
-    fn new(model: &Model, state: &State, linear: &Linearisation) -> Result<Self, Error> {
+    fn new(model: &VehicleModel, state: &State, linear: &Linearisation) -> Result<Self, Error> {
         let all = model.magnet_shapes(state, linear);
         let magnets = all.nrows() / 3;
         let axis =

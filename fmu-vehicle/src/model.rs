@@ -1,10 +1,12 @@
 //! Maps the unit's variables on the physics.
 
 use fmi2_export::{
-    Error, Interface, Model as Export, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace,
-    Step, Values,
+    Error, Interface, Model, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace, Step,
+    Values,
 };
-use multibody::{Equilibrium, Holding, LoadCourse, Loads, Model, Workspace};
+use multibody::{
+    Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, ObservedIndex, VehicleModel, Workspace,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::jerks::Jerks;
@@ -15,7 +17,7 @@ use crate::table::{self, Inputs, Outputs, Parameters};
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
 #[derive(Debug)]
 pub struct Vehicle {
-    model: Model,
+    model: VehicleModel,
     inputs: Inputs,
     outputs: Outputs,
     parameters: Parameters,
@@ -139,13 +141,13 @@ impl Vehicle {
     fn write_magnets(&self, state: &State, values: &mut Values, travelled: f64) {
         let (outputs, inputs) = (&self.outputs, &self.inputs);
         for k in 0..state.loads.len() {
-            let motion = self.model.magnet(&state.vehicle, k);
+            let motion = self.model.magnet(&state.vehicle, MagnetIndex(k));
             let height = values.real(inputs.track_displacement.get(k));
             let rate = values.real(inputs.track_rate.get(k));
             let gap = self.model.nominal_gap() + height - motion.displacement.z;
             values.set_real(outputs.gap.get(k), gap);
             values.set_real(outputs.gap_rate.get(k), rate - motion.velocity.z);
-            let down = -self.model.magnet_acceleration(&self.work, k).z;
+            let down = -self.model.magnet_acceleration(&self.work, MagnetIndex(k)).z;
             values.set_real(outputs.acceleration.get(k), down);
             values.set_real(outputs.lateral_offset.get(k), motion.displacement.y);
             values.set_real(outputs.position.get(k), travelled + motion.position.x);
@@ -155,19 +157,19 @@ impl Vehicle {
 
     fn write_observed(&self, state: &State, values: &mut Values) {
         for (k, body) in self.outputs.observed.iter().enumerate() {
-            let motion = self.model.observed_motion(&state.vehicle, k);
+            let motion = self.model.observed_motion(&state.vehicle, ObservedIndex(k));
             values.set_real(body.lateral_displacement, motion.displacement.y);
             values.set_real(body.vertical_displacement, motion.displacement.z);
-            let angles = self.model.observed_attitude(&state.vehicle, k);
+            let angles = self.model.observed_attitude(&state.vehicle, ObservedIndex(k));
             for (variable, angle) in body.attitude.iter().zip(angles) {
                 values.set_real(*variable, angle);
             }
-            let centre = self.model.observed_acceleration(&self.work, k);
+            let centre = self.model.observed_acceleration(&self.work, ObservedIndex(k));
             for (variable, value) in body.acceleration.iter().zip(centre.iter()) {
                 values.set_real(*variable, *value);
             }
             for i in 0..body.point_vertical.len() {
-                let point = self.model.point_acceleration(&self.work, k, i);
+                let point = self.model.point_acceleration(&self.work, ObservedIndex(k), i);
                 values.set_real(body.point_lateral.get(i), point.y);
                 values.set_real(body.point_vertical.get(i), point.z);
             }
@@ -184,12 +186,12 @@ fn find(row: RealVars, variable: RealVar) -> Option<usize> {
         .filter(|k| *k < row.len())
 }
 
-impl Export for Vehicle {
+impl Model for Vehicle {
     type State = State;
 
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         let text = resources.read_to_string("vehicle.json")?;
-        let model = Model::from_json(&text)
+        let model = VehicleModel::from_json(&text)
             .map_err(|e| Error::caused(&e).context("resource vehicle.json"))?;
         interface.describe(table::info(&model));
         let parameters = Parameters::declare(interface);
@@ -291,10 +293,10 @@ impl Export for Vehicle {
             return Ok(Some(jerks[k]));
         }
         if let Some(k) = find(self.outputs.lateral_offset, output) {
-            return Ok(Some(self.model.magnet(&state.vehicle, k).velocity.y));
+            return Ok(Some(self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.y));
         }
         if let Some(k) = find(position, output) {
-            let relative = self.model.magnet(&state.vehicle, k).velocity.x;
+            let relative = self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.x;
             return Ok(Some(values.real(self.parameters.travel_speed) + relative));
         }
         Ok(find(self.outputs.static_load, output).map(|_| 0.0))
@@ -316,16 +318,16 @@ impl Export for Vehicle {
             .load_response(&state.vehicle, &loads, &mut self.probe)
             .map_err(|e| Error::caused(&e))?;
         for k in 0..state.loads.len() {
-            let down = -self.model.magnet_response(&self.probe, k).z;
+            let down = -self.model.magnet_response(&self.probe, MagnetIndex(k)).z;
             result.set_real(outputs.acceleration.get(k), down);
         }
         for (k, body) in outputs.observed.iter().enumerate() {
-            let centre = self.model.observed_response(&self.probe, k);
+            let centre = self.model.observed_response(&self.probe, ObservedIndex(k));
             for (variable, value) in body.acceleration.iter().zip(centre.iter()) {
                 result.set_real(*variable, *value);
             }
             for i in 0..body.point_vertical.len() {
-                let point = self.model.point_response(&self.probe, k, i);
+                let point = self.model.point_response(&self.probe, ObservedIndex(k), i);
                 result.set_real(body.point_lateral.get(i), point.y);
                 result.set_real(body.point_vertical.get(i), point.z);
             }

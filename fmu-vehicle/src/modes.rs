@@ -1,7 +1,9 @@
 //! The report `modes`: natural frequencies, damping ratios and what moves.
 
 use fmi2_export::Error;
-use multibody::{BodyShape, Loads, MagnetSprings, Model, State, damping_ratio, natural_frequency};
+use multibody::{
+    BodyShape, Loads, MagnetSprings, State, VehicleModel, damping_ratio, natural_frequency,
+};
 use serde::{Deserialize, Serialize};
 
 /// Shares below this are left out.
@@ -98,7 +100,7 @@ struct Participation<'a> {
 
 /// Linearises and writes JSON.
 pub(crate) fn report(
-    model: &Model,
+    model: &VehicleModel,
     state: &State,
     loads: &Loads,
     options: &Options,
@@ -137,7 +139,7 @@ pub(crate) fn report(
 }
 
 /// Bodies by their share, largest first.
-fn participation<'a>(model: &'a Model, shape: &[BodyShape]) -> Vec<Participation<'a>> {
+fn participation<'a>(model: &'a VehicleModel, shape: &[BodyShape]) -> Vec<Participation<'a>> {
     let mut all: Vec<_> = model
         .body_names()
         .zip(shape)

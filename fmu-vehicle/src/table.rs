@@ -2,10 +2,10 @@
 //! what.
 
 use fmi2_export::{BooleanVar, Info, Interface, RealVar, RealVars, Row, Unit};
-use multibody::{JointKind, Model};
+use multibody::{ComponentIndex, JointKind, MagnetIndex, ObservedIndex, VehicleModel};
 
 /// What the unit says of itself.
-pub(crate) fn info(model: &Model) -> Info {
+pub(crate) fn info(model: &VehicleModel) -> Info {
     Info::new("vehicle", format!("Maglev vehicle: {}", model.name()))
         .description(
             "Maglev vehicle as a constrained system of rigid bodies: motion of the magnets and the \
@@ -105,7 +105,7 @@ impl Inputs {
 }
 
 impl Outputs {
-    pub(crate) fn declare(interface: &mut Interface, model: &Model) -> Self {
+    pub(crate) fn declare(interface: &mut Interface, model: &VehicleModel) -> Self {
         let magnets = model.counts().magnets;
         Self {
             gap: interface
@@ -343,7 +343,7 @@ impl Parameters {
 }
 
 /// What the vehicle consists of, for people and inspectors.
-pub(crate) fn declare_constants(interface: &mut Interface, model: &Model) {
+pub(crate) fn declare_constants(interface: &mut Interface, model: &VehicleModel) {
     let counts = model.counts();
     let joints = |kind| counts.joints.get(&kind).copied().unwrap_or(0);
     for (name, value, text) in [
@@ -384,7 +384,7 @@ pub(crate) fn declare_constants(interface: &mut Interface, model: &Model) {
 /// Which outputs follow which inputs at once.
 pub(crate) fn depend(
     interface: &mut Interface,
-    model: &Model,
+    model: &VehicleModel,
     inputs: &Inputs,
     outputs: &Outputs,
     parameters: &Parameters,
@@ -393,9 +393,9 @@ pub(crate) fn depend(
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
     // forces reach at once what is joined to their magnet: force elements need time
-    let forces_on = |component: Option<usize>| -> Vec<Row> {
+    let forces_on = |component: Option<ComponentIndex>| -> Vec<Row> {
         (0..magnets)
-            .filter(|&k| Some(model.magnet_component(k)) == component)
+            .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
             .flat_map(|k| [inputs.force.get(k).row(), inputs.lateral_force.get(k).row()])
             .collect()
     };
@@ -404,12 +404,12 @@ pub(crate) fn depend(
     let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
     let rest_and = |more: &[Row]| -> Vec<Row> { [&rest, more].concat() };
     for k in 0..magnets {
-        let forces = forces_on(Some(model.magnet_component(k)));
+        let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
         interface.depends(outputs.acceleration.get(k), &forces);
         interface.initially_depends(outputs.acceleration.get(k), &rest_and(&forces));
     }
     for (k, body) in outputs.observed.iter().enumerate() {
-        let forces = forces_on(model.observed_component(k));
+        let forces = forces_on(model.observed_component(ObservedIndex(k)));
         for row in body.accelerations() {
             interface.depends(row, &forces);
             interface.initially_depends(row, &rest_and(&forces));

@@ -394,7 +394,7 @@ fn invariant_wrong_requests_are_refused_with_their_reason() {
 }
 
 /// A unit of a layout that differs from a shipped one.
-fn unit_of(description: &multibody::Description, name: &str) -> Instance {
+fn unit_of(description: &multibody::VehicleDescription, name: &str) -> Instance {
     let folder = std::env::temp_dir().join(format!("vehicle-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("vehicle.json"), description.to_json().unwrap()).unwrap();

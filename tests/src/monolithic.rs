@@ -21,7 +21,7 @@ use faer::Mat;
 use guideway::{Guideway, Load};
 use magnet::Magnet;
 use multibody::math::{Quat, rate};
-use multibody::{BodyState, Holding, Loads, Model};
+use multibody::{BodyIndex, BodyState, Holding, Loads, MagnetIndex, VehicleModel};
 use nalgebra::Complex;
 
 const BODY: usize = 13;
@@ -38,7 +38,7 @@ pub const STATIC: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The vehicle.
-    pub vehicle: multibody::Description,
+    pub vehicle: multibody::VehicleDescription,
     /// The guideway.
     pub guideway: guideway::Description,
     /// Every magnet; the law must be linear and the controller continuous.
@@ -51,7 +51,7 @@ pub struct Setup {
 
 /// The coupled equations.
 pub struct System {
-    vehicle: Model,
+    vehicle: VehicleModel,
     guideway: Guideway,
     magnet: Magnet,
     travel_speed: f64,
@@ -109,7 +109,7 @@ impl System {
     /// # Errors
     /// A part that cannot be built or has no equilibrium.
     pub fn new(setup: &Setup) -> Result<Self, String> {
-        let vehicle = Model::new(&setup.vehicle).map_err(told)?;
+        let vehicle = VehicleModel::new(&setup.vehicle).map_err(told)?;
         let guideway = Guideway::new(&setup.guideway, None).map_err(told)?;
         let magnet = Magnet::new(setup.magnet).map_err(told)?;
         if !magnet.is_exact() {
@@ -169,7 +169,7 @@ impl System {
             (scratch.bodies, self.loads) = (found.state, found.loads);
             scratch.magnets.clear();
             for (k, &height) in track.iter().enumerate() {
-                let motion = self.vehicle.magnet(&scratch.bodies, k);
+                let motion = self.vehicle.magnet(&scratch.bodies, MagnetIndex(k));
                 let x = self.initial_position + motion.position.x;
                 let Scratch { guideway, girders, modal, .. } = scratch;
                 let surface = self.guideway.surface(guideway, girders, modal, x);
@@ -260,7 +260,7 @@ impl System {
     /// Gaps, forces and accelerations of everything at the state in scratch memory.
     fn evaluate(&self, t: f64, scratch: &mut Scratch) -> Result<(), String> {
         for k in 0..scratch.places.len() {
-            let motion = self.vehicle.magnet(&scratch.bodies, k);
+            let motion = self.vehicle.magnet(&scratch.bodies, MagnetIndex(k));
             let x = self.initial_position + self.travel_speed * t + motion.position.x;
             let Scratch { guideway, girders, modal, .. } = scratch;
             // the place counts here, not the accelerations
@@ -291,7 +291,7 @@ impl System {
         for (k, (body, out)) in
             scratch.bodies.bodies.iter().zip(bodies.chunks_exact_mut(BODY)).enumerate()
         {
-            let (linear, angular) = scratch.vehicle.acceleration(k);
+            let (linear, angular) = scratch.vehicle.acceleration(BodyIndex(k));
             let turning: Quat = rate(body.attitude, &body.angular_velocity);
             out[..3].copy_from_slice(body.velocity.as_slice());
             out[3..7].copy_from_slice(&turning);
@@ -306,7 +306,7 @@ impl System {
         {
             let x = &state.filter;
             let z = [x[0], x[1], x[2], x[3], x[4], state.flux_deviation];
-            let down = -self.vehicle.magnet_acceleration(&scratch.vehicle, k).z;
+            let down = -self.vehicle.magnet_acceleration(&scratch.vehicle, MagnetIndex(k)).z;
             let w = [scratch.at[k].gap - nominal, down];
             for (out, (a, b)) in out.iter_mut().zip(linear.a.iter().zip(&linear.b)) {
                 *out =

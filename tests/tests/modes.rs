@@ -86,7 +86,7 @@ fn coupled(options: &[&str]) -> Value {
 fn analytic_coupled_modes_are_those_of_the_monolithic_model() {
     let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();
     let mut setup = system_tests::monolithic::Setup {
-        vehicle: multibody::Description::from_json(&read(
+        vehicle: multibody::VehicleDescription::from_json(&read(
             "fmu-vehicle/resources/two-car/vehicle.json",
         ))
         .unwrap(),

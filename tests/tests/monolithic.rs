@@ -12,7 +12,7 @@ use system_tests::{Run, root, scenario};
 fn setup(vehicle: &str, guideway: &str) -> Setup {
     let read = |path: String| fs::read_to_string(root().join(path)).unwrap();
     Setup {
-        vehicle: multibody::Description::from_json(&read(format!(
+        vehicle: multibody::VehicleDescription::from_json(&read(format!(
             "fmu-vehicle/resources/{vehicle}/vehicle.json"
         )))
         .unwrap(),

@@ -9,12 +9,12 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::Path;
 
 use fmi2_package::{Archive, describe, host};
-use multibody::{Body, Description, Inertia, Joint, JointKind, train};
+use multibody::{Body, Inertia, Joint, JointKind, VehicleDescription, train};
 use serde_json::{Value, json};
 use system_tests::{Run, root, scenario};
 
 /// 100 kg in the first car, half a metre beside its middle.
-fn with_cargo() -> Description {
+fn with_cargo() -> VehicleDescription {
     let mut description = train::two_car();
     let place = [7.15, 0.5, 1.2];
     description.bodies.push(Body {
@@ -41,7 +41,7 @@ fn with_cargo() -> Description {
 }
 
 /// An equipment box whose centre of mass is 0.1 m aside.
-fn with_moved_box() -> Description {
+fn with_moved_box() -> VehicleDescription {
     let mut description = train::two_car();
     let part = description.bodies.iter_mut().find(|b| b.name == "car_2_equipment_1").unwrap();
     part.position[1] = 0.1;
@@ -49,7 +49,7 @@ fn with_moved_box() -> Description {
 }
 
 /// Packs the built library with a layout of one's own.
-fn pack(description: &Description, folder: &Path) {
+fn pack(description: &VehicleDescription, folder: &Path) {
     let resources = folder.join("resources");
     std::fs::create_dir_all(&resources).unwrap();
     std::fs::write(resources.join("vehicle.json"), description.to_json().unwrap()).unwrap();
@@ -63,7 +63,7 @@ fn pack(description: &Description, folder: &Path) {
 }
 
 /// One second at standstill, with the middle of the train at `place` along the track.
-fn standing(description: &Description, place: f64) -> BTreeMap<String, Vec<f64>> {
+fn standing(description: &VehicleDescription, place: f64) -> BTreeMap<String, Vec<f64>> {
     let folder = tempfile::tempdir().unwrap();
     pack(description, folder.path());
     let text = std::fs::read(scenario("low-speed.json")).unwrap();

@@ -7,7 +7,9 @@
 
 use std::time::Instant;
 
-use multibody::{Error, Holding, LoadCourse, Loads, Model, State, Workspace, train};
+use multibody::{
+    Error, Holding, LoadCourse, Loads, MagnetIndex, State, VehicleModel, Workspace, train,
+};
 
 const CARS: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// Rounds for one car; trains get fewer.
@@ -41,7 +43,7 @@ fn measure(
 
 /// The vehicle with all magnets held by loads a little off the static ones.
 struct Bench {
-    model: Model,
+    model: VehicleModel,
     ws: Workspace,
     state: State,
     static_loads: Vec<f64>,
@@ -51,7 +53,7 @@ struct Bench {
 
 impl Bench {
     fn new(cars: usize) -> Result<Self, Error> {
-        let model = Model::new(&train::cars(cars))?;
+        let model = VehicleModel::new(&train::cars(cars))?;
         let mut ws = model.workspace();
         let magnets = model.counts().magnets;
         let found = model.equilibrium(&vec![0.0; magnets], &Holding::default(), &mut ws)?;
@@ -80,7 +82,7 @@ impl Bench {
     /// One internal step under springs and dampers in place of the magnets.
     fn step(&mut self) -> Result<(), Error> {
         for (k, (load, held)) in self.vertical.iter_mut().zip(&self.static_loads).enumerate() {
-            let motion = self.model.magnet(&self.state, k);
+            let motion = self.model.magnet(&self.state, MagnetIndex(k));
             let track = 1e-3 * (20.0 * self.state.time + 0.3 * k as f64).sin();
             load[0] = held + 7e5 * (track - motion.displacement.z) - 8e3 * motion.velocity.z;
         }

@@ -8,7 +8,7 @@
 //!
 //! The difference of two runs is free of what the start of the program and the model take.
 
-use multibody::{Loads, Model, train};
+use multibody::{Loads, VehicleModel, train};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut numbers = std::env::args().skip(1).map(|text| text.parse::<usize>());
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("usage: evaluations CARS EVALUATIONS".into());
     };
     let (cars, evaluations) = (cars?, evaluations?);
-    let model = Model::new(&train::cars(cars))?;
+    let model = VehicleModel::new(&train::cars(cars))?;
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     let flat = vec![0.0; model.counts().magnets];

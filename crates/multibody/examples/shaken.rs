@@ -9,7 +9,8 @@ use std::io::{Read, Write};
 use std::time::Instant;
 
 use multibody::{
-    BodyState, Bushing, Description, GROUND, Holding, LoadCourse, Model, State, Workspace,
+    BodyState, Bushing, GROUND, Holding, LoadCourse, State, VehicleDescription, VehicleModel,
+    Workspace,
 };
 use serde::{Deserialize, Serialize};
 
@@ -80,14 +81,14 @@ impl Case {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("give a vehicle file")?;
-    let mut description = Description::from_json(&std::fs::read_to_string(path)?)?;
+    let mut description = VehicleDescription::from_json(&std::fs::read_to_string(path)?)?;
     let mut text = String::new();
     std::io::stdin().read_to_string(&mut text)?;
     let case: Case = serde_json::from_str(&text)?;
     let springs: Vec<_> =
         description.magnets.iter().enumerate().map(|(k, m)| spring(&case, k, m)).collect();
     description.bushings.extend(springs);
-    let model = Model::new(&description)?;
+    let model = VehicleModel::new(&description)?;
     let run = run(&description, &model, &case)?;
     serde_json::to_writer(std::io::stdout().lock(), &run)?;
     std::io::stdout().flush()?;
@@ -95,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The spring between a magnet and the unmoved track; what the track moves is a load.
-fn spring(case: &Case, k: usize, magnet: &multibody::Magnet) -> Bushing {
+fn spring(case: &Case, k: usize, magnet: &multibody::MagnetPoint) -> Bushing {
     Bushing {
         name: format!("track_spring_{k}"),
         body_a: GROUND.to_owned(),
@@ -110,7 +111,11 @@ fn spring(case: &Case, k: usize, magnet: &multibody::Magnet) -> Bushing {
     }
 }
 
-fn run(description: &Description, model: &Model, case: &Case) -> Result<Run, Box<dyn Error>> {
+fn run(
+    description: &VehicleDescription,
+    model: &VehicleModel,
+    case: &Case,
+) -> Result<Run, Box<dyn Error>> {
     let mut ws = model.workspace();
     let magnets = description.magnets.len();
     let found = model.equilibrium(&vec![0.0; magnets], &Holding::default(), &mut ws)?;
@@ -163,7 +168,7 @@ struct Loads {
 impl Loads {
     /// The cubics through the forces at four times of a step: off by a hundred-millionth of the
     /// track's share where waves of 10 Hz meet steps of 1 ms.
-    fn set(&mut self, description: &Description, case: &Case, rest: &[f64], t: f64) {
+    fn set(&mut self, description: &VehicleDescription, case: &Case, rest: &[f64], t: f64) {
         let h = case.step;
         for ((course, magnet), rest) in self.vertical.iter_mut().zip(&description.magnets).zip(rest)
         {
@@ -182,7 +187,7 @@ impl Loads {
 
     fn step(
         &self,
-        model: &Model,
+        model: &VehicleModel,
         state: &mut State,
         size: f64,
         ws: &mut Workspace,

@@ -5,7 +5,7 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use multibody::{Error, Holding, LoadCourse, Loads, Model, train};
+use multibody::{Error, Holding, LoadCourse, Loads, VehicleModel, train};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut names: Vec<String> = std::env::args().skip(1).collect();
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut out = std::io::stdout();
     for name in names {
         let description = train::by_name(&name).ok_or_else(|| format!("no vehicle `{name}`"))?;
-        let model = Model::new(&description)?;
+        let model = VehicleModel::new(&description)?;
         let [equilibrium, evaluation, jerks, step] = times(&model)?;
         writeln!(
             out,
@@ -44,7 +44,7 @@ fn best(rounds: u32, mut work: impl FnMut() -> Result<(), Error>) -> Result<Dura
     Ok(shortest)
 }
 
-fn times(model: &Model) -> Result<[Duration; 4], Error> {
+fn times(model: &VehicleModel) -> Result<[Duration; 4], Error> {
     let mut ws = model.workspace();
     let magnets = model.counts().magnets;
     let flat = vec![0.0; magnets];

@@ -12,7 +12,9 @@
 use std::io::Write;
 use std::time::Instant;
 
-use multibody::{Bushing, Error, GROUND, Holding, LoadCourse, Model, Scheme, State, train};
+use multibody::{
+    Bushing, Error, GROUND, Holding, LoadCourse, MagnetIndex, Scheme, State, VehicleModel, train,
+};
 
 const STIFFNESS: f64 = 7e5;
 const DAMPING: f64 = 8e3;
@@ -74,7 +76,7 @@ fn fade(t: f64) -> [f64; 3] {
 type Piece = Vec<[f64; 4]>;
 
 struct Run {
-    model: Model,
+    model: VehicleModel,
     start: State,
     pieces: Vec<Piece>,
     /// Track heights at the ends of the pieces.
@@ -84,7 +86,7 @@ struct Run {
 impl Run {
     fn new() -> Result<Self, Error> {
         let plain = train::two_car();
-        let free = Model::new(&plain)?;
+        let free = VehicleModel::new(&plain)?;
         let magnets = free.counts().magnets;
         let mut ws = free.workspace();
         let found = free.equilibrium(&vec![0.0; magnets], &Holding::default(), &mut ws)?;
@@ -104,7 +106,7 @@ impl Run {
             });
         }
         let places: Vec<f64> = description.magnets.iter().map(|m| m.position[0]).collect();
-        let model = Model::new(&description)?;
+        let model = VehicleModel::new(&description)?;
         let track = Track::new();
         let count = (DURATION / PIECE).round() as usize;
         let product = |k: usize, t: f64| {
@@ -147,7 +149,7 @@ impl Run {
             model.step(&mut state, PIECE, internal, &course, &mut ws)?;
             seconds += begin.elapsed().as_secs_f64();
             for k in 0..magnets {
-                heights.push(model.magnet(&state, k).displacement.z);
+                heights.push(model.magnet(&state, MagnetIndex(k)).displacement.z);
             }
         }
         Ok((heights, seconds))

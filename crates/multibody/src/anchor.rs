@@ -1,11 +1,12 @@
 //! Points on the bodies: where magnets and the drive act, and where motion is observed.
 
+use crate::index::{BodyIndex, MemberIndex};
 use crate::math::Vec3;
 
 /// A point on a composite body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Anchor {
-    pub body: usize,
+    pub body: BodyIndex,
     /// In the body's axes from its centre of mass, m.
     pub local: Vec3,
     /// In the world in the initial pose, m.
@@ -25,9 +26,8 @@ pub(crate) struct DriveForce {
 
 /// A body whose motion is observed.
 #[derive(Debug, Clone)]
-pub(crate) struct Watched {
+pub(crate) struct WatchedBody {
     pub name: String,
-    /// Index of the described body.
-    pub member: usize,
+    pub member: MemberIndex,
     pub points: Vec<Anchor>,
 }

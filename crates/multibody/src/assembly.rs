@@ -3,14 +3,15 @@
 use crate::attachments::Attachments;
 use crate::composite::{Composite, Merged, merge};
 use crate::counts::counts;
-use crate::description::{Description, Joint as JointData, JointKind};
-use crate::elements::JointForce;
+use crate::description::{Joint, JointKind, VehicleDescription};
+use crate::elements::JointForceElement;
 use crate::error::Error;
 use crate::explain::explain;
-use crate::joint::Joint;
+use crate::index::{ComponentIndex, JointIndex};
+use crate::joint::JointConstraint;
 use crate::math::{Vec3, complement};
-use crate::model::{Model, Tolerances};
-use crate::names::Names;
+use crate::model::{Tolerances, VehicleModel};
+use crate::names::BodyNames;
 use crate::ordering::{SAFE_WHILE_MOVING, analyse};
 use crate::resolve::Anchors;
 use crate::saddle::{places, sample};
@@ -18,24 +19,25 @@ use crate::scheme::Scheme;
 use crate::sides::joint_sides;
 use crate::state::Kinematics;
 
-impl Model {
+impl VehicleModel {
     /// Checks and assembles a description.
     ///
     /// # Errors
     /// [`Error::Invalid`] with a JSON path, or [`Error::Redundant`] where joints repeat each other.
-    pub fn new(description: &Description) -> Result<Self, Error> {
+    pub fn new(description: &VehicleDescription) -> Result<Self, Error> {
         description.check()?;
         let merged = merge(description)?;
-        let names = Names::new(&description.bodies);
+        let names = BodyNames::new(&description.bodies);
         let joints = joints(description, &merged, &names)?;
-        let rows = joints.iter().map(Joint::equations).sum();
+        let rows = joints.iter().map(JointConstraint::equations).sum();
         let kin = kinematics(&merged.composites);
         let sample = sample(&merged.composites, &joints, &kin);
-        let ordering = analyse(sample, SAFE_WHILE_MOVING, true)
+        let analysis = analyse(sample, SAFE_WHILE_MOVING, true)
             .map_err(|failure| explain(&failure, &merged.composites, &joints, &kin))?;
-        let places = places(&ordering, merged.composites.len(), &joints);
-        let components = ordering.components[..merged.composites.len()].to_vec();
-        let groups = components.iter().max().map_or(0, |k| k + 1);
+        let places = places(&analysis, merged.composites.len(), &joints);
+        let groups = &analysis.components[..merged.composites.len()];
+        let components = groups.iter().copied().map(ComponentIndex).collect();
+        let groups = groups.iter().max().map_or(0, |k| k + 1);
         let counts = counts(description, &merged, rows, groups);
         let anchors = Anchors { merged: &merged, names: &names };
         Ok(Self {
@@ -50,7 +52,7 @@ impl Model {
             gravity: description.gravity.into(),
             nominal_gap: description.nominal_gap,
             rows,
-            solver: ordering.factorisation,
+            solver: analysis.factorisation,
             places,
             components,
             counts,
@@ -66,9 +68,9 @@ impl Model {
     /// Reads, checks and assembles a vehicle file.
     ///
     /// # Errors
-    /// Those of [`Description::from_json`] and [`Model::new`].
+    /// Those of [`VehicleDescription::from_json`] and [`VehicleModel::new`].
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        Self::new(&Description::from_json(text)?)
+        Self::new(&VehicleDescription::from_json(text)?)
     }
 }
 
@@ -81,7 +83,11 @@ fn kinematics(composites: &[Composite]) -> Vec<Kinematics> {
     kin
 }
 
-fn joints(description: &Description, merged: &Merged, names: &Names) -> Result<Vec<Joint>, Error> {
+fn joints(
+    description: &VehicleDescription,
+    merged: &Merged,
+    names: &BodyNames,
+) -> Result<Vec<JointConstraint>, Error> {
     let mut joints = Vec::new();
     let mut row = 0;
     for (k, data) in description.joints.iter().enumerate() {
@@ -95,13 +101,13 @@ fn joints(description: &Description, merged: &Merged, names: &Names) -> Result<V
 }
 
 fn joint(
-    data: &JointData,
-    description: &Description,
+    data: &Joint,
+    description: &VehicleDescription,
     merged: &Merged,
-    names: &Names,
+    names: &BodyNames,
     path: &str,
     row: usize,
-) -> Result<Joint, Error> {
+) -> Result<JointConstraint, Error> {
     let sides = joint_sides(data, &description.bodies, names, path)?;
     let (a, b) = names.pair(&data.body_a, &data.body_b, path)?;
     let (a, b) = (merged.composite(a), merged.composite(b));
@@ -114,7 +120,7 @@ fn joint(
     } else {
         ([Vec3::zeros(); 3], [Vec3::zeros(); 3])
     };
-    Ok(Joint {
+    Ok(JointConstraint {
         name: data.name.clone(),
         kind: data.kind,
         a,
@@ -127,14 +133,17 @@ fn joint(
     })
 }
 
-fn joint_forces(description: &Description, joints: &[Joint]) -> Vec<JointForce> {
+fn joint_forces(
+    description: &VehicleDescription,
+    joints: &[JointConstraint],
+) -> Vec<JointForceElement> {
     description
         .joint_forces
         .iter()
         .filter_map(|force| {
             // the check has made sure that the joint exists and has an axis, so is not merged away
-            let joint = joints.iter().position(|j| j.name == force.joint)?;
-            Some(JointForce {
+            let joint = joints.iter().position(|j| j.name == force.joint).map(JointIndex)?;
+            Some(JointForceElement {
                 joint,
                 stiffness: force.stiffness,
                 damping: force.damping,

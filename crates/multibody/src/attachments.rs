@@ -1,13 +1,14 @@
 //! Which described bodies joints and elements act on: what merging forgets.
 
-use crate::description::{Description, JointKind};
+use crate::description::{JointKind, VehicleDescription};
 use crate::error::Error;
+use crate::index::MemberIndex;
 use crate::math::{Mat3, Vec3};
-use crate::names::Names;
+use crate::names::BodyNames;
 use crate::sides::joint_sides;
 
 /// A described body, by its index; `None` is the ground.
-pub(crate) type End = Option<usize>;
+pub(crate) type End = Option<MemberIndex>;
 
 /// A fixed joint that was merged away.
 #[derive(Debug, Clone)]
@@ -28,12 +29,12 @@ pub(crate) struct Attachments {
     pub joints: Vec<[End; 2]>,
     pub bushings: Vec<[End; 2]>,
     pub springs: Vec<[End; 2]>,
-    pub drive: Vec<usize>,
-    pub magnets: Vec<usize>,
+    pub drive: Vec<MemberIndex>,
+    pub magnets: Vec<MemberIndex>,
 }
 
 impl Attachments {
-    pub fn new(description: &Description, names: &Names) -> Result<Self, Error> {
+    pub fn new(description: &VehicleDescription, names: &BodyNames) -> Result<Self, Error> {
         let bodies = &description.bodies;
         let mut brackets = Vec::new();
         let mut joints = Vec::new();
@@ -74,7 +75,7 @@ impl Attachments {
     /// The bodies that hang together with `start` without `cut`, and whether the ground does.
     pub fn side(&self, start: End, cut: usize) -> (Vec<bool>, bool) {
         let ground = self.masses.len();
-        let index = |end: End| end.unwrap_or(ground);
+        let index = |end: End| end.map_or(ground, |member| member.0);
         let mut inside = vec![false; ground + 1];
         inside[index(start)] = true;
         let mut grown = true;

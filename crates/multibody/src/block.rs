@@ -17,18 +17,18 @@
 
 use std::ops::Range;
 
-pub(crate) use crate::kernels::Size;
+pub(crate) use crate::kernels::BlockSize;
 use crate::kernels::{
     Dense, Factor, Leaf, decompose, load, scaled, store, update, update_diagonal, with_size,
 };
 
 /// Index into storage or lists. Half as long as a pointer, for the lists are read with every
 /// evaluation; what it cannot count (34 GB of blocks) fails when memory is asked for.
-pub(crate) type Index = u32;
+pub(crate) type CompactIndex = u32;
 
 /// Shortens an index.
-pub(crate) fn index(k: usize) -> Index {
-    Index::try_from(k).unwrap_or(Index::MAX)
+pub(crate) fn compact(k: usize) -> CompactIndex {
+    CompactIndex::try_from(k).unwrap_or(CompactIndex::MAX)
 }
 
 /// What stands on the diagonal of a column.
@@ -39,27 +39,27 @@ pub(crate) enum Pivot {
     /// Negative definite.
     Joint,
     /// Constant; an index into the leaves.
-    Leaf(Index),
+    Leaf(CompactIndex),
 }
 
 /// One pivot with everything that is below it.
 #[derive(Debug, Clone)]
-pub(crate) struct Column {
-    pub node: Index,
-    pub size: Size,
+pub(crate) struct PivotColumn {
+    pub node: CompactIndex,
+    pub size: BlockSize,
     pub pivot: Pivot,
     /// Offset of the diagonal block, or of the first block below where a leaf has none.
-    pub start: Index,
+    pub start: CompactIndex,
     /// Offset just behind the column's last block.
-    pub end: Index,
+    pub end: CompactIndex,
     /// Offset of the node's part of a right-hand side.
-    pub rhs: Index,
-    pub below: Range<Index>,
+    pub rhs: CompactIndex,
+    pub below: Range<CompactIndex>,
     /// First of the targets of its updates: one for each pair of blocks below, by columns.
-    pub targets: Index,
+    pub targets: CompactIndex,
 }
 
-impl Column {
+impl PivotColumn {
     /// Offset of the first block below the diagonal.
     fn first(&self) -> usize {
         match self.pivot {
@@ -72,14 +72,14 @@ impl Column {
 /// A block below a pivot; they follow each other in storage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Below {
-    pub size: Size,
-    pub rhs: Index,
+    pub size: BlockSize,
+    pub rhs: CompactIndex,
 }
 
 /// A place for a block of the original matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Place {
-    pub offset: Index,
+pub(crate) struct BlockPlace {
+    pub offset: CompactIndex,
     /// True where the storage holds the block (i, j) as asked, false where its transpose.
     pub as_asked: bool,
 }
@@ -93,22 +93,22 @@ pub(crate) struct Vanished {
 
 /// Columns that are worked on together.
 #[derive(Debug, Clone)]
-pub(crate) struct Window {
+pub(crate) struct ColumnWindow {
     pub columns: Range<usize>,
     /// Bodies and joints whose blocks no earlier window touches, ascending.
-    pub nodes: Vec<Index>,
+    pub nodes: Vec<CompactIndex>,
     /// Parts of the storage that no earlier window touches.
-    pub fresh: Vec<Range<Index>>,
+    pub fresh: Vec<Range<CompactIndex>>,
 }
 
 /// Elimination order, storage layout and list of updates; made once by `ordering`.
 #[derive(Debug, Clone)]
 pub(crate) struct Factorisation {
-    pub columns: Vec<Column>,
+    pub columns: Vec<PivotColumn>,
     pub below: Vec<Below>,
-    pub targets: Vec<Index>,
+    pub targets: Vec<CompactIndex>,
     pub leaves: Vec<Leaf>,
-    pub windows: Vec<Window>,
+    pub windows: Vec<ColumnWindow>,
     /// Windows whose columns change none outside of the section.
     pub sections: Vec<Range<usize>>,
     /// Length of the block storage.
@@ -140,7 +140,7 @@ impl Factorisation {
     }
 
     /// Replaces the columns of a window by their factors.
-    pub fn factor_window(&self, window: &Window, data: &mut [f64]) -> Result<(), Vanished> {
+    pub fn factor_window(&self, window: &ColumnWindow, data: &mut [f64]) -> Result<(), Vanished> {
         for column in &self.columns[window.columns.clone()] {
             if let Pivot::Leaf(k) = column.pivot {
                 self.eliminate::<6>(column, &self.leaves[k as usize], data);
@@ -154,7 +154,7 @@ impl Factorisation {
     #[inline(always)]
     fn factor_column<const P: usize>(
         &self,
-        column: &Column,
+        column: &PivotColumn,
         data: &mut [f64],
     ) -> Result<(), Vanished> {
         let (start, rhs) = (column.start as usize, column.rhs as usize);
@@ -167,7 +167,7 @@ impl Factorisation {
         Ok(())
     }
 
-    fn below(&self, column: &Column) -> &[Below] {
+    fn below(&self, column: &PivotColumn) -> &[Below] {
         &self.below[column.below.start as usize..column.below.end as usize]
     }
 
@@ -175,7 +175,7 @@ impl Factorisation {
     #[inline(always)]
     fn eliminate<const P: usize>(
         &self,
-        column: &Column,
+        column: &PivotColumn,
         factor: &impl Factor<P>,
         data: &mut [f64],
     ) {
@@ -226,7 +226,7 @@ impl Factorisation {
     }
 
     /// The first half of a solution, down the columns of a window.
-    pub fn forward_window(&self, window: &Window, data: &[f64], x: &mut [f64]) {
+    pub fn forward_window(&self, window: &ColumnWindow, data: &[f64], x: &mut [f64]) {
         for column in &self.columns[window.columns.clone()] {
             with_factor!(self, column, data, P, factor, {
                 self.forward::<P>(column, factor, data, x);
@@ -235,7 +235,7 @@ impl Factorisation {
     }
 
     /// The second half of a solution, up the columns of all windows of a section.
-    pub fn backward_section(&self, windows: &[Window], data: &[f64], x: &mut [f64]) {
+    pub fn backward_section(&self, windows: &[ColumnWindow], data: &[f64], x: &mut [f64]) {
         for window in windows.iter().rev() {
             for column in self.columns[window.columns.clone()].iter().rev() {
                 with_factor!(self, column, data, P, factor, {
@@ -249,7 +249,7 @@ impl Factorisation {
     #[inline(always)]
     fn forward<const P: usize>(
         &self,
-        column: &Column,
+        column: &PivotColumn,
         factor: &impl Factor<P>,
         data: &[f64],
         x: &mut [f64],
@@ -281,7 +281,7 @@ impl Factorisation {
     #[inline(always)]
     fn backward<const P: usize>(
         &self,
-        column: &Column,
+        column: &PivotColumn,
         factor: &impl Factor<P>,
         data: &[f64],
         x: &mut [f64],

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use nalgebra::SymmetricEigen;
 
-use crate::description::{Body, Description, GROUND, Inertia};
+use crate::description::{Body, GROUND, Inertia, VehicleDescription};
 use crate::error::{Error, invalid};
 use crate::math::{Mat3, Quat, Vec3, normalised};
-use crate::names::{Names, meant};
+use crate::names::{BodyNames, meant};
 use crate::numbers::{finite, not_negative};
 use crate::sides::joint_sides;
 
@@ -96,7 +96,7 @@ fn check_inertia(inertia: &Mat3, path: &str) -> Result<(), Error> {
     Ok(())
 }
 
-impl Description {
+impl VehicleDescription {
     /// Checks everything that can be said without assembling the constraints.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl Description {
         for (k, body) in self.bodies.iter().enumerate() {
             check_body(body, &format!("bodies[{k}]"))?;
         }
-        let names = Names::new(&self.bodies);
+        let names = BodyNames::new(&self.bodies);
         unique(self.joints.iter().map(|j| j.name.as_str()), "joints")?;
         for (k, joint) in self.joints.iter().enumerate() {
             joint_sides(joint, &self.bodies, &names, &format!("joints[{k}]"))?;
@@ -123,7 +123,7 @@ impl Description {
         self.check_points(&names)
     }
 
-    fn check_elements(&self, names: &Names) -> Result<(), Error> {
+    fn check_elements(&self, names: &BodyNames) -> Result<(), Error> {
         unique(self.bushings.iter().map(|b| b.name.as_str()), "bushings")?;
         for (k, bushing) in self.bushings.iter().enumerate() {
             let path = format!("bushings[{k}]");
@@ -180,7 +180,7 @@ impl Description {
         Ok(())
     }
 
-    fn check_points(&self, names: &Names) -> Result<(), Error> {
+    fn check_points(&self, names: &BodyNames) -> Result<(), Error> {
         if let Some(drive) = &self.drive {
             not_negative(&[drive.stiffness], "drive.stiffness")?;
             not_negative(&[drive.damping], "drive.damping")?;

@@ -2,10 +2,11 @@
 
 use nalgebra::Matrix6;
 
-use crate::description::{Body, Description, JointKind};
+use crate::description::{Body, JointKind, VehicleDescription};
 use crate::error::{Error, Redundancy};
+use crate::index::{BodyIndex, MemberIndex};
 use crate::math::{Mat3, Quat, Vec3, conjugate, multiply, rotation_matrix};
-use crate::names::Names;
+use crate::names::BodyNames;
 use crate::state::BodyState;
 
 /// A rigid body of the equations of motion.
@@ -36,7 +37,7 @@ pub(crate) fn mass_block(composite: &Composite) -> Matrix6<f64> {
 pub(crate) struct Member {
     pub name: String,
     /// Index of the composite; the number of composites stands for the ground.
-    pub composite: usize,
+    pub composite: BodyIndex,
     /// The body's centre of mass in the composite's axes, from its centre of mass, m.
     pub offset: Vec3,
     /// The body's attitude relative to the composite's.
@@ -53,27 +54,27 @@ pub(crate) struct Merged {
 
 impl Merged {
     /// Composite of a described body (`None`: the ground).
-    pub fn composite(&self, body: Option<usize>) -> usize {
-        body.map_or(self.composites.len(), |k| self.members[k].composite)
+    pub fn composite(&self, body: Option<MemberIndex>) -> BodyIndex {
+        body.map_or(BodyIndex(self.composites.len()), |k| self.members[k].composite)
     }
 
     /// A world point of the initial pose in the axes of a composite, from its centre of mass.
-    pub fn localise(&self, composite: usize, point: &Vec3) -> Vec3 {
-        self.composites.get(composite).map_or(*point, |c| {
+    pub fn localise(&self, composite: BodyIndex, point: &Vec3) -> Vec3 {
+        self.composites.get(composite.0).map_or(*point, |c| {
             rotation_matrix(c.start.attitude).tr_mul(&(point - c.start.position))
         })
     }
 
     /// A world direction of the initial pose in the axes of a composite.
-    pub fn localise_direction(&self, composite: usize, direction: &Vec3) -> Vec3 {
+    pub fn localise_direction(&self, composite: BodyIndex, direction: &Vec3) -> Vec3 {
         self.composites
-            .get(composite)
+            .get(composite.0)
             .map_or(*direction, |c| rotation_matrix(c.start.attitude).tr_mul(direction))
     }
 
     /// Initial attitude of a composite.
-    pub fn attitude(&self, composite: usize) -> Quat {
-        self.composites.get(composite).map_or(crate::math::IDENTITY, |c| c.start.attitude)
+    pub fn attitude(&self, composite: BodyIndex) -> Quat {
+        self.composites.get(composite.0).map_or(crate::math::IDENTITY, |c| c.start.attitude)
     }
 }
 
@@ -86,9 +87,9 @@ fn root(parent: &[usize], mut k: usize) -> usize {
 }
 
 /// Merges bodies along brackets, and refuses brackets that repeat others.
-pub(crate) fn merge(description: &Description) -> Result<Merged, Error> {
+pub(crate) fn merge(description: &VehicleDescription) -> Result<Merged, Error> {
     let bodies = &description.bodies;
-    let names = Names::new(bodies);
+    let names = BodyNames::new(bodies);
     // the ground stands behind the last body while uniting, so that it wins no root
     let ground = bodies.len();
     let mut parent: Vec<usize> = (0..=ground).collect();
@@ -98,7 +99,8 @@ pub(crate) fn merge(description: &Description) -> Result<Merged, Error> {
             continue;
         }
         let (a, b) = names.pair(&joint.body_a, &joint.body_b, &format!("joints[{k}]"))?;
-        let (a, b) = (root(&parent, a.unwrap_or(ground)), root(&parent, b.unwrap_or(ground)));
+        let (a, b) =
+            (root(&parent, a.map_or(ground, |k| k.0)), root(&parent, b.map_or(ground, |k| k.0)));
         if a == b {
             redundant.push(all_repeated(&joint.name, &joint.body_a, &joint.body_b));
         }
@@ -108,7 +110,7 @@ pub(crate) fn merge(description: &Description) -> Result<Merged, Error> {
     let group = |k: usize| root(&parent, k);
     for joint in description.joints.iter().filter(|j| j.kind != JointKind::Bracket) {
         let (a, b) = names.pair(&joint.body_a, &joint.body_b, &joint.name)?;
-        if group(a.unwrap_or(ground)) == group(b.unwrap_or(ground)) {
+        if group(a.map_or(ground, |k| k.0)) == group(b.map_or(ground, |k| k.0)) {
             redundant.push(all_repeated(&joint.name, &joint.body_a, &joint.body_b));
         }
     }
@@ -130,7 +132,7 @@ pub(crate) fn merge(description: &Description) -> Result<Merged, Error> {
         .enumerate()
         .map(|(k, body)| {
             let composite = roots.iter().position(|r| *r == group(k)).unwrap_or(roots.len());
-            member(body, composite, composites.get(composite))
+            member(body, BodyIndex(composite), composites.get(composite))
         })
         .collect();
     Ok(Merged { composites, members })
@@ -172,7 +174,7 @@ fn compose(members: &[&Body]) -> Composite {
     }
 }
 
-fn member(body: &Body, index: usize, composite: Option<&Composite>) -> Member {
+fn member(body: &Body, index: BodyIndex, composite: Option<&Composite>) -> Member {
     let position = Vec3::from(body.position);
     let (offset, twist) = composite.map_or((position, body.attitude()), |c| {
         (

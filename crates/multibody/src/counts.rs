@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use crate::composite::Merged;
-use crate::description::{Description, JointKind};
+use crate::description::{JointKind, VehicleDescription};
 
 /// What the vehicle consists of, before fixed joints are merged.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Counts {
+pub struct VehicleCounts {
     /// Bodies of the description.
     pub bodies: usize,
     /// Joints by kind.
@@ -32,11 +32,11 @@ pub struct Counts {
 
 /// Counts bodies, joints and equations before and after merging.
 pub(crate) fn counts(
-    description: &Description,
+    description: &VehicleDescription,
     merged: &Merged,
     reduced_equations: usize,
     components: usize,
-) -> Counts {
+) -> VehicleCounts {
     let mut joints = BTreeMap::new();
     for kind in
         [JointKind::Bracket, JointKind::Translational, JointKind::Spherical, JointKind::Revolute]
@@ -44,7 +44,7 @@ pub(crate) fn counts(
         joints.insert(kind, description.joints.iter().filter(|j| j.kind == kind).count());
     }
     let equations = description.joints.iter().map(|j| j.kind.equations()).sum();
-    Counts {
+    VehicleCounts {
         bodies: description.bodies.len(),
         joints,
         equations,

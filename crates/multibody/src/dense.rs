@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::composite::mass_block;
 use crate::loads::Loads;
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-impl Model {
+impl VehicleModel {
     /// M and Φ_q of eq. 9 as dense matrices, with the right-hand side (Q, γ): for checks.
     #[must_use]
     pub fn dense_system(
@@ -33,9 +33,9 @@ impl Model {
         for joint in &self.joints {
             for r in joint.row..joint.row + joint.equations() {
                 for (body, row) in [(joint.a, &ws.rows_a[r]), (joint.b, &ws.rows_b[r])] {
-                    if 6 * body < n {
+                    if body != self.ground() {
                         for (c, value) in row.iter().enumerate() {
-                            jacobian[(r, 6 * body + c)] = *value;
+                            jacobian[(r, 6 * body.0 + c)] = *value;
                         }
                     }
                 }

@@ -15,7 +15,7 @@ pub const GROUND: &str = "ground";
 /// A whole vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Description {
+pub struct VehicleDescription {
     /// Short name, for example `two-car`.
     pub name: String,
     /// What this vehicle is, for people.
@@ -44,7 +44,7 @@ pub struct Description {
     pub drive: Option<Drive>,
     /// Electromagnets, in the order of the signals.
     #[serde(default)]
-    pub magnets: Vec<Magnet>,
+    pub magnets: Vec<MagnetPoint>,
     /// Bodies whose motion is an output.
     #[serde(default)]
     pub observed: Vec<Observed>,
@@ -252,7 +252,7 @@ pub struct Drive {
 /// An electromagnet: a point that takes a vertical and a lateral force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Magnet {
+pub struct MagnetPoint {
     /// The body that carries it.
     pub body: String,
     /// Its place, m.
@@ -272,7 +272,7 @@ pub struct Observed {
     pub points: Vec<[f64; 3]>,
 }
 
-impl Description {
+impl VehicleDescription {
     /// Reads a description and checks it.
     ///
     /// # Errors

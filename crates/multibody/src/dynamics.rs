@@ -1,16 +1,17 @@
 //! Equation 9 evaluated: M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ.
 
-use crate::block::{Vanished, Window};
+use crate::block::{ColumnWindow, Vanished};
 use crate::error::Error;
-use crate::joint::Row;
+use crate::index::JointIndex;
+use crate::joint::JacobianRow;
 use crate::loads::Loads;
 use crate::math::Vec3;
-use crate::model::Model;
-use crate::rate::Rate;
+use crate::model::VehicleModel;
+use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, State, Wrench};
 use crate::workspace::Workspace;
 
-impl Model {
+impl VehicleModel {
     /// Scratch memory for this model.
     #[must_use]
     pub fn workspace(&self) -> Workspace {
@@ -18,8 +19,8 @@ impl Model {
         let start = self.initial_state().bodies;
         Workspace {
             kin: vec![Kinematics::at_rest(); bodies + 1],
-            rows_a: vec![Row::default(); self.rows],
-            rows_b: vec![Row::default(); self.rows],
+            rows_a: vec![JacobianRow::default(); self.rows],
+            rows_b: vec![JacobianRow::default(); self.rows],
             factors: vec![0.0; self.solver.storage],
             factored: None,
             factored_pose: vec![(Vec3::zeros(), crate::math::IDENTITY); bodies],
@@ -29,7 +30,7 @@ impl Model {
             spare: vec![0.0; self.unknowns()],
             residual: vec![0.0; self.rows],
             stage: start.clone(),
-            sum: vec![Rate::zero(); bodies],
+            sum: vec![BodyRate::zero(); bodies],
             start,
             vertical: vec![0.0; self.magnets.len()],
             lateral: vec![0.0; self.magnets.len()],
@@ -187,7 +188,12 @@ impl Model {
         Ok(())
     }
 
-    fn factor_window(&self, window: &Window, time: f64, ws: &mut Workspace) -> Result<(), Error> {
+    fn factor_window(
+        &self,
+        window: &ColumnWindow,
+        time: f64,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
         let Workspace { kin, factors, .. } = ws;
         for range in &window.fresh {
             factors[range.start as usize..range.end as usize].fill(0.0);
@@ -195,7 +201,7 @@ impl Model {
         let bodies = self.composites.len();
         for &node in &window.nodes {
             let node = node as usize;
-            if let Some(joint) = node.checked_sub(bodies) {
+            if let Some(joint) = node.checked_sub(bodies).map(JointIndex) {
                 self.joints[joint].store_jacobian(kin, &self.places.joints[joint], factors);
             } else if let Some(offset) = self.places.bodies[node] {
                 let composite = &self.composites[node];
@@ -274,7 +280,7 @@ impl Model {
     }
 
     /// γ of the joints of a window.
-    fn gamma_of(&self, window: &Window, ws: &mut Workspace) {
+    fn gamma_of(&self, window: &ColumnWindow, ws: &mut Workspace) {
         let Workspace { kin, solution, .. } = ws;
         let bodies = self.composites.len();
         for joint in window.nodes.iter().filter_map(|node| (*node as usize).checked_sub(bodies)) {
@@ -285,7 +291,7 @@ impl Model {
     }
 
     /// Φ into `ws.residual` for the poses in `ws.kin`; the largest violation and its joint.
-    pub(crate) fn residuals(&self, ws: &mut Workspace) -> (f64, usize) {
+    pub(crate) fn residuals(&self, ws: &mut Workspace) -> (f64, JointIndex) {
         for joint in &self.joints {
             let range = joint.row..joint.row + joint.equations();
             joint.residual(&ws.kin, &mut ws.residual[range]);
@@ -294,7 +300,7 @@ impl Model {
     }
 
     /// Φ̇ into `ws.residual` for the poses and motions in `ws.kin`; the largest and its joint.
-    pub(crate) fn rates(&self, ws: &mut Workspace) -> (f64, usize) {
+    pub(crate) fn rates(&self, ws: &mut Workspace) -> (f64, JointIndex) {
         for joint in &self.joints {
             let range = joint.row..joint.row + joint.equations();
             joint.rate(&ws.kin, &mut ws.residual[range]);
@@ -303,13 +309,13 @@ impl Model {
     }
 
     /// Largest component and the joint it belongs to; NaN counts as largest.
-    fn largest(&self, residual: &[f64]) -> (f64, usize) {
-        let mut found = (0.0, 0);
+    fn largest(&self, residual: &[f64]) -> (f64, JointIndex) {
+        let mut found = (0.0, JointIndex(0));
         for (k, joint) in self.joints.iter().enumerate() {
             for value in &residual[joint.row..joint.row + joint.equations()] {
                 let size = if value.is_nan() { f64::INFINITY } else { value.abs() };
                 if size > found.0 {
-                    found = (size, k);
+                    found = (size, JointIndex(k));
                 }
             }
         }
@@ -329,11 +335,11 @@ impl Model {
     }
 
     /// Accelerations and multipliers that additional loads alone would cause: the derivative of
-    /// [`Model::accelerations`] in the direction of `loads`. Read it with
-    /// [`Model::magnet_response`].
+    /// [`VehicleModel::accelerations`] in the direction of `loads`. Read it with
+    /// [`VehicleModel::magnet_response`].
     ///
     /// # Errors
-    /// As [`Model::accelerations`].
+    /// As [`VehicleModel::accelerations`].
     pub fn load_response(
         &self,
         state: &State,

@@ -3,20 +3,22 @@
 use crate::composite::Composite;
 use crate::elimination::Dependency;
 use crate::error::{Error, Redundancy};
-use crate::joint::Joint;
-use crate::ordering::Failure;
+use crate::joint::JointConstraint;
+use crate::ordering::AnalysisFailure;
 use crate::state::Kinematics;
 
 /// Puts names to what the analysis found.
 pub(crate) fn explain(
-    failure: &Failure,
+    failure: &AnalysisFailure,
     composites: &[Composite],
-    joints: &[Joint],
+    joints: &[JointConstraint],
     kin: &[Kinematics],
 ) -> Error {
     match failure {
-        Failure::Dependent(found) => Error::Redundant(name_dependencies(found, joints, kin)),
-        Failure::Unusable(node) => {
+        AnalysisFailure::Dependent(found) => {
+            Error::Redundant(name_dependencies(found, joints, kin))
+        }
+        AnalysisFailure::Unusable(node) => {
             let (path, name) = composites.get(*node).map_or_else(
                 || ("joints", &joints[node - composites.len()].name),
                 |composite| ("bodies", &composite.name),
@@ -35,7 +37,7 @@ pub(crate) fn explain(
 /// Says in words what dependent equations constrain twice.
 fn name_dependencies(
     found: &[Dependency],
-    joints: &[Joint],
+    joints: &[JointConstraint],
     kin: &[Kinematics],
 ) -> Vec<Redundancy> {
     let bodies = kin.len() - 1;
@@ -58,7 +60,7 @@ fn name_dependencies(
         .collect()
 }
 
-fn describe_reaction(joint: &Joint, kin: &[Kinematics], multipliers: &[f64]) -> String {
+fn describe_reaction(joint: &JointConstraint, kin: &[Kinematics], multipliers: &[f64]) -> String {
     let (force, moment) = joint.reaction(kin, multipliers);
     let mut parts = Vec::new();
     let largest = force.amax().max(moment.amax());

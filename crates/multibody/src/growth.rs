@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::block::{Factorisation, Pivot};
-use crate::{Holding, Loads, Model, train};
+use crate::{Holding, Loads, VehicleModel, train};
 
 /// Multiplications with additions of a factorisation and of a solution.
 fn operations(solver: &Factorisation) -> [usize; 2] {
@@ -37,7 +37,7 @@ fn operations(solver: &Factorisation) -> [usize; 2] {
 #[test]
 fn invariant_work_grows_by_the_same_for_every_car() {
     let work = |cars: usize| {
-        let model = Model::new(&train::cars(cars)).unwrap();
+        let model = VehicleModel::new(&train::cars(cars)).unwrap();
         let [factor, solve] = operations(&model.solver);
         let values = model.solver.storage;
         println!("{cars} cars: factorisation {factor}, solution {solve}, {values} values");
@@ -59,7 +59,7 @@ fn passes_of_an_evaluation() {
         "cars  poses  forces  right-hand side  matrix, factors and solution  together  [µs per car]"
     );
     for cars in [1_u32, 2, 4, 8, 16, 32] {
-        let model = Model::new(&train::cars(cars as usize)).unwrap();
+        let model = VehicleModel::new(&train::cars(cars as usize)).unwrap();
         let mut ws = model.workspace();
         let flat = vec![0.0; model.counts().magnets];
         let state = model.equilibrium(&flat, &Holding::default(), &mut ws).unwrap().state;

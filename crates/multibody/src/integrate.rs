@@ -10,10 +10,11 @@
 //! could add up.
 
 use crate::error::Error;
+use crate::index::{BodyIndex, JointIndex};
 use crate::loads::{LoadCourse, polynomial};
 use crate::math::{Vec3, normalised};
-use crate::model::Model;
-use crate::rate::Rate;
+use crate::model::VehicleModel;
+use crate::rate::BodyRate;
 use crate::state::{BodyState, State};
 use crate::workspace::Workspace;
 
@@ -32,7 +33,7 @@ fn closed(violation: f64, before: f64, tolerance: f64, iteration: usize) -> bool
     violation <= AIM * tolerance || (violation <= tolerance && at_an_end)
 }
 
-impl Model {
+impl VehicleModel {
     /// Advances a state by `size` seconds in equal internal steps of at most `max_step`.
     ///
     /// # Errors
@@ -88,10 +89,10 @@ impl Model {
             }
             let ahead = stages.get(s + 1).map_or(0.0, |(next, _)| next * h);
             for (k, body) in stage.iter_mut().enumerate() {
-                let (v, w) = ws.acceleration(k);
-                let rate = Rate::of(body, v, w);
+                let (v, w) = ws.acceleration(BodyIndex(k));
+                let rate = BodyRate::of(body, v, w);
                 if s == 0 {
-                    ws.sum[k] = Rate::zero();
+                    ws.sum[k] = BodyRate::zero();
                 }
                 ws.sum[k].add(&rate, weight);
                 *body = ws.start[k].moved(&rate, ahead);
@@ -172,7 +173,7 @@ impl Model {
         &self,
         iterations: usize,
         residual: f64,
-        joint: usize,
+        joint: JointIndex,
         time: f64,
     ) -> Result<(), Error> {
         if iterations < MOST_CORRECTIONS && residual.is_finite() {

@@ -9,9 +9,10 @@
 //! or a solution; the factors at hand give ȧ and λ̇ by one back-substitution.
 
 use crate::error::Error;
+use crate::index::{BodyIndex, MagnetIndex};
 use crate::loads::Loads;
 use crate::math::{Vec3, from_rotation_vector, multiply};
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::{BodyState, State};
 use crate::workspace::Workspace;
 
@@ -33,13 +34,13 @@ impl BodyState {
     }
 }
 
-impl Model {
+impl VehicleModel {
     /// Rates of the accelerations along the motion that begins in `state` under `loads`, which
-    /// change by `rates` (N/s), into `probe`; read them with [`Model::magnet_jerk`]. Where `ws`
+    /// change by `rates` (N/s), into `probe`; read them with [`VehicleModel::magnet_jerk`]. Where `ws`
     /// already holds the accelerations, this costs less than another evaluation of them.
     ///
     /// # Errors
-    /// As [`Model::accelerations`].
+    /// As [`VehicleModel::accelerations`].
     pub fn jerks(
         &self,
         state: &State,
@@ -74,17 +75,17 @@ impl Model {
     /// `probe.solution`.
     fn imbalance(&self, bodies: &[BodyState], dt: f64, ws: &Workspace, probe: &mut Workspace) {
         for (k, (body, kin)) in bodies.iter().zip(&mut probe.kin).enumerate() {
-            let beside = body.beside(dt, ws.acceleration(k));
+            let beside = body.beside(dt, ws.acceleration(BodyIndex(k)));
             kin.set_pose(&beside);
             kin.set_motion(&beside);
         }
         self.jacobians(probe);
         self.apply_forces(probe);
         self.right_hand_side(probe);
-        let ground = bodies.len();
-        let (forces, bends) = probe.solution.split_at_mut(6 * ground);
+        let ground = self.ground();
+        let (forces, bends) = probe.solution.split_at_mut(6 * ground.0);
         let (forces, _) = forces.as_chunks_mut::<6>();
-        let (accelerations, _) = ws.solution[..6 * ground].as_chunks::<6>();
+        let (accelerations, _) = ws.solution[..6 * ground.0].as_chunks::<6>();
         for joint in &self.joints {
             let rows = joint.row..joint.row + joint.equations();
             for (body, jacobian) in [(joint.a, &probe.rows_a), (joint.b, &probe.rows_b)] {
@@ -102,14 +103,14 @@ impl Model {
         }
     }
 
-    /// Rate of the acceleration of magnet k after [`Model::jerks`] with these two workspaces, m/s³.
+    /// Rate of the acceleration of magnet k after [`VehicleModel::jerks`] with these two workspaces, m/s³.
     ///
     /// The acceleration is v̇ + α × s + ω × (ω × s) with α = A ω̇; in the rate ṡ = ω × s and
     /// α̇ = A ω̈ + ω × α.
     #[must_use]
-    pub fn magnet_jerk(&self, ws: &Workspace, probe: &Workspace, k: usize) -> Vec3 {
+    pub fn magnet_jerk(&self, ws: &Workspace, probe: &Workspace, k: MagnetIndex) -> Vec3 {
         let anchor = &self.magnets[k];
-        if anchor.body == self.composites.len() {
+        if anchor.body == self.ground() {
             return Vec3::zeros();
         }
         let kin = &ws.kin[anchor.body];

@@ -13,23 +13,24 @@
 //! Brackets have been merged away before.
 
 use crate::description::JointKind;
+use crate::index::BodyIndex;
 use crate::math::Vec3;
 use crate::places::JointPlaces;
 use crate::state::Kinematics;
 
 /// Coefficients of (v, ω) in one equation.
-pub(crate) type Row = [f64; 6];
+pub(crate) type JacobianRow = [f64; 6];
 
 /// Of any joint that is not merged away.
 const MOST_EQUATIONS: usize = 5;
 
 /// A joint between two composite bodies; the index behind the last body is the ground.
 #[derive(Debug, Clone)]
-pub(crate) struct Joint {
+pub(crate) struct JointConstraint {
     pub name: String,
     pub kind: JointKind,
-    pub a: usize,
-    pub b: usize,
+    pub a: BodyIndex,
+    pub b: BodyIndex,
     /// The joint's point on either body, in its axes.
     pub point_a: Vec3,
     pub point_b: Vec3,
@@ -44,12 +45,12 @@ pub(crate) struct Joint {
 const REVOLUTE_PAIRS: [(usize, usize); 2] = [(0, 2), (1, 2)];
 const TRANSLATIONAL_PAIRS: [(usize, usize); 3] = [(0, 2), (1, 2), (0, 1)];
 
-fn row(linear: Vec3, angular_world: Vec3, body: &Kinematics) -> Row {
+fn row(linear: Vec3, angular_world: Vec3, body: &Kinematics) -> JacobianRow {
     let angular = body.a.tr_mul(&angular_world);
     [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
 }
 
-impl Joint {
+impl JointConstraint {
     /// Number of equations.
     pub fn equations(&self) -> usize {
         self.kind.equations()
@@ -81,7 +82,12 @@ impl Joint {
     }
 
     /// Φ_q: the rows for a and for b.
-    pub fn jacobian(&self, kin: &[Kinematics], rows_a: &mut [Row], rows_b: &mut [Row]) {
+    pub fn jacobian(
+        &self,
+        kin: &[Kinematics],
+        rows_a: &mut [JacobianRow],
+        rows_b: &mut [JacobianRow],
+    ) {
         let (a, b) = (&kin[self.a], &kin[self.b]);
         let first = if self.kind == JointKind::Translational {
             let arm_b = b.turn(&self.point_b);
@@ -120,7 +126,7 @@ impl Joint {
     /// Φ_q into the blocks of a matrix.
     pub fn store_jacobian(&self, kin: &[Kinematics], places: &JointPlaces, matrix: &mut [f64]) {
         let n = self.equations();
-        let mut rows = [[Row::default(); MOST_EQUATIONS]; 2];
+        let mut rows = [[JacobianRow::default(); MOST_EQUATIONS]; 2];
         let [rows_a, rows_b] = &mut rows;
         self.jacobian(kin, &mut rows_a[..n], &mut rows_b[..n]);
         for (place, rows) in places.iter().zip(&rows) {

@@ -3,13 +3,13 @@
 
 /// Rows of a block: a body has six, a joint three or five.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Size {
+pub(crate) enum BlockSize {
     Three,
     Five,
     Six,
 }
 
-impl Size {
+impl BlockSize {
     pub const fn get(self) -> usize {
         match self {
             Self::Three => 3,
@@ -23,15 +23,15 @@ impl Size {
 macro_rules! with_size {
     ($size:expr, $name:ident, $body:expr) => {
         match $size {
-            $crate::kernels::Size::Three => {
+            $crate::kernels::BlockSize::Three => {
                 const $name: usize = 3;
                 $body
             }
-            $crate::kernels::Size::Five => {
+            $crate::kernels::BlockSize::Five => {
                 const $name: usize = 5;
                 $body
             }
-            $crate::kernels::Size::Six => {
+            $crate::kernels::BlockSize::Six => {
                 const $name: usize = 6;
                 $body
             }

@@ -3,7 +3,10 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-use crate::block::{Below, Column, Factorisation, Index, Pivot, Place, Size, Window, index};
+use crate::block::{
+    Below, BlockPlace, BlockSize, ColumnWindow, CompactIndex, Factorisation, Pivot, PivotColumn,
+    compact,
+};
 use crate::elimination::{Elimination, Gone};
 use crate::kernels::Leaf;
 
@@ -16,16 +19,16 @@ const VANISHING_PIVOT: f64 = 1e-12;
 
 /// The result of the analysis.
 #[derive(Debug, Clone)]
-pub(crate) struct Ordering {
+pub(crate) struct Analysis {
     pub factorisation: Factorisation,
-    pub places: HashMap<(usize, usize), Place>,
+    pub places: HashMap<(usize, usize), BlockPlace>,
     /// Group of each node; groups share no coupling.
     pub components: Vec<usize>,
 }
 
-impl Ordering {
+impl Analysis {
     /// Where the block (i, j) of the matrix is stored.
-    pub fn place(&self, i: usize, j: usize) -> Option<Place> {
+    pub fn place(&self, i: usize, j: usize) -> Option<BlockPlace> {
         self.places.get(&(i, j)).copied()
     }
 }
@@ -99,28 +102,28 @@ fn add_tree(tree: Range<usize>, windows: &mut Vec<Range<usize>>, sections: &mut 
 }
 
 /// The parts of a factorisation while they are listed.
-struct Layout<'a> {
+struct LayoutBuilder<'a> {
     elimination: &'a Elimination,
     /// Turn of each node.
     rank: Vec<usize>,
     /// Offset of each node's part of a right-hand side.
-    rhs: Vec<Index>,
+    rhs: Vec<CompactIndex>,
     rows: usize,
     storage: usize,
-    columns: Vec<Column>,
+    columns: Vec<PivotColumn>,
     below: Vec<Below>,
     leaves: Vec<Leaf>,
-    places: HashMap<(usize, usize), Place>,
+    places: HashMap<(usize, usize), BlockPlace>,
     /// Nodes below each column, in turn.
     orders: Vec<Vec<usize>>,
 }
 
-impl Layout<'_> {
+impl LayoutBuilder<'_> {
     /// Makes room for a block and its transpose.
-    fn place(&mut self, i: usize, j: usize) -> Index {
-        let offset = index(self.storage);
-        self.places.insert((j, i), Place { offset, as_asked: false });
-        self.places.insert((i, j), Place { offset, as_asked: true });
+    fn place(&mut self, i: usize, j: usize) -> CompactIndex {
+        let offset = compact(self.storage);
+        self.places.insert((j, i), BlockPlace { offset, as_asked: false });
+        self.places.insert((i, j), BlockPlace { offset, as_asked: true });
         let sizes = &self.elimination.sample.sizes;
         self.storage += sizes[i].get() * sizes[j].get();
         offset
@@ -129,39 +132,39 @@ impl Layout<'_> {
     fn add_column(&mut self, gone: &Gone, leaf: Option<Leaf>) {
         let sizes = &self.elimination.sample.sizes;
         let node = gone.node;
-        let start = index(self.storage);
+        let start = compact(self.storage);
         let pivot = if let Some(leaf) = leaf {
             self.leaves.push(leaf);
-            Pivot::Leaf(index(self.leaves.len() - 1))
+            Pivot::Leaf(compact(self.leaves.len() - 1))
         } else {
             self.place(node, node);
             if node < self.elimination.sample.bodies { Pivot::Body } else { Pivot::Joint }
         };
         let mut later: Vec<usize> = gone.below.iter().map(|(n, _)| *n).collect();
         later.sort_unstable_by_key(|n| self.rank[*n]);
-        let first = index(self.below.len());
+        let first = compact(self.below.len());
         for &n in &later {
             self.place(n, node);
             self.below.push(Below { size: sizes[n], rhs: self.rhs[n] });
         }
-        self.columns.push(Column {
-            node: index(node),
+        self.columns.push(PivotColumn {
+            node: compact(node),
             size: sizes[node],
             pivot,
             start,
-            end: index(self.storage),
+            end: compact(self.storage),
             rhs: self.rhs[node],
-            below: first..index(self.below.len()),
+            below: first..compact(self.below.len()),
             targets: 0,
         });
         self.orders.push(later);
     }
 
     /// One target for each pair of blocks below a column.
-    fn list_targets(&mut self) -> Vec<Index> {
+    fn list_targets(&mut self) -> Vec<CompactIndex> {
         let mut targets = Vec::new();
         for (column, later) in self.columns.iter_mut().zip(&self.orders) {
-            column.targets = index(targets.len());
+            column.targets = compact(targets.len());
             for (k, &m) in later.iter().enumerate() {
                 // elimination coupled every pair of later neighbours, so each place exists
                 targets.extend(later[k..].iter().map(|&n| self.places[&(n, m)].offset));
@@ -171,10 +174,10 @@ impl Layout<'_> {
     }
 
     /// What each window has to make before its columns change anything.
-    fn windows(&self, ranges: &[Range<usize>], targets: &[Index]) -> Vec<Window> {
+    fn windows(&self, ranges: &[Range<usize>], targets: &[CompactIndex]) -> Vec<ColumnWindow> {
         // first window that touches a block, by offset
-        let mut first: HashMap<Index, usize> = HashMap::new();
-        let mut windows: Vec<Window> = Vec::new();
+        let mut first: HashMap<CompactIndex, usize> = HashMap::new();
+        let mut windows: Vec<ColumnWindow> = Vec::new();
         for (w, columns) in ranges.iter().enumerate() {
             for (column, later) in
                 self.columns[columns.clone()].iter().zip(&self.orders[columns.clone()])
@@ -190,7 +193,11 @@ impl Layout<'_> {
                     first.entry(offset).or_insert(w);
                 }
             }
-            windows.push(Window { columns: columns.clone(), nodes: Vec::new(), fresh: Vec::new() });
+            windows.push(ColumnWindow {
+                columns: columns.clone(),
+                nodes: Vec::new(),
+                fresh: Vec::new(),
+            });
         }
         self.assign_nodes(&mut first, &mut windows);
         self.assign_storage(&first, &mut windows);
@@ -199,7 +206,7 @@ impl Layout<'_> {
 
     /// Gives each node to the first window that touches one of its blocks; all of them are made
     /// there.
-    fn assign_nodes(&self, first: &mut HashMap<Index, usize>, windows: &mut [Window]) {
+    fn assign_nodes(&self, first: &mut HashMap<CompactIndex, usize>, windows: &mut [ColumnWindow]) {
         let bodies = self.elimination.sample.bodies;
         for (node, partners) in self.elimination.partners.iter().enumerate() {
             let own = std::slice::from_ref(&node);
@@ -211,16 +218,16 @@ impl Layout<'_> {
             let Some(w) = offsets().filter_map(|offset| first.get(&offset).copied()).min() else {
                 continue;
             };
-            windows[w].nodes.push(index(node));
+            windows[w].nodes.push(compact(node));
             first.extend(offsets().map(|offset| (offset, w)));
         }
     }
 
-    fn assign_storage(&self, first: &HashMap<Index, usize>, windows: &mut [Window]) {
-        let mut blocks: Vec<(Index, usize)> = first.iter().map(|(k, w)| (*k, *w)).collect();
+    fn assign_storage(&self, first: &HashMap<CompactIndex, usize>, windows: &mut [ColumnWindow]) {
+        let mut blocks: Vec<(CompactIndex, usize)> = first.iter().map(|(k, w)| (*k, *w)).collect();
         blocks.sort_unstable();
         let ends = blocks.iter().skip(1).map(|(offset, _)| *offset);
-        for (&(start, w), end) in blocks.iter().zip(ends.chain([index(self.storage)])) {
+        for (&(start, w), end) in blocks.iter().zip(ends.chain([compact(self.storage)])) {
             match windows[w].fresh.last_mut() {
                 Some(range) if range.end == start => range.end = end,
                 _ => windows[w].fresh.push(start..end),
@@ -235,7 +242,7 @@ pub(crate) fn layout(
     elimination: &Elimination,
     components: Vec<usize>,
     constant: bool,
-) -> Ordering {
+) -> Analysis {
     let sizes = &elimination.sample.sizes;
     let (rhs, rows) = offsets(sizes);
     let sequence = sequence(&elimination.gone);
@@ -243,7 +250,7 @@ pub(crate) fn layout(
     for (k, gone) in sequence.columns.iter().enumerate() {
         rank[gone.node] = k;
     }
-    let mut layout = Layout {
+    let mut layout = LayoutBuilder {
         elimination,
         rank,
         rhs,
@@ -269,9 +276,9 @@ pub(crate) fn layout(
     let targets = layout.list_targets();
     let windows = layout.windows(&sequence.windows, &targets);
     let smallest_pivot = layout.smallest_pivots();
-    let Layout { storage, columns, below, leaves, places, .. } = layout;
+    let LayoutBuilder { storage, columns, below, leaves, places, .. } = layout;
     let sections = sequence.sections;
-    Ordering {
+    Analysis {
         factorisation: Factorisation {
             columns,
             below,
@@ -288,19 +295,19 @@ pub(crate) fn layout(
 }
 
 /// Offset of each node's part of a right-hand side, and their sum.
-fn offsets(sizes: &[Size]) -> (Vec<Index>, usize) {
+fn offsets(sizes: &[BlockSize]) -> (Vec<CompactIndex>, usize) {
     let mut rows = 0;
     let offsets = sizes
         .iter()
         .map(|size| {
             rows += size.get();
-            index(rows - size.get())
+            compact(rows - size.get())
         })
         .collect();
     (offsets, rows)
 }
 
-impl Layout<'_> {
+impl LayoutBuilder<'_> {
     fn smallest_pivots(&self) -> Vec<f64> {
         let mut smallest = vec![0.0; self.rows];
         for (rhs, strength) in self.rhs.iter().zip(&self.elimination.strength) {

@@ -1,9 +1,9 @@
 //! Constrained rigid multibody dynamics in body coordinates with Lagrange multipliers (eqs 9-12).
 //!
-//! A vehicle is data ([`Description`], JSON). [`Model::new`] checks it, merges fixed joints, finds
-//! redundant ones and prepares the block-sparse solver; the [`Model`] never changes afterwards. All
-//! that changes is a [`State`], a plain value. [`Model::step`] advances it under forces on the
-//! magnets, [`Model::equilibrium`] finds where it hangs at rest.
+//! A vehicle is data ([`VehicleDescription`], JSON). [`VehicleModel::new`] checks it, merges fixed joints, finds
+//! redundant ones and prepares the block-sparse solver; the [`VehicleModel`] never changes afterwards. All
+//! that changes is a [`State`], a plain value. [`VehicleModel::step`] advances it under forces on the
+//! magnets, [`VehicleModel::equilibrium`] finds where it hangs at rest.
 //!
 //! # Coordinates
 //! Each rigid body has the position r of its centre of mass and a unit quaternion p; velocities are
@@ -14,11 +14,11 @@
 //! |---|---|---|---|---|
 //! | r, p | place and attitude of a body | 3, 4 | m, – | [`BodyState::position`], [`BodyState::attitude`] |
 //! | v, ω | velocities of a body | 3, 3 | m/s, rad/s | [`BodyState::velocity`], [`BodyState::angular_velocity`] |
-//! | M | mass matrix | 6n × 6n | kg, kg·m² | by blocks; whole in [`Model::dense_system`] |
-//! | Φ | constraints, eq. 10 | m | m, rad | [`Model::constraint_violation`] |
-//! | Φ_q | their Jacobian, eq. 11 | m × 6n | 1, m | by blocks; whole in [`Model::dense_system`] |
-//! | γ | right-hand side of eq. 12 | m | m/s², rad/s² | whole in [`Model::dense_system`] |
-//! | Q | applied and gyroscopic forces | 6n | N, N·m | whole in [`Model::dense_system`] |
+//! | M | mass matrix | 6n × 6n | kg, kg·m² | by blocks; whole in [`VehicleModel::dense_system`] |
+//! | Φ | constraints, eq. 10 | m | m, rad | [`VehicleModel::constraint_violation`] |
+//! | Φ_q | their Jacobian, eq. 11 | m × 6n | 1, m | by blocks; whole in [`VehicleModel::dense_system`] |
+//! | γ | right-hand side of eq. 12 | m | m/s², rad/s² | whole in [`VehicleModel::dense_system`] |
+//! | Q | applied and gyroscopic forces | 6n | N, N·m | whole in [`VehicleModel::dense_system`] |
 //! | λ | multipliers, the joints' reactions | m | N, N·m | [`Workspace::multipliers`] |
 //!
 //! # Equation 9
@@ -62,6 +62,7 @@ mod error;
 mod explain;
 #[cfg(test)]
 mod growth;
+mod index;
 mod integrate;
 mod jerk;
 mod joint;
@@ -91,18 +92,19 @@ mod tests;
 pub mod train;
 mod workspace;
 
-pub use counts::Counts;
+pub use counts::VehicleCounts;
 pub use description::{
-    Body, Bushing, Description, Drive, GROUND, Inertia, Joint, JointForce, JointKind, Magnet,
-    Observed, Spring,
+    Body, Bushing, Drive, GROUND, Inertia, Joint, JointForce, JointKind, MagnetPoint, Observed,
+    Spring, VehicleDescription,
 };
 pub use equilibrium::{Equilibrium, Guidance, Holding};
 pub use error::{Error, Redundancy};
+pub use index::{BodyIndex, ComponentIndex, MagnetIndex, ObservedIndex};
 pub use linearisation::{BodyShape, Linearisation, damping_ratio, natural_frequency};
 pub use linearise::MagnetSprings;
 pub use loads::{LoadCourse, Loads};
-pub use model::{Model, Tolerances};
-pub use observe::{Energy, Motion};
+pub use model::{Tolerances, VehicleModel};
+pub use observe::{Energy, PointMotion};
 pub use reactions::Reaction;
 pub use scheme::Scheme;
 pub use sides::MEETING_TOLERANCE;

@@ -22,10 +22,11 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::composite::mass_block;
 use crate::error::Error;
+use crate::index::{BodyIndex, ComponentIndex};
 use crate::linearisation::{Linearisation, natural_frequency};
 use crate::loads::Loads;
 use crate::math::{Vec3, cross_matrix, from_rotation_vector, multiply, rotation_matrix};
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
 
@@ -56,12 +57,12 @@ pub struct MagnetSprings {
     pub lateral_damping: f64,
 }
 
-impl Model {
+impl VehicleModel {
     /// Linearises about a state under held loads, with springs and dampers at the magnets if wanted.
-    /// The state's joints must be closed ([`Model::close_joints`]).
+    /// The state's joints must be closed ([`VehicleModel::close_joints`]).
     ///
     /// # Errors
-    /// As [`Model::accelerations`], and [`Error::Eigenvalues`].
+    /// As [`VehicleModel::accelerations`], and [`Error::Eigenvalues`].
     pub fn linearise(
         &self,
         state: &State,
@@ -84,7 +85,7 @@ impl Model {
         // L
         let reduce = |motion: &DVector<f64>| factors.solve(&weighted.tr_mul(motion));
 
-        let mut probe = Probe { model: self, state, loads, springs, ws };
+        let mut probe = LinearisationProbe { model: self, state, loads, springs, ws };
         let mut by_place = DMatrix::zeros(dof, dof);
         let mut by_motion = DMatrix::zeros(dof, dof);
         let mut transport = DMatrix::zeros(dof, dof);
@@ -122,8 +123,8 @@ impl Model {
         let mut rank = 0;
         for group in 0..self.counts.components {
             let members: Vec<usize> =
-                (0..bodies).filter(|&k| self.components[k] == group).collect();
-            let place = |body: usize| members.iter().position(|&k| k == body);
+                (0..bodies).filter(|&k| self.components[k] == ComponentIndex(group)).collect();
+            let place = |body: BodyIndex| members.iter().position(|&k| k == body.0);
             let size = 6 * members.len();
             let mut rows: Vec<DVector<f64>> = Vec::new();
             for joint in &self.joints {
@@ -171,15 +172,15 @@ impl Model {
 }
 
 /// Evaluates eq. 9 beside a state.
-struct Probe<'a> {
-    model: &'a Model,
+struct LinearisationProbe<'a> {
+    model: &'a VehicleModel,
     state: &'a State,
     loads: &'a Loads<'a>,
     springs: &'a MagnetSprings,
     ws: &'a mut Workspace,
 }
 
-impl Probe<'_> {
+impl LinearisationProbe<'_> {
     /// Slope of α in the direction of a twist of places or of velocities.
     fn difference(
         &mut self,
@@ -222,7 +223,7 @@ impl Probe<'_> {
         self.model.accelerations(&beside, &loads, self.ws)?;
         let mut result = DVector::zeros(direction.len());
         for (k, body) in beside.bodies.iter().enumerate() {
-            let (v, w) = self.ws.acceleration(k);
+            let (v, w) = self.ws.acceleration(BodyIndex(k));
             let axes = rotation_matrix(body.attitude);
             let linear =
                 axes.tr_mul(&v) - body.angular_velocity.cross(&axes.tr_mul(&body.velocity));
@@ -237,7 +238,7 @@ impl Probe<'_> {
         let mut vertical = self.loads.vertical.to_vec();
         let mut lateral = self.loads.lateral.to_vec();
         let springs = self.springs;
-        for (k, (up, left)) in vertical.iter_mut().zip(&mut lateral).enumerate() {
+        for (k, (up, left)) in self.model.magnets().zip(vertical.iter_mut().zip(&mut lateral)) {
             let (here, there) = (self.model.magnet(self.state, k), self.model.magnet(beside, k));
             let way = there.displacement - here.displacement;
             let rate = there.velocity - here.velocity;

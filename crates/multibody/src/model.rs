@@ -1,14 +1,15 @@
 //! The assembled model: immutable, shared by all evaluations.
 
-use crate::anchor::{Anchor, DriveForce, Watched};
+use crate::anchor::{Anchor, DriveForce, WatchedBody};
 use crate::attachments::Attachments;
 use crate::block::Factorisation;
 use crate::composite::{Composite, Member};
-use crate::counts::Counts;
-use crate::elements::{Bushing, JointForce, Spring};
-use crate::joint::Joint;
+use crate::counts::VehicleCounts;
+use crate::elements::{BushingElement, JointForceElement, SpringElement};
+use crate::index::{BodyIndex, ComponentIndex, MagnetIndex};
+use crate::joint::JointConstraint;
 use crate::math::Vec3;
-use crate::places::Places;
+use crate::places::BlockPlaces;
 use crate::scheme::Scheme;
 use crate::state::State;
 
@@ -28,35 +29,35 @@ impl Default for Tolerances {
     }
 }
 
-/// A vehicle ready to be stepped: assembled once by [`Model::new`], never changed.
+/// A vehicle ready to be stepped: assembled once by [`VehicleModel::new`], never changed.
 #[derive(Debug, Clone)]
-pub struct Model {
+pub struct VehicleModel {
     pub(crate) name: String,
     pub(crate) composites: Vec<Composite>,
     pub(crate) members: Vec<Member>,
-    pub(crate) joints: Vec<Joint>,
-    pub(crate) bushings: Vec<Bushing>,
-    pub(crate) springs: Vec<Spring>,
-    pub(crate) joint_forces: Vec<JointForce>,
+    pub(crate) joints: Vec<JointConstraint>,
+    pub(crate) bushings: Vec<BushingElement>,
+    pub(crate) springs: Vec<SpringElement>,
+    pub(crate) joint_forces: Vec<JointForceElement>,
     pub(crate) drive: Option<DriveForce>,
     pub(crate) magnets: Vec<Anchor>,
-    pub(crate) watched: Vec<Watched>,
+    pub(crate) watched: Vec<WatchedBody>,
     pub(crate) attachments: Attachments,
     pub(crate) gravity: Vec3,
     pub(crate) nominal_gap: f64,
     /// Rows of constraint equations after merging.
     pub(crate) rows: usize,
     pub(crate) solver: Factorisation,
-    pub(crate) places: Places,
+    pub(crate) places: BlockPlaces,
     /// Group of jointed bodies that each composite belongs to.
-    pub(crate) components: Vec<usize>,
-    pub(crate) counts: Counts,
+    pub(crate) components: Vec<ComponentIndex>,
+    pub(crate) counts: VehicleCounts,
     pub(crate) total_mass: f64,
     pub(crate) tolerances: Tolerances,
     pub(crate) scheme: Scheme,
 }
 
-impl Model {
+impl VehicleModel {
     /// The vehicle's name.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -65,7 +66,7 @@ impl Model {
 
     /// What it consists of.
     #[must_use]
-    pub fn counts(&self) -> &Counts {
+    pub fn counts(&self) -> &VehicleCounts {
         &self.counts
     }
 
@@ -109,9 +110,19 @@ impl Model {
     /// Index of the composite that a described body belongs to; `None` if there is no such body or
     /// it is fixed to the ground.
     #[must_use]
-    pub fn body_index(&self, name: &str) -> Option<usize> {
+    pub fn body_index(&self, name: &str) -> Option<BodyIndex> {
         let composite = self.members.iter().find(|m| m.name == name)?.composite;
-        (composite < self.composites.len()).then_some(composite)
+        (composite != self.ground()).then_some(composite)
+    }
+
+    /// Stands for the ground wherever a body is expected.
+    pub(crate) fn ground(&self) -> BodyIndex {
+        BodyIndex(self.composites.len())
+    }
+
+    /// The magnets, in the order of the description.
+    pub fn magnets(&self) -> impl ExactSizeIterator<Item = MagnetIndex> + use<> {
+        (0..self.magnets.len()).map(MagnetIndex)
     }
 
     /// Number of unknowns of eq. 9: accelerations and multipliers.

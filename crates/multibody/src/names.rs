@@ -4,17 +4,18 @@ use std::collections::HashMap;
 
 use crate::description::{Body, GROUND};
 use crate::error::{Error, invalid};
+use crate::index::MemberIndex;
 
 /// Bodies by name, `ground` as `None`.
-pub(crate) struct Names<'a>(HashMap<&'a str, usize>);
+pub(crate) struct BodyNames<'a>(HashMap<&'a str, MemberIndex>);
 
-impl<'a> Names<'a> {
+impl<'a> BodyNames<'a> {
     pub fn new(bodies: &'a [Body]) -> Self {
-        Self(bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect())
+        Self(bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), MemberIndex(k))).collect())
     }
 
     /// Index of the named body, `None` for the ground.
-    pub fn find(&self, name: &str, path: &str) -> Result<Option<usize>, Error> {
+    pub fn find(&self, name: &str, path: &str) -> Result<Option<MemberIndex>, Error> {
         if name == GROUND {
             return Ok(None);
         }
@@ -25,7 +26,7 @@ impl<'a> Names<'a> {
     }
 
     /// Index of the named body, which must not be the ground.
-    pub fn moving(&self, name: &str, path: &str) -> Result<usize, Error> {
+    pub fn moving(&self, name: &str, path: &str) -> Result<MemberIndex, Error> {
         self.find(name, path)?
             .ok_or_else(|| invalid(path, "the ground cannot be used here, name a body"))
     }
@@ -36,7 +37,7 @@ impl<'a> Names<'a> {
         a: &str,
         b: &str,
         path: &str,
-    ) -> Result<(Option<usize>, Option<usize>), Error> {
+    ) -> Result<(Option<MemberIndex>, Option<MemberIndex>), Error> {
         let first = self.find(a, &format!("{path}.body_a"))?;
         let second = self.find(b, &format!("{path}.body_b"))?;
         if first == second {

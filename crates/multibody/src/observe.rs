@@ -1,14 +1,15 @@
 //! What can be read off a state: motion of magnets and observed bodies, energies, momentum.
 
 use crate::anchor::Anchor;
+use crate::index::{ComponentIndex, MagnetIndex, ObservedIndex};
 use crate::math::{Vec3, multiply, roll_pitch_yaw, rotation_matrix};
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::{BodyState, State};
 use crate::workspace::Workspace;
 
 /// Motion of a point relative to its place in the description, in the travelling frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct PointMotion {
     /// Displacement from the initial pose, m.
     pub displacement: Vec3,
     /// Velocity, m/s.
@@ -36,48 +37,48 @@ impl Energy {
     }
 }
 
-impl Model {
-    /// Motion of magnet k (counted from 0) in the order of the description.
+impl VehicleModel {
+    /// Motion of magnet k.
     #[must_use]
-    pub fn magnet(&self, state: &State, k: usize) -> Motion {
+    pub fn magnet(&self, state: &State, k: MagnetIndex) -> PointMotion {
         self.anchor_motion(state, &self.magnets[k])
     }
 
     /// Inertial acceleration of magnet k after an evaluation of this state, m/s².
     #[must_use]
-    pub fn magnet_acceleration(&self, ws: &Workspace, k: usize) -> Vec3 {
+    pub fn magnet_acceleration(&self, ws: &Workspace, k: MagnetIndex) -> Vec3 {
         self.anchor_acceleration(ws, &self.magnets[k])
     }
 
-    /// Acceleration of magnet k after [`Model::load_response`], m/s².
+    /// Acceleration of magnet k after [`VehicleModel::load_response`], m/s².
     #[must_use]
-    pub fn magnet_response(&self, ws: &Workspace, k: usize) -> Vec3 {
+    pub fn magnet_response(&self, ws: &Workspace, k: MagnetIndex) -> Vec3 {
         self.response(ws, &self.magnets[k])
     }
 
-    /// Acceleration of the centre of mass of observed body k after [`Model::load_response`], m/s².
+    /// Acceleration of the centre of mass of observed body k after [`VehicleModel::load_response`], m/s².
     #[must_use]
-    pub fn observed_response(&self, ws: &Workspace, k: usize) -> Vec3 {
+    pub fn observed_response(&self, ws: &Workspace, k: ObservedIndex) -> Vec3 {
         self.response(ws, &self.observed_centre(k))
     }
 
-    /// Acceleration of point i of observed body k after [`Model::load_response`], m/s².
+    /// Acceleration of point i of observed body k after [`VehicleModel::load_response`], m/s².
     #[must_use]
-    pub fn point_response(&self, ws: &Workspace, k: usize, i: usize) -> Vec3 {
+    pub fn point_response(&self, ws: &Workspace, k: ObservedIndex, i: usize) -> Vec3 {
         self.response(ws, &self.watched[k].points[i])
     }
 
     /// Group of jointed bodies that carries magnet k. Accelerations depend at once on forces on the
     /// same group only.
     #[must_use]
-    pub fn magnet_component(&self, k: usize) -> usize {
+    pub fn magnet_component(&self, k: MagnetIndex) -> ComponentIndex {
         self.components[self.magnets[k].body]
     }
 
     /// Group of jointed bodies that observed body k belongs to; `None` if it is fixed to the ground.
     #[must_use]
-    pub fn observed_component(&self, k: usize) -> Option<usize> {
-        self.components.get(self.members[self.watched[k].member].composite).copied()
+    pub fn observed_component(&self, k: ObservedIndex) -> Option<ComponentIndex> {
+        self.components.get(self.members[self.watched[k].member].composite.0).copied()
     }
 
     /// Prefixes and numbers of further points of the observed bodies.
@@ -87,30 +88,30 @@ impl Model {
 
     /// Motion of the centre of mass of observed body k.
     #[must_use]
-    pub fn observed_motion(&self, state: &State, k: usize) -> Motion {
+    pub fn observed_motion(&self, state: &State, k: ObservedIndex) -> PointMotion {
         self.anchor_motion(state, &self.observed_centre(k))
     }
 
     /// Roll, pitch and yaw of observed body k, rad.
     #[must_use]
-    pub fn observed_attitude(&self, state: &State, k: usize) -> [f64; 3] {
+    pub fn observed_attitude(&self, state: &State, k: ObservedIndex) -> [f64; 3] {
         let member = &self.members[self.watched[k].member];
         let attitude = state
             .bodies
-            .get(member.composite)
+            .get(member.composite.0)
             .map_or(member.twist, |body| multiply(body.attitude, member.twist));
         roll_pitch_yaw(attitude)
     }
 
     /// Acceleration of the centre of mass of observed body k after an evaluation, m/s².
     #[must_use]
-    pub fn observed_acceleration(&self, ws: &Workspace, k: usize) -> Vec3 {
+    pub fn observed_acceleration(&self, ws: &Workspace, k: ObservedIndex) -> Vec3 {
         self.anchor_acceleration(ws, &self.observed_centre(k))
     }
 
     /// Acceleration of point i of observed body k after an evaluation, m/s².
     #[must_use]
-    pub fn point_acceleration(&self, ws: &Workspace, k: usize, i: usize) -> Vec3 {
+    pub fn point_acceleration(&self, ws: &Workspace, k: ObservedIndex, i: usize) -> Vec3 {
         self.anchor_acceleration(ws, &self.watched[k].points[i])
     }
 
@@ -179,21 +180,21 @@ impl Model {
         (linear, angular)
     }
 
-    fn observed_centre(&self, k: usize) -> Anchor {
+    fn observed_centre(&self, k: ObservedIndex) -> Anchor {
         let member = &self.members[self.watched[k].member];
         Anchor { body: member.composite, local: member.offset, start: member.start }
     }
 
-    fn anchor_motion(&self, state: &State, anchor: &Anchor) -> Motion {
-        let Some(body) = state.bodies.get(anchor.body) else {
+    fn anchor_motion(&self, state: &State, anchor: &Anchor) -> PointMotion {
+        let Some(body) = state.bodies.get(anchor.body.0) else {
             let still = Vec3::zeros();
-            return Motion { displacement: still, velocity: still, position: anchor.start };
+            return PointMotion { displacement: still, velocity: still, position: anchor.start };
         };
         point_motion(body, anchor)
     }
 
     fn response(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
-        if anchor.body == self.composites.len() {
+        if anchor.body == self.ground() {
             return Vec3::zeros();
         }
         let kin = &ws.kin[anchor.body];
@@ -202,7 +203,7 @@ impl Model {
     }
 
     fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
-        if anchor.body == self.composites.len() {
+        if anchor.body == self.ground() {
             return Vec3::zeros();
         }
         let kin = &ws.kin[anchor.body];
@@ -210,9 +211,9 @@ impl Model {
     }
 }
 
-fn point_motion(body: &BodyState, anchor: &Anchor) -> Motion {
+fn point_motion(body: &BodyState, anchor: &Anchor) -> PointMotion {
     let turn = rotation_matrix(body.attitude);
     let position = body.position + turn * anchor.local;
     let velocity = body.velocity + turn * body.angular_velocity.cross(&anchor.local);
-    Motion { displacement: position - anchor.start, velocity, position }
+    PointMotion { displacement: position - anchor.start, velocity, position }
 }

@@ -8,7 +8,7 @@
 //! stays singular when everything else is gone repeats what others constrain already.
 
 use crate::elimination::{Dependency, Elimination};
-use crate::layout::{Ordering, layout};
+use crate::layout::{Analysis, layout};
 use crate::sample::Sample;
 
 /// Smallest eigenvalue of a joint's scaled pivot at which it may be eliminated early: safely away
@@ -19,7 +19,7 @@ pub(crate) const SAFE_WHILE_MOVING: f64 = 1e-4;
 pub(crate) const SAFE_AT_REST: f64 = 1e-7;
 /// Why a matrix cannot be factored.
 #[derive(Debug, Clone)]
-pub(crate) enum Failure {
+pub(crate) enum AnalysisFailure {
     /// Equations that follow from others.
     Dependent(Vec<Dependency>),
     /// The numbers about this node differ too much in size, or overflow.
@@ -56,7 +56,11 @@ fn components(sample: &Sample) -> Vec<Vec<usize>> {
 /// Finds elimination order and storage, or the dependencies among the joints. `safe` is the pivot at
 /// which a joint may be eliminated before its bodies; `constant` says that the bodies' diagonal blocks
 /// never change.
-pub(crate) fn analyse(sample: Sample, safe: f64, constant: bool) -> Result<Ordering, Failure> {
+pub(crate) fn analyse(
+    sample: Sample,
+    safe: f64,
+    constant: bool,
+) -> Result<Analysis, AnalysisFailure> {
     let groups = components(&sample);
     let mut elimination = Elimination::new(sample);
     let mut left = Vec::new();
@@ -66,11 +70,15 @@ pub(crate) fn analyse(sample: Sample, safe: f64, constant: bool) -> Result<Order
     if let Some(&first) = left.first() {
         // only joints may be left, and only with equations that depend on each other
         if let Some(&body) = left.iter().find(|k| **k < elimination.sample.bodies) {
-            return Err(Failure::Unusable(body));
+            return Err(AnalysisFailure::Unusable(body));
         }
         let found = elimination.dependencies(&left);
         let none = found.is_empty();
-        return Err(if none { Failure::Unusable(first) } else { Failure::Dependent(found) });
+        return Err(if none {
+            AnalysisFailure::Unusable(first)
+        } else {
+            AnalysisFailure::Dependent(found)
+        });
     }
     let mut components = vec![0; elimination.sample.sizes.len()];
     for (k, group) in groups.iter().enumerate() {

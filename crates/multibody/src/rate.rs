@@ -5,14 +5,14 @@ use crate::state::BodyState;
 
 /// Derivative of a body's state.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Rate {
+pub(crate) struct BodyRate {
     r: Vec3,
     p: Quat,
     v: Vec3,
     w: Vec3,
 }
 
-impl Rate {
+impl BodyRate {
     pub fn zero() -> Self {
         Self { r: Vec3::zeros(), p: [0.0; 4], v: Vec3::zeros(), w: Vec3::zeros() }
     }
@@ -32,7 +32,7 @@ impl Rate {
 }
 
 impl BodyState {
-    pub(crate) fn moved(&self, rate: &Rate, h: f64) -> Self {
+    pub(crate) fn moved(&self, rate: &BodyRate, h: f64) -> Self {
         let mut attitude = self.attitude;
         for (a, b) in attitude.iter_mut().zip(rate.p) {
             *a += b * h;

@@ -7,9 +7,10 @@
 use crate::anchor::Anchor;
 use crate::attachments::End;
 use crate::error::Error;
+use crate::index::{BodyIndex, JointIndex, MemberIndex};
 use crate::loads::Loads;
 use crate::math::{Vec3, rotation_matrix};
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::{Kinematics, State, Wrench};
 use crate::workspace::Workspace;
 
@@ -25,13 +26,13 @@ pub struct Reaction {
 }
 
 /// Wrenches about one point, summed over a set of described bodies.
-struct Sum<'a> {
+struct WrenchSum<'a> {
     inside: &'a [bool],
     point: Vec3,
     wrench: Wrench,
 }
 
-impl Sum<'_> {
+impl WrenchSum<'_> {
     fn has(&self, end: End) -> bool {
         end.is_some_and(|k| self.inside[k])
     }
@@ -43,12 +44,12 @@ impl Sum<'_> {
     }
 }
 
-impl Model {
+impl VehicleModel {
     /// What a joint passes on to its body b under given loads, brackets included. Springs, dampers
     /// and drives in the joint's free coordinate are no part of it.
     ///
     /// # Errors
-    /// [`Error::Argument`] where no joint has that name, or those of [`Model::accelerations`].
+    /// [`Error::Argument`] where no joint has that name, or those of [`VehicleModel::accelerations`].
     pub fn reaction(
         &self,
         joint: &str,
@@ -58,7 +59,7 @@ impl Model {
     ) -> Result<Reaction, Error> {
         self.accelerations(state, loads, ws)?;
         if let Some(k) = self.joints.iter().position(|j| j.name == joint) {
-            return Ok(self.joint_reaction(k, ws));
+            return Ok(self.joint_reaction(JointIndex(k), ws));
         }
         let brackets = &self.attachments.brackets;
         brackets.iter().position(|b| b.name == joint).map(|k| self.bracket_reaction(k, ws)).ok_or(
@@ -70,7 +71,7 @@ impl Model {
         )
     }
 
-    fn joint_reaction(&self, k: usize, ws: &Workspace) -> Reaction {
+    fn joint_reaction(&self, k: JointIndex, ws: &Workspace) -> Reaction {
         let joint = &self.joints[k];
         let rows = joint.row..joint.row + joint.equations();
         let (force, moment) = joint.reaction(&ws.kin, &ws.multipliers()[rows]);
@@ -82,9 +83,9 @@ impl Model {
         let bracket = &self.attachments.brackets[k];
         let [a, b] = bracket.ends;
         // both ends are on the same composite, and not both are the ground
-        let composite = b.or(a).map_or(0, |end| self.members[end].composite);
+        let composite = b.or(a).map_or(self.ground(), |end| self.members[end].composite);
         let body = &ws.kin[composite];
-        let point = self.composites.get(composite).map_or(bracket.point, |c| {
+        let point = self.composites.get(composite.0).map_or(bracket.point, |c| {
             let local =
                 rotation_matrix(c.start.attitude).tr_mul(&(bracket.point - c.start.position));
             body.r + body.turn(&local)
@@ -102,19 +103,19 @@ impl Model {
 
     /// What must act on these bodies from outside, about a point, beside all that is known to act.
     fn needed(&self, inside: &[bool], point: Vec3, ws: &Workspace) -> Wrench {
-        let mut sum = Sum { inside, point, wrench: Wrench::zero() };
+        let mut sum = WrenchSum { inside, point, wrench: Wrench::zero() };
         for (k, member) in self.members.iter().enumerate() {
             if inside[k] {
                 let kin = &ws.kin[member.composite];
-                let (wrench, r) = self.inertial(k, kin, ws);
+                let (wrench, r) = self.inertial(MemberIndex(k), kin, ws);
                 sum.add(&wrench, &r);
             }
         }
-        let mut known = Sum { inside, point, wrench: Wrench::zero() };
+        let mut known = WrenchSum { inside, point, wrench: Wrench::zero() };
         self.add_elements(&mut known, ws);
         self.add_points(&mut known, ws);
         for (k, ends) in self.attachments.joints.iter().enumerate() {
-            let Reaction { force, moment, point } = self.joint_reaction(k, ws);
+            let Reaction { force, moment, point } = self.joint_reaction(JointIndex(k), ws);
             if known.has(ends[0]) {
                 known.add(&Wrench { force: -force, moment: -moment }, &point);
             }
@@ -129,10 +130,10 @@ impl Model {
     }
 
     /// m (a − g) and J α + ω × J ω of a described body, about its centre of mass, and where that is.
-    fn inertial(&self, k: usize, kin: &Kinematics, ws: &Workspace) -> (Wrench, Vec3) {
+    fn inertial(&self, k: MemberIndex, kin: &Kinematics, ws: &Workspace) -> (Wrench, Vec3) {
         let member = &self.members[k];
         let arm = kin.turn(&member.offset);
-        let (linear, angular) = if member.composite < self.composites.len() {
+        let (linear, angular) = if member.composite != self.ground() {
             let (v, w) = ws.acceleration(member.composite);
             (v, kin.turn(&w))
         } else {
@@ -149,14 +150,14 @@ impl Model {
     }
 
     /// Forces of springs, bushings and joint springs on the bodies of the sum.
-    fn add_elements(&self, sum: &mut Sum, ws: &Workspace) {
+    fn add_elements(&self, sum: &mut WrenchSum, ws: &Workspace) {
         // each element by itself, so that its two ends can be told apart; one that has both ends on
         // the same composite meets that composite's double, behind the ground
         let mut kin = ws.kin.clone();
-        let double = kin.len();
+        let double = BodyIndex(kin.len());
         kin.push(Kinematics::at_rest());
         let mut wrenches = vec![Wrench::zero(); kin.len()];
-        let mut take = |ends: &[End; 2], composites: [usize; 2], wrenches: &mut [Wrench]| {
+        let mut take = |ends: &[End; 2], composites: [BodyIndex; 2], wrenches: &mut [Wrench]| {
             for (end, composite) in ends.iter().zip(composites) {
                 if sum.has(*end) {
                     let place = if composite == double { composites[0] } else { composite };
@@ -189,7 +190,7 @@ impl Model {
     }
 
     /// Forces of magnets and drive on the bodies of the sum.
-    fn add_points(&self, sum: &mut Sum, ws: &Workspace) {
+    fn add_points(&self, sum: &mut WrenchSum, ws: &Workspace) {
         let point = |anchor: &Anchor| {
             let body = &ws.kin[anchor.body];
             let arm = body.turn(&anchor.local);

@@ -1,17 +1,17 @@
 //! Elements, magnets and observed points of a description, placed on the composite bodies.
 
-use crate::anchor::{Anchor, DriveForce, Watched};
+use crate::anchor::{Anchor, DriveForce, WatchedBody};
 use crate::composite::Merged;
-use crate::description::Description;
-use crate::elements::{Bushing, Rotation, Spring, Translation};
+use crate::description::VehicleDescription;
+use crate::elements::{BushingElement, Rotation, SpringElement, Translation};
 use crate::error::Error;
 use crate::math::{Mat3, Vec3, conjugate, multiply, rotation_matrix};
-use crate::names::Names;
+use crate::names::BodyNames;
 
 /// Looks bodies up by name and places points on the composites.
 pub(crate) struct Anchors<'a> {
     pub merged: &'a Merged,
-    pub names: &'a Names<'a>,
+    pub names: &'a BodyNames<'a>,
 }
 
 impl Anchors<'_> {
@@ -24,7 +24,7 @@ impl Anchors<'_> {
     /// As `anchor`, on a body that is not fixed to the ground.
     fn movable(&self, body: &str, point: [f64; 3], path: &str) -> Result<Anchor, Error> {
         let anchor = self.anchor(body, point, path)?;
-        if anchor.body == self.merged.composites.len() {
+        if anchor.body.0 == self.merged.composites.len() {
             return Err(Error::Invalid {
                 path: path.to_owned(),
                 message: format!("`{body}` is fixed to the ground, so a force there does nothing"),
@@ -33,7 +33,7 @@ impl Anchors<'_> {
         Ok(anchor)
     }
 
-    pub fn bushings(&self, description: &Description) -> Result<Vec<Bushing>, Error> {
+    pub fn bushings(&self, description: &VehicleDescription) -> Result<Vec<BushingElement>, Error> {
         description
             .bushings
             .iter()
@@ -66,7 +66,7 @@ impl Anchors<'_> {
                 let translates =
                     acts(&[translation.stiffness, translation.damping, translation.preload]);
                 let rotates = acts(&[rotation.stiffness, rotation.damping]);
-                Ok(Bushing {
+                Ok(BushingElement {
                     a,
                     b,
                     axes: (axes != Mat3::identity()).then(|| Box::new(axes)),
@@ -77,7 +77,7 @@ impl Anchors<'_> {
             .collect()
     }
 
-    pub fn springs(&self, description: &Description) -> Result<Vec<Spring>, Error> {
+    pub fn springs(&self, description: &VehicleDescription) -> Result<Vec<SpringElement>, Error> {
         description
             .springs
             .iter()
@@ -87,7 +87,7 @@ impl Anchors<'_> {
                     self.names.pair(&data.body_a, &data.body_b, &format!("springs[{k}]"))?;
                 let (a, b) = (self.merged.composite(a), self.merged.composite(b));
                 let (pa, pb) = (Vec3::from(data.position_a), Vec3::from(data.position_b));
-                Ok(Spring {
+                Ok(SpringElement {
                     a,
                     b,
                     point_a: self.merged.localise(a, &pa),
@@ -100,7 +100,7 @@ impl Anchors<'_> {
             .collect()
     }
 
-    pub fn drive(&self, description: &Description) -> Result<Option<DriveForce>, Error> {
+    pub fn drive(&self, description: &VehicleDescription) -> Result<Option<DriveForce>, Error> {
         let Some(data) = &description.drive else { return Ok(None) };
         let anchors = data
             .bodies
@@ -115,7 +115,7 @@ impl Anchors<'_> {
         Ok(Some(DriveForce { anchors, stiffness: data.stiffness, damping: data.damping }))
     }
 
-    pub fn magnets(&self, description: &Description) -> Result<Vec<Anchor>, Error> {
+    pub fn magnets(&self, description: &VehicleDescription) -> Result<Vec<Anchor>, Error> {
         description
             .magnets
             .iter()
@@ -124,7 +124,7 @@ impl Anchors<'_> {
             .collect()
     }
 
-    pub fn watched(&self, description: &Description) -> Result<Vec<Watched>, Error> {
+    pub fn watched(&self, description: &VehicleDescription) -> Result<Vec<WatchedBody>, Error> {
         description
             .observed
             .iter()
@@ -137,7 +137,7 @@ impl Anchors<'_> {
                     .map(|p| self.anchor(&data.body, *p, &path))
                     .collect::<Result<_, _>>()?;
                 let member = self.names.moving(&data.body, &path)?;
-                Ok(Watched { name: data.name.clone(), member, points })
+                Ok(WatchedBody { name: data.name.clone(), member, points })
             })
             .collect()
     }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
-use crate::kernels::Size;
+use crate::kernels::BlockSize;
 
 /// A symmetric block matrix in the initial pose, for the analysis.
 pub(crate) struct Sample {
-    pub sizes: Vec<Size>,
+    pub sizes: Vec<BlockSize>,
     /// Nodes below this are bodies, the rest joints.
     pub bodies: usize,
     pub diagonal: Vec<DMatrix<f64>>,
@@ -17,7 +17,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    pub fn new(sizes: Vec<Size>, bodies: usize) -> Self {
+    pub fn new(sizes: Vec<BlockSize>, bodies: usize) -> Self {
         let diagonal = sizes.iter().map(|s| DMatrix::zeros(s.get(), s.get())).collect();
         let coupling = vec![BTreeMap::new(); sizes.len()];
         Self { sizes, bodies, diagonal, coupling }

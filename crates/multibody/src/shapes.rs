@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, Matrix3xX, RowDVector};
 use crate::anchor::Anchor;
 use crate::linearisation::Linearisation;
 use crate::math::{cross_matrix, rotation_matrix};
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::State;
 
-impl Model {
+impl VehicleModel {
     /// ∂(displacement of magnet k in world axes)/∂y in rows 3k … 3k + 2, with the reduced coordinates y
     /// of a linearisation about `state`. Its transpose turns forces on the magnets into reduced ones.
     #[must_use]
@@ -22,7 +22,7 @@ impl Model {
         shapes
     }
 
-    /// ∂([`Model::relative_speed`])/∂ẏ.
+    /// ∂([`VehicleModel::relative_speed`])/∂ẏ.
     #[must_use]
     pub fn speed_shape(&self, state: &State, linearisation: &Linearisation) -> RowDVector<f64> {
         let mut mean = RowDVector::zeros(linearisation.degrees_of_freedom());
@@ -48,8 +48,8 @@ impl Model {
         linearisation: &Linearisation,
         anchor: &Anchor,
     ) -> Option<Matrix3xX<f64>> {
-        let body = state.bodies.get(anchor.body)?;
-        let rows = linearisation.basis.rows(6 * anchor.body, 6);
+        let body = state.bodies.get(anchor.body.0)?;
+        let rows = linearisation.basis.rows(6 * anchor.body.0, 6);
         // rotations are in body axes: A (θ × local) = −A [local]ₓ θ
         let turning = rotation_matrix(body.attitude) * cross_matrix(&anchor.local);
         Some(rows.fixed_rows::<3>(0) - turning * rows.fixed_rows::<3>(3))

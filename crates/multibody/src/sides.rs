@@ -2,8 +2,9 @@
 
 use crate::description::{Body, Joint, JointKind};
 use crate::error::{Error, invalid};
+use crate::index::MemberIndex;
 use crate::math::{Vec3, rotation_matrix};
-use crate::names::Names;
+use crate::names::BodyNames;
 use crate::numbers::finite;
 
 /// How far the two sides of a joint may stand apart in the initial pose (m, or rad between the
@@ -20,13 +21,13 @@ pub(crate) struct JointSides {
 }
 
 /// World point of a point given in a body's own coordinates.
-fn world_point(bodies: &[Body], body: Option<usize>, local: Vec3) -> Vec3 {
+fn world_point(bodies: &[Body], body: Option<MemberIndex>, local: Vec3) -> Vec3 {
     body.map_or(local, |k| {
         Vec3::from(bodies[k].position) + rotation_matrix(bodies[k].attitude()) * local
     })
 }
 
-fn world_direction(bodies: &[Body], body: Option<usize>, local: Vec3) -> Vec3 {
+fn world_direction(bodies: &[Body], body: Option<MemberIndex>, local: Vec3) -> Vec3 {
     body.map_or(local, |k| rotation_matrix(bodies[k].attitude()) * local)
 }
 
@@ -34,7 +35,7 @@ fn world_direction(bodies: &[Body], body: Option<usize>, local: Vec3) -> Vec3 {
 pub(crate) fn joint_sides(
     joint: &Joint,
     bodies: &[Body],
-    names: &Names,
+    names: &BodyNames,
     path: &str,
 ) -> Result<JointSides, Error> {
     let (a, b) = names.pair(&joint.body_a, &joint.body_b, path)?;
@@ -87,8 +88,8 @@ pub(crate) fn joint_sides(
 fn joint_axes(
     joint: &Joint,
     bodies: &[Body],
-    a: Option<usize>,
-    b: Option<usize>,
+    a: Option<MemberIndex>,
+    b: Option<MemberIndex>,
     path: &str,
 ) -> Result<(Vec3, Vec3), Error> {
     let unit = |v: [f64; 3], field: &str| -> Result<Vec3, Error> {

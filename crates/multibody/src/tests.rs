@@ -6,10 +6,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::loads::Loads;
 use crate::math::{Vec3, from_rotation_vector, multiply, normalised};
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::{State, Wrench};
 use crate::workspace::Workspace;
-use crate::{Description, JointKind, train};
+use crate::{JointKind, VehicleDescription, train};
 
 /// Numbers in [−1, 1), the same on every machine.
 struct Noise(u64);
@@ -27,7 +27,7 @@ impl Noise {
 }
 
 /// Every body somewhere near its place, turned and moving: joints open, all terms at work.
-fn disturbed(model: &Model, size: f64, noise: &mut Noise) -> State {
+fn disturbed(model: &VehicleModel, size: f64, noise: &mut Noise) -> State {
     let mut state = model.initial_state();
     for body in &mut state.bodies {
         body.position += noise.vector(size);
@@ -49,7 +49,7 @@ fn moved(state: &State, t: f64) -> State {
     later
 }
 
-fn residual(model: &Model, state: &State, ws: &mut Workspace) -> DVector<f64> {
+fn residual(model: &VehicleModel, state: &State, ws: &mut Workspace) -> DVector<f64> {
     ws.forget();
     model.set_pose(&state.bodies, ws);
     model.residuals(ws);
@@ -65,7 +65,7 @@ fn velocity(state: &State) -> DVector<f64> {
 
 /// A train in which every second bushing and every body frame is turned, so that no axis is aligned
 /// by luck, with a spring between points as well: all joint kinds and elements are at work.
-fn crooked() -> Description {
+fn crooked() -> VehicleDescription {
     let mut d = train::two_car();
     let mut noise = Noise(7);
     for body in &mut d.bodies {
@@ -91,7 +91,7 @@ fn crooked() -> Description {
 /// Φ_q v is the rate of Φ, and γ is −(rate of Φ_q at fixed v)·v, by central differences.
 #[test]
 fn analytic_jacobian_and_gamma_agree_with_differences() {
-    let model = Model::new(&crooked()).unwrap();
+    let model = VehicleModel::new(&crooked()).unwrap();
     let mut ws = model.workspace();
     let state = disturbed(&model, 0.1, &mut Noise(3));
     let zero = vec![0.0; 64];
@@ -117,7 +117,7 @@ fn invariant_block_solver_agrees_with_dense_algebra() {
     for (description, size) in
         [(crooked(), 0.02), (train::two_car(), 0.02), (train::one_bogie(), 0.05)]
     {
-        let model = Model::new(&description).unwrap();
+        let model = VehicleModel::new(&description).unwrap();
         let mut ws = model.workspace();
         let mut noise = Noise(11);
         let state = disturbed(&model, size, &mut noise);
@@ -151,7 +151,7 @@ fn invariant_block_solver_agrees_with_dense_algebra() {
 fn invariant_elastic_forces_derive_from_the_energy() {
     let mut description = crooked();
     description.joint_forces.clear();
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let mut state = disturbed(&model, 0.02, &mut Noise(5));
     for body in &mut state.bodies {
@@ -188,7 +188,7 @@ fn invariant_force_elements_create_no_momentum() {
     let mut description = crooked();
     description.gravity = [0.0; 3];
     description.drive = None;
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let state = disturbed(&model, 0.1, &mut Noise(9));
     let zero = vec![0.0; 64];
@@ -209,7 +209,7 @@ fn invariant_force_elements_create_no_momentum() {
 /// Damping never feeds energy: the power of all dampers is negative whatever moves.
 #[test]
 fn invariant_dampers_take_energy() {
-    let model = Model::new(&crooked()).unwrap();
+    let model = VehicleModel::new(&crooked()).unwrap();
     let mut ws = model.workspace();
     let mut noise = Noise(21);
     let zero = vec![0.0; 64];
@@ -244,7 +244,7 @@ fn analytic_bushing_held_body() {
     bushing.translational_stiffness = [250.0 * 100.0; 3];
     bushing.translational_damping = [250.0 * 2.0; 3];
     d.bushings.push(bushing);
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     state.bodies[0].velocity = Vec3::new(0.1, -0.2, 0.3);
@@ -261,7 +261,7 @@ fn analytic_bushing_held_body() {
 /// exactly that push, and the car of a standing bogie nothing vertical.
 #[test]
 fn analytic_multipliers_are_reactions() {
-    let model = Model::new(&train::one_magnet()).unwrap();
+    let model = VehicleModel::new(&train::one_magnet()).unwrap();
     let mut ws = model.workspace();
     let state = model.initial_state();
     let loads = Loads { vertical: &[250.0 * 9.81], lateral: &[777.0] };
@@ -301,7 +301,7 @@ fn invariant_joint_springs_keep_energy() {
             preload: 0.0,
         })
         .collect();
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     let flap = model.body_index("flap").unwrap();

@@ -1,9 +1,10 @@
 //! Scratch memory of an evaluation, and what it remembers of the last one.
 
-use crate::joint::Row;
+use crate::index::BodyIndex;
+use crate::joint::JacobianRow;
 use crate::loads::Loads;
 use crate::math::{Quat, Vec3};
-use crate::rate::Rate;
+use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, Wrench};
 
 /// Scratch memory of one thread of evaluations. It never influences results: factors that it
@@ -13,8 +14,8 @@ use crate::state::{BodyState, Kinematics, Wrench};
 pub struct Workspace {
     /// Kinematics of the bodies, the ground last.
     pub(crate) kin: Vec<Kinematics>,
-    pub(crate) rows_a: Vec<Row>,
-    pub(crate) rows_b: Vec<Row>,
+    pub(crate) rows_a: Vec<JacobianRow>,
+    pub(crate) rows_b: Vec<JacobianRow>,
     pub(crate) factors: Vec<f64>,
     /// Pose whose factors `factors` holds.
     pub(crate) factored: Option<()>,
@@ -30,7 +31,7 @@ pub struct Workspace {
     pub(crate) residual: Vec<f64>,
     pub(crate) stage: Vec<BodyState>,
     pub(crate) start: Vec<BodyState>,
-    pub(crate) sum: Vec<Rate>,
+    pub(crate) sum: Vec<BodyRate>,
     pub(crate) vertical: Vec<f64>,
     pub(crate) lateral: Vec<f64>,
 }
@@ -43,8 +44,8 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
 impl Workspace {
     /// Accelerations v̇ (world) and ω̇ (body axes) of a composite body after an evaluation.
     #[must_use]
-    pub fn acceleration(&self, body: usize) -> (Vec3, Vec3) {
-        let x = &self.solution[6 * body..6 * body + 6];
+    pub fn acceleration(&self, body: BodyIndex) -> (Vec3, Vec3) {
+        let x = &self.solution[body.rows()];
         (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]))
     }
 

@@ -6,15 +6,15 @@ mod common;
 use common::{Noise, run_free};
 use multibody::math::Vec3;
 use multibody::{
-    Bushing, GROUND, Holding, Loads, MagnetSprings, Model, State, Workspace, natural_frequency,
-    train,
+    Bushing, GROUND, Holding, Loads, MagnetSprings, State, VehicleModel, Workspace,
+    natural_frequency, train,
 };
 
 /// One bogie without any damper; under each magnet stands a spring of 7e5 N/m and 1e5 N/m across,
 /// preloaded by the magnet's static load. Moving at up to 0.05 m/s and rad/s about its equilibrium.
-fn undamped() -> (Model, State, Workspace) {
+fn undamped() -> (VehicleModel, State, Workspace) {
     let mut d = train::one_bogie();
-    let plain = Model::new(&d).unwrap();
+    let plain = VehicleModel::new(&d).unwrap();
     let zero = vec![0.0; d.magnets.len()];
     let found = plain.equilibrium(&zero, &Holding::default(), &mut plain.workspace()).unwrap();
     for (k, magnet) in d.magnets.iter().enumerate() {
@@ -45,7 +45,7 @@ fn undamped() -> (Model, State, Workspace) {
     if let Some(drive) = &mut d.drive {
         drive.damping = 0.0;
     }
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut ws = model.workspace();
     let mut state = found.state;
     let mut noise = Noise(5);

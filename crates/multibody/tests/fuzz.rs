@@ -2,7 +2,7 @@
 //! can be stepped, or with a typed error that names a place in this file.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers outside the test functions
 
-use multibody::{Error, LoadCourse, Model, train};
+use multibody::{Error, LoadCourse, VehicleModel, train};
 use serde_json::{Value, json};
 
 /// What the files are made from.
@@ -184,7 +184,7 @@ struct Tally {
 }
 
 fn try_file(text: &str, tally: &mut Tally) {
-    let model = match Model::from_json(text) {
+    let model = match VehicleModel::from_json(text) {
         Ok(model) => model,
         Err(error) => {
             let said = error.to_string();
@@ -248,7 +248,7 @@ fn fuzz(executions: usize, start: u64) -> Tally {
 
 #[test]
 fn invariant_the_seed_is_a_vehicle() {
-    let model = Model::from_json(SEED).unwrap();
+    let model = VehicleModel::from_json(SEED).unwrap();
     assert_eq!(model.counts().degrees_of_freedom, 5 * 6 - 6 - 5 - 6 - 5 - 3);
     let mut tally = Tally::default();
     try_file(SEED, &mut tally);

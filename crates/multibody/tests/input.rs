@@ -4,12 +4,12 @@
 mod common;
 
 use common::{body, empty, joint};
-use multibody::{Description, Error, JointKind, LoadCourse, Model, train};
+use multibody::{Error, JointKind, LoadCourse, VehicleDescription, VehicleModel, train};
 
 fn complaint(change: impl FnOnce(&mut serde_json::Value)) -> String {
     let mut value = serde_json::to_value(train::one_bogie()).unwrap();
     change(&mut value);
-    Model::from_json(&value.to_string()).unwrap_err().to_string()
+    VehicleModel::from_json(&value.to_string()).unwrap_err().to_string()
 }
 
 fn assert_says(text: &str, parts: &[&str]) {
@@ -160,12 +160,12 @@ fn invariant_complaints_about_the_text_name_their_place() {
         ("\"gravity\"", "\"gravty\"", &["gravty", "unknown field", "`gravity`"]),
     ] {
         assert!(text.contains(old), "{old}");
-        let error = Model::from_json(&text.replacen(old, new, 1)).unwrap_err().to_string();
+        let error = VehicleModel::from_json(&text.replacen(old, new, 1)).unwrap_err().to_string();
         println!("{error}");
         assert_says(&error, parts);
     }
     for text in ["", "null", "[]", "{}", "\u{feff}{}", "{\"\": 1}"] {
-        let error = Model::from_json(text).unwrap_err().to_string();
+        let error = VehicleModel::from_json(text).unwrap_err().to_string();
         println!("{error}");
         assert_says(&error, &["`$`", "line 1"]);
     }
@@ -175,30 +175,30 @@ fn invariant_complaints_about_the_text_name_their_place() {
 #[test]
 fn invariant_axes_may_have_any_length() {
     let mut d = train::one_magnet();
-    let wanted = Model::new(&d).unwrap();
+    let wanted = VehicleModel::new(&d).unwrap();
     for length in [1e-300, 5e-324, 1e-9, 3.0, 1e200, f64::MAX] {
         d.joints[0].axis = Some([0.0, 0.0, length]);
-        let model = Model::new(&d).unwrap();
+        let model = VehicleModel::new(&d).unwrap();
         assert_eq!(model.counts(), wanted.counts());
     }
     d.joints[0].axis = Some([0.0, 0.0, f64::INFINITY]);
-    assert_says(&Model::new(&d).unwrap_err().to_string(), &["joints[0].axis", "finite"]);
+    assert_says(&VehicleModel::new(&d).unwrap_err().to_string(), &["joints[0].axis", "finite"]);
 }
 
 #[test]
 fn invariant_truncated_text_is_refused() {
     let text = train::one_magnet().to_json().unwrap();
     for end in [0, 1, 50, text.len() / 2, text.len() - 3] {
-        assert!(matches!(Model::from_json(&text[..end]), Err(Error::Read { .. })), "{end}");
+        assert!(matches!(VehicleModel::from_json(&text[..end]), Err(Error::Read { .. })), "{end}");
     }
-    assert!(matches!(Model::from_json(&format!("{text} x")), Err(Error::Read { .. })));
+    assert!(matches!(VehicleModel::from_json(&format!("{text} x")), Err(Error::Read { .. })));
 }
 
 #[test]
 fn invariant_written_files_read_back_the_same() {
     for name in train::NAMES {
         let description = train::by_name(name).unwrap();
-        let back = Description::from_json(&description.to_json().unwrap()).unwrap();
+        let back = VehicleDescription::from_json(&description.to_json().unwrap()).unwrap();
         assert_eq!(back, description);
     }
 }
@@ -213,13 +213,13 @@ fn invariant_joints_that_do_not_meet_are_named() {
     ball.local_a = Some([0.5, 0.0, 0.0]);
     ball.local_b = Some([-0.4, 0.0, 0.0]);
     d.joints.push(ball);
-    let text = Model::new(&d).unwrap_err().to_string();
+    let text = VehicleModel::new(&d).unwrap_err().to_string();
     assert_says(
         &text,
         &["joints[0]", "`ball`", "1.000e-1 m apart", "(1.000e-1, 0.000e0, 0.000e0)"],
     );
     d.joints[0].local_b = Some([-0.5, 0.0, 0.0]);
-    assert_eq!(Model::new(&d).unwrap().counts().degrees_of_freedom, 9);
+    assert_eq!(VehicleModel::new(&d).unwrap().counts().degrees_of_freedom, 9);
 }
 
 /// Four parallel beams between two side frames tie pitch twice: lengths of parallel rods.
@@ -231,7 +231,7 @@ fn invariant_redundant_parallel_beams_are_named() {
         // straighten the beam: its ends get the x of its middle
         joint.position = joint.position.map(|p| [beam.position[0], p[1], p[2]]);
     }
-    let error = Model::new(&d).unwrap_err();
+    let error = VehicleModel::new(&d).unwrap_err();
     let Error::Redundant(found) = &error else { panic!("{error}") };
     assert_eq!(found.len(), 1, "{error}");
     assert_says(&found[0].joint, &["beam"]);
@@ -247,9 +247,9 @@ fn invariant_repeated_fixed_joints_are_named() {
     d.bodies.push(body("b", 1.0, [1.0; 3], [1.0, 0.0, 0.0]));
     d.joints.push(joint("weld", JointKind::Bracket, ["a", "b"], [0.5, 0.0, 0.0], None));
     d.joints.push(joint("ball", JointKind::Spherical, ["b", "a"], [0.0; 3], None));
-    assert_says(&Model::new(&d).unwrap_err().to_string(), &["`ball`", "already"]);
+    assert_says(&VehicleModel::new(&d).unwrap_err().to_string(), &["`ball`", "already"]);
     d.joints[1] = joint("weld 2", JointKind::Bracket, ["b", "a"], [0.0; 3], None);
-    assert_says(&Model::new(&d).unwrap_err().to_string(), &["`weld 2`", "already"]);
+    assert_says(&VehicleModel::new(&d).unwrap_err().to_string(), &["`weld 2`", "already"]);
 }
 
 /// A planar four-bar with four parallel hinges: three equations too many in space.
@@ -269,14 +269,14 @@ fn invariant_redundant_hinges_of_a_planar_loop_are_counted() {
     ] {
         d.joints.push(joint(name, JointKind::Revolute, ends, at, y));
     }
-    let error = Model::new(&d).unwrap_err();
+    let error = VehicleModel::new(&d).unwrap_err();
     let Error::Redundant(found) = &error else { panic!("{error}") };
     assert_eq!(found.len(), 3, "{error}");
 }
 
 #[test]
 fn invariant_forces_that_are_no_numbers_are_named() {
-    let model = Model::new(&train::one_magnet()).unwrap();
+    let model = VehicleModel::new(&train::one_magnet()).unwrap();
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     let course = LoadCourse { vertical: &[[f64::NAN, 0.0, 0.0, 0.0]], lateral: &[[0.0; 4]] };
@@ -318,7 +318,7 @@ fn invariant_singular_start_is_refused_by_name() {
         [2.0, 0.0, 0.0],
         Some([0.0, 0.0, 1.0]),
     ));
-    let error = Model::new(&d).unwrap_err();
+    let error = VehicleModel::new(&d).unwrap_err();
     let Error::Redundant(found) = &error else { panic!("{error}") };
     assert_eq!(found.len(), 1, "{error}");
     assert_says(&found[0].direction, &["translation along (1, 0, 0)"]);

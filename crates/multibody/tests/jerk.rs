@@ -5,7 +5,9 @@ mod common;
 
 use common::{G, Levitation, Noise, body, empty, joint, run_free, tracer};
 use multibody::math::Vec3;
-use multibody::{Holding, JointKind, LoadCourse, Loads, Model, State, Workspace, train};
+use multibody::{
+    Holding, JointKind, LoadCourse, Loads, MagnetIndex, State, VehicleModel, Workspace, train,
+};
 
 const NONE: Loads = Loads { vertical: &[0.0], lateral: &[0.0] };
 
@@ -19,19 +21,19 @@ fn analytic_jerk_of_a_pendulum() {
     let y = Some([0.0, 1.0, 0.0]);
     d.joints.push(joint("pivot", JointKind::Revolute, ["ground", "bob"], [0.0; 3], y));
     d.magnets.push(tracer("bob", [-1.0, 0.0, 0.0]));
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let (mut state, mut ws, mut probe) =
         (model.initial_state(), model.workspace(), model.workspace());
     for _ in 0..5 {
         run_free(&model, &mut state, 1e-3, 130);
-        let motion = model.magnet(&state, 0);
+        let motion = model.magnet(&state, MagnetIndex(0));
         let outward = motion.position;
         let along = Vec3::new(-outward.z, 0.0, outward.x);
         let rate = motion.velocity.dot(&along);
         let (bend, third) = (-G * outward.x, G * outward.z * rate);
         let expected = along * (third - rate.powi(3)) - outward * (3.0 * rate * bend);
         model.jerks(&state, &NONE, &NONE, &mut ws, &mut probe).unwrap();
-        let jerk = model.magnet_jerk(&ws, &probe, 0);
+        let jerk = model.magnet_jerk(&ws, &probe, MagnetIndex(0));
         // accelerations of 30 m/s² to 1e-15 over 6e-6 s: some 1e-8 m/s³ after a few operations
         assert!((jerk - expected).amax() < 1e-7, "{jerk} {expected}");
         assert!(expected.amax() > 10.0);
@@ -39,8 +41,8 @@ fn analytic_jerk_of_a_pendulum() {
 }
 
 /// A rough moment of a vehicle on levitation: its state, loads and their rates.
-fn moment(name: &str) -> (Model, State, [Vec<[f64; 4]>; 2]) {
-    let model = Model::new(&train::by_name(name).unwrap()).unwrap();
+fn moment(name: &str) -> (VehicleModel, State, [Vec<[f64; 4]>; 2]) {
+    let model = VehicleModel::new(&train::by_name(name).unwrap()).unwrap();
     let n = model.counts().magnets;
     let mut ws = model.workspace();
     let found = model.equilibrium(&vec![0.0; n], &Holding::default(), &mut ws).unwrap();
@@ -73,7 +75,8 @@ fn analytic_jerks_are_the_slopes_of_accelerations() {
     let loads = Loads { vertical: &up, lateral: &left };
     let rates = Loads { vertical: &up_rate, lateral: &left_rate };
     model.jerks(&start, &loads, &rates, &mut ws, &mut probe).unwrap();
-    let jerks: Vec<Vec3> = (0..64).map(|k| model.magnet_jerk(&ws, &probe, k)).collect();
+    let jerks: Vec<Vec3> =
+        (0..64).map(|k| model.magnet_jerk(&ws, &probe, MagnetIndex(k))).collect();
     // forward difference of fourth order
     const H: f64 = 1e-4;
     const WEIGHTS: [f64; 5] = [-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25];
@@ -88,7 +91,7 @@ fn analytic_jerks_are_the_slopes_of_accelerations() {
         let loads = Loads { vertical: &at(&vertical), lateral: &at(&lateral) };
         model.accelerations(&state, &loads, &mut ws).unwrap();
         for (k, slope) in slopes.iter_mut().enumerate() {
-            *slope += model.magnet_acceleration(&ws, k) * (weight / H);
+            *slope += model.magnet_acceleration(&ws, MagnetIndex(k)) * (weight / H);
         }
     }
     let largest = jerks.iter().map(Vec3::amax).fold(0.0, f64::max);
@@ -100,8 +103,9 @@ fn analytic_jerks_are_the_slopes_of_accelerations() {
     }
 }
 
-fn bits(model: &Model, ws: &Workspace) -> Vec<u64> {
-    let magnets = (0..model.counts().magnets).map(|k| model.magnet_acceleration(ws, k));
+fn bits(model: &VehicleModel, ws: &Workspace) -> Vec<u64> {
+    let magnets =
+        (0..model.counts().magnets).map(|k| model.magnet_acceleration(ws, MagnetIndex(k)));
     magnets
         .flat_map(|a| [a.x, a.y, a.z])
         .chain(ws.multipliers().to_vec())
@@ -125,7 +129,7 @@ fn invariant_remembered_accelerations_never_show() {
     let fresh_jerks = |state: &State| {
         let (mut ws, mut probe) = (model.workspace(), model.workspace());
         model.jerks(state, &loads, &rates, &mut ws, &mut probe).unwrap();
-        (0..32).map(|k| model.magnet_jerk(&ws, &probe, k)).collect::<Vec<_>>()
+        (0..32).map(|k| model.magnet_jerk(&ws, &probe, MagnetIndex(k))).collect::<Vec<_>>()
     };
     let mut moving = state.clone();
     moving.bodies[3].velocity.x += 0.1;
@@ -151,7 +155,8 @@ fn invariant_remembered_accelerations_never_show() {
         model.accelerations(&state, &loads, &mut ws).unwrap();
         assert_eq!(bits(&model, &ws), fresh(&state, &loads), "round {round}");
         model.jerks(&state, &loads, &rates, &mut ws, &mut probe).unwrap();
-        let jerks: Vec<Vec3> = (0..32).map(|k| model.magnet_jerk(&ws, &probe, k)).collect();
+        let jerks: Vec<Vec3> =
+            (0..32).map(|k| model.magnet_jerk(&ws, &probe, MagnetIndex(k))).collect();
         assert_eq!(jerks, fresh_jerks(&state), "round {round}");
     }
     // and what is remembered is not taken for another state or other loads

@@ -6,13 +6,13 @@ mod common;
 use common::{G, body, empty, joint, run, tracer};
 use multibody::math::{Vec3, conjugate, from_rotation_vector, multiply, rotation_vector};
 use multibody::{
-    Bushing, Description, Holding, JointKind, Linearisation, Loads, MagnetSprings, Model, Spring,
-    State, damping_ratio, natural_frequency, train,
+    Bushing, Holding, JointKind, Linearisation, Loads, MagnetSprings, Spring, State,
+    VehicleDescription, VehicleModel, damping_ratio, natural_frequency, train,
 };
 use nalgebra::{Complex, DMatrix, SymmetricEigen};
 
-fn linearised(description: &Description, start: impl Fn(&mut State)) -> Linearisation {
-    let model = Model::new(description).unwrap();
+fn linearised(description: &VehicleDescription, start: impl Fn(&mut State)) -> Linearisation {
+    let model = VehicleModel::new(description).unwrap();
     let mut state = model.initial_state();
     start(&mut state);
     let zero = vec![0.0; model.counts().magnets];
@@ -22,7 +22,7 @@ fn linearised(description: &Description, start: impl Fn(&mut State)) -> Linearis
 
 /// The equilibrium under its own loads, linearised with springs at the magnets.
 fn at_equilibrium(
-    model: &Model,
+    model: &VehicleModel,
     springs: &MagnetSprings,
 ) -> (multibody::Equilibrium, Linearisation) {
     let mut ws = model.workspace();
@@ -167,7 +167,7 @@ fn analytic_sleeping_top() {
 /// 7e5 N/m and 8e3 N·s/m per magnet its fastest pair is that of a prototype written apart.
 #[test]
 fn golden_two_car_train() {
-    let model = Model::new(&train::two_car()).unwrap();
+    let model = VehicleModel::new(&train::two_car()).unwrap();
     let springs = MagnetSprings { stiffness: 7e5, damping: 8e3, ..MagnetSprings::default() };
     let (_, linearisation) = at_equilibrium(&model, &springs);
     assert_eq!(linearisation.degrees_of_freedom(), 128);
@@ -184,7 +184,7 @@ fn golden_two_car_train() {
 /// C_r symmetric and not negative (dampers take energy); N is orthonormal and keeps the joints.
 #[test]
 fn invariant_matrices_of_the_held_train() {
-    let model = Model::new(&train::two_car()).unwrap();
+    let model = VehicleModel::new(&train::two_car()).unwrap();
     let (found, linearisation) = at_equilibrium(&model, &HELD);
     let Linearisation { basis, mass, damping, stiffness, .. } = &linearisation;
     assert!(asymmetry(mass) == 0.0);
@@ -208,7 +208,7 @@ fn invariant_matrices_of_the_held_train() {
 /// Every shape solves (λ² M_r + λ C_r + K_r) y = 0; its shares are shares.
 #[test]
 fn invariant_shapes_solve_their_equation() {
-    let model = Model::new(&train::one_bogie()).unwrap();
+    let model = VehicleModel::new(&train::one_bogie()).unwrap();
     let (_, linearisation) = at_equilibrium(&model, &HELD);
     let basis = linearisation.basis.map(Complex::from);
     let complex = |m: &DMatrix<f64>| m.map(Complex::<f64>::from);
@@ -249,7 +249,7 @@ fn deviation(state: &State, from: &State) -> Vec<Vec3> {
 /// integrator knows nothing of differences, bases and eigenvalues.
 #[test]
 fn invariant_the_train_follows_its_modes() {
-    let model = Model::new(&train::two_car()).unwrap();
+    let model = VehicleModel::new(&train::two_car()).unwrap();
     // held loads: the bodies swing against each other on their springs, as a whole they float
     let (found, linearisation) = at_equilibrium(&model, &MagnetSprings::default());
     let oscillating: Vec<_> = linearisation
@@ -297,7 +297,7 @@ fn invariant_the_train_follows_its_modes() {
 /// The magnets' springs are those of a body on k and c: one magnet on 250 kg.
 #[test]
 fn analytic_one_magnet_on_its_spring() {
-    let model = Model::new(&train::one_magnet()).unwrap();
+    let model = VehicleModel::new(&train::one_magnet()).unwrap();
     let springs = MagnetSprings { stiffness: 7e5, damping: 8e3, ..MagnetSprings::default() };
     let (_, linearisation) = at_equilibrium(&model, &springs);
     let half: f64 = 8e3 / (2.0 * 250.0);
@@ -318,7 +318,7 @@ fn analytic_pendulum_held_aside_by_a_force() {
     let x = Some([1.0, 0.0, 0.0]);
     d.joints.push(joint("pivot", JointKind::Revolute, ["ground", "bob"], [0.0; 3], x));
     d.magnets.push(tracer("bob", [0.0, 0.0, -l]));
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let force = m * G * 0.75;
     let mut state = model.initial_state();
     let angle = 0.75f64.atan();

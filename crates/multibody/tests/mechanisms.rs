@@ -5,12 +5,14 @@ mod common;
 
 use common::{G, body, empty, joint, run, run_free, tracer};
 use multibody::math::{Vec3, from_rotation_vector};
-use multibody::{Description, Error, JointKind, Loads, Model, State, train};
+use multibody::{
+    Error, JointKind, Loads, MagnetIndex, State, VehicleDescription, VehicleModel, train,
+};
 
 const Y: Option<[f64; 3]> = Some([0.0, 1.0, 0.0]);
 
 /// A rigid body that swings like a point mass at 1 m: (I + m l²)/(m l) = 1 m with l = 0.5 m.
-fn pendulum() -> Description {
+fn pendulum() -> VehicleDescription {
     let mut d = empty("pendulum");
     d.bodies.push(body("bob", 1.0, [0.25; 3], [-0.5, 0.0, 0.0]));
     d.joints.push(joint("pivot", JointKind::Revolute, ["ground", "bob"], [0.0; 3], Y));
@@ -19,22 +21,22 @@ fn pendulum() -> Description {
 }
 
 fn end_of(
-    description: &Description,
-    start: impl Fn(&Model) -> State,
+    description: &VehicleDescription,
+    start: impl Fn(&VehicleModel) -> State,
     h: f64,
     t: f64,
-) -> (Vec3, Model, State) {
-    let model = Model::new(description).unwrap();
+) -> (Vec3, VehicleModel, State) {
+    let model = VehicleModel::new(description).unwrap();
     let mut state = start(&model);
     run_free(&model, &mut state, h, (t / h).round() as usize);
-    (model.magnet(&state, 0).position, model, state)
+    (model.magnet(&state, MagnetIndex(0)).position, model, state)
 }
 
 /// IFToMM benchmark A01: pendulum released from the horizontal, at 10 s.
 #[test]
 fn golden_simple_pendulum_of_iftomm_a01() {
     let exact = Vec3::new(-0.275_087_462_6, 0.0, -0.961_419_205_1);
-    let error = |h| (end_of(&pendulum(), Model::initial_state, h, 10.0).0 - exact).norm();
+    let error = |h| (end_of(&pendulum(), VehicleModel::initial_state, h, 10.0).0 - exact).norm();
     assert_fourth_order([error(8e-3), error(4e-3), error(2e-3), error(1e-3)]);
 }
 
@@ -51,7 +53,7 @@ fn assert_fourth_order(errors: [f64; 4]) {
 /// Two coupled four-bars: three cranks on the ground, two couplers with balls at both ends (a
 /// revolute at either end would be redundant in space). The couplers' spin about themselves stays
 /// zero, nothing drives it.
-fn four_bars() -> Description {
+fn four_bars() -> VehicleDescription {
     let mut d = empty("four-bars");
     // moment of a thin bar of 1 m and 1 kg; about itself anything small
     let (i, e) = (1.0 / 12.0, 1e-3);
@@ -80,7 +82,7 @@ fn four_bars() -> Description {
     d
 }
 
-fn four_bars_start(model: &Model) -> State {
+fn four_bars_start(model: &VehicleModel) -> State {
     let mut state = model.initial_state();
     for k in 0..3 {
         let crank = model.body_index(&format!("crank_{k}")).unwrap();
@@ -114,7 +116,7 @@ fn golden_four_bars_of_iftomm_a02() {
 /// accelerations is told when and where instead of getting numbers.
 #[test]
 fn invariant_singular_position_is_an_error_with_time_and_joint() {
-    let model = Model::new(&four_bars()).unwrap();
+    let model = VehicleModel::new(&four_bars()).unwrap();
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     state.time = 3.5;
@@ -145,7 +147,7 @@ fn invariant_free_gyroscope() {
     let mut d = empty("gyroscope");
     d.gravity = [0.0; 3];
     d.bodies.push(body("top", 2.0, [1.0, 2.0, 2.5], [0.0; 3]));
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut state = model.initial_state();
     state.bodies[0].velocity = Vec3::new(1.0, -2.0, 3.0);
     // near the unstable middle axis, so that it tumbles
@@ -165,10 +167,10 @@ fn invariant_free_gyroscope() {
 /// One magnet's mass under its weight plus F: free fall upward, z = F t²/(2 m); and gap signs.
 #[test]
 fn analytic_one_magnet_rises_under_surplus_force() {
-    let model = Model::new(&train::one_magnet()).unwrap();
+    let model = VehicleModel::new(&train::one_magnet()).unwrap();
     let mut state = model.initial_state();
     run(&model, &mut state, 1e-3, 500, [&[250.0 * G + 25.0], &[1000.0]]);
-    let motion = model.magnet(&state, 0);
+    let motion = model.magnet(&state, MagnetIndex(0));
     // a polynomial of second degree is exact but for rounding; the guide takes the lateral force
     assert!((motion.displacement.z - 0.5 * 0.1 * 0.25).abs() < 1e-13);
     assert!((motion.velocity.z - 0.05).abs() < 1e-13);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // helpers outside the test functions
 
 use multibody::math::{Vec3, from_rotation_vector, multiply};
-use multibody::{Holding, Loads, Model, State, train};
+use multibody::{BodyIndex, Holding, Loads, MagnetIndex, State, VehicleModel, train};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Springs and dampers in place of the levitation: N/m and N·s/m per magnet.
@@ -15,7 +15,7 @@ struct Held {
 type Pole = (f64, f64);
 
 /// Columns: all motions that the joints allow in this pose.
-fn free_motions(model: &Model, state: &State) -> DMatrix<f64> {
+fn free_motions(model: &VehicleModel, state: &State) -> DMatrix<f64> {
     let zero = vec![0.0; model.counts().magnets];
     let loads = Loads { vertical: &zero, lateral: &zero };
     let (_, jacobian, _) = model.dense_system(state, &loads, &mut model.workspace());
@@ -48,7 +48,7 @@ fn shifted(state: &State, motion: &DVector<f64>, moving: bool) -> State {
 }
 
 /// Poles about the equilibrium, fastest first; of a pair the one with positive imaginary part.
-fn poles(model: &Model, held: &Held) -> Vec<Pole> {
+fn poles(model: &VehicleModel, held: &Held) -> Vec<Pole> {
     let mut ws = model.workspace();
     let n = model.counts().magnets;
     let found = model.equilibrium(&vec![0.0; n], &Holding::default(), &mut ws).unwrap();
@@ -57,14 +57,14 @@ fn poles(model: &Model, held: &Held) -> Vec<Pole> {
         let mut force = [found.loads.clone(), vec![0.0; n]];
         let [up, left] = &mut force;
         for (k, (up, left)) in up.iter_mut().zip(left).enumerate() {
-            let m = model.magnet(state, k);
+            let m = model.magnet(state, MagnetIndex(k));
             *up -= held.vertical[0] * m.displacement.z + held.vertical[1] * m.velocity.z;
             *left -= held.lateral[0] * m.displacement.y + held.lateral[1] * m.velocity.y;
         }
         let loads = Loads { vertical: &force[0], lateral: &force[1] };
         model.accelerations(state, &loads, &mut ws).unwrap();
         let all = (0..state.bodies.len()).flat_map(|k| {
-            let (v, w) = ws.acceleration(k);
+            let (v, w) = ws.acceleration(BodyIndex(k));
             [v.x, v.y, v.z, w.x, w.y, w.z]
         });
         free.tr_mul(&DVector::from_iterator(free.nrows(), all))
@@ -92,7 +92,7 @@ fn poles(model: &Model, held: &Held) -> Vec<Pole> {
 /// digits). A missing element, a wrong inertia or arm moves it.
 #[test]
 fn golden_fastest_pair_of_the_two_car_train() {
-    let model = Model::new(&train::two_car()).unwrap();
+    let model = VehicleModel::new(&train::two_car()).unwrap();
     let poles = poles(&model, &Held { vertical: [7e5, 8e3], lateral: [0.0, 0.0] });
     let (re, im) = poles[0];
     assert!((re + 209.0).abs() < 0.5 && (im - 308.0).abs() < 0.5, "{re} {im}");
@@ -104,7 +104,7 @@ fn golden_fastest_pair_of_the_two_car_train() {
 /// Held in both directions the train is stable in all of its 128 degrees of freedom.
 #[test]
 fn invariant_a_held_train_is_stable() {
-    let model = Model::new(&train::two_car()).unwrap();
+    let model = VehicleModel::new(&train::two_car()).unwrap();
     let poles = poles(&model, &Held { vertical: [7e5, 8e3], lateral: [5e4, 1e3] });
     assert!(poles.iter().all(|p| p.0 < -0.1), "{:?}", poles.last());
 }
@@ -113,7 +113,7 @@ fn invariant_a_held_train_is_stable() {
 /// ω² = k/m with k = 4·62 kN/m and m = 2,750 kg, damping 4·1600/(2 m).
 #[test]
 fn analytic_heave_of_the_carriage_of_one_bogie() {
-    let model = Model::new(&train::one_bogie()).unwrap();
+    let model = VehicleModel::new(&train::one_bogie()).unwrap();
     let poles = poles(&model, &Held { vertical: [1e9, 1e6], lateral: [1e9, 1e6] });
     let delta: f64 = 4.0 * 1600.0 / (2.0 * 2750.0);
     let omega = (4.0 * 62e3 / 2750.0 - delta * delta).sqrt();

@@ -7,7 +7,10 @@ use common::{body, empty, joint};
 use multibody::math::{
     Vec3, conjugate, from_rotation_vector, multiply, normalised, rotation_matrix, rotation_vector,
 };
-use multibody::{Description, Holding, Inertia, Joint, JointKind, Loads, Model, State, train};
+use multibody::{
+    BodyIndex, Holding, Inertia, Joint, JointKind, Loads, State, VehicleDescription, VehicleModel,
+    train,
+};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -27,7 +30,7 @@ fn triple(numbers: &[f64], size: f64) -> [f64; 3] {
 }
 
 /// A tree of bodies hung from the ground, with a bushing on every link.
-fn tree(links: &[Link]) -> Description {
+fn tree(links: &[Link]) -> VehicleDescription {
     let mut d = empty("tree");
     let mut bushing = train::one_bogie().bushings[0].clone();
     for (k, (parent, kind, mass, x)) in links.iter().enumerate() {
@@ -55,7 +58,7 @@ fn tree(links: &[Link]) -> Description {
 
 /// How far the two sides of a joint stand apart, from its place and axis in the file and the way
 /// that bodies have moved: nothing of the equations is used. Zero for a closed joint.
-fn gap(model: &Model, start: &State, state: &State, joint: &Joint) -> Vec<f64> {
+fn gap(model: &VehicleModel, start: &State, state: &State, joint: &Joint) -> Vec<f64> {
     let place = Vec3::from(joint.position.unwrap());
     let side = |name: &str| {
         model.body_index(name).map_or((place, multibody::math::IDENTITY), |k| {
@@ -79,7 +82,12 @@ fn gap(model: &Model, start: &State, state: &State, joint: &Joint) -> Vec<f64> {
     pair.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
 }
 
-fn gaps(model: &Model, start: &State, state: &State, description: &Description) -> DVector<f64> {
+fn gaps(
+    model: &VehicleModel,
+    start: &State,
+    state: &State,
+    description: &VehicleDescription,
+) -> DVector<f64> {
     let all = description.joints.iter().flat_map(|j| gap(model, start, state, j));
     DVector::from_vec(all.collect())
 }
@@ -108,7 +116,7 @@ proptest! {
         let mut description = tree(&links);
         // their stiffness would ask for small steps
         description.bushings.clear();
-        let model = Model::new(&description).unwrap();
+        let model = VehicleModel::new(&description).unwrap();
         let mut ws = model.workspace();
         let start = model.initial_state();
         let mut state = start.clone();
@@ -169,7 +177,7 @@ proptest! {
     #[test]
     fn invariant_any_tree_solves_the_dense_system(links in links(), seed in any::<u64>()) {
         let description = tree(&links);
-        let model = Model::new(&description).unwrap();
+        let model = VehicleModel::new(&description).unwrap();
         let counts = model.counts();
         let equations: usize = description.joints.iter().map(|j| j.kind.equations()).sum();
         prop_assert_eq!(counts.degrees_of_freedom, 6 * links.len() - equations);
@@ -192,7 +200,7 @@ proptest! {
         model.accelerations(&state, &loads, &mut ws).unwrap();
         let n = mass.nrows();
         let accelerations = DVector::from_iterator(n, (0..n / 6).flat_map(|k| {
-            let (v, w) = ws.acceleration(k);
+            let (v, w) = ws.acceleration(BodyIndex(k));
             [v.x, v.y, v.z, w.x, w.y, w.z]
         }));
         let multipliers = DVector::from_column_slice(ws.multipliers());
@@ -216,7 +224,7 @@ proptest! {
             bytes[k] = byte;
         }
         if let Ok(text) = String::from_utf8(bytes)
-            && let Err(error) = Model::from_json(&text)
+            && let Err(error) = VehicleModel::from_json(&text)
         {
             prop_assert!(!error.to_string().is_empty());
         }
@@ -238,7 +246,7 @@ proptest! {
             2 => body.position[k % 3] = number,
             _ => description.bushings[k % 16].translational_stiffness[k % 3] = number,
         }
-        if let Ok(model) = Model::new(&description) {
+        if let Ok(model) = VehicleModel::new(&description) {
             let mut ws = model.workspace();
             let few = Holding { iterations: 30, ..Holding::default() };
             let _ = model.equilibrium(&[0.0; 8], &few, &mut ws);

@@ -5,7 +5,10 @@ mod common;
 
 use common::{G, Levitation, Noise, body, empty, joint, tracer};
 use multibody::math::{Vec3, from_rotation_vector, multiply, normalised, rotation_matrix};
-use multibody::{Description, Error, Holding, Joint, JointKind, Loads, Model, State, train};
+use multibody::{
+    Error, Holding, Joint, JointKind, Loads, MagnetIndex, State, VehicleDescription, VehicleModel,
+    train,
+};
 
 const X: Option<[f64; 3]> = Some([1.0, 0.0, 0.0]);
 
@@ -27,7 +30,7 @@ fn analytic_welds_of_a_cantilever() {
         d.joints.push(joint(name, JointKind::Bracket, ends, at, None));
     }
     d.joints.push(joint("swing", JointKind::Spherical, ["post", "ballast"], [0.0; 3], None));
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut ws = model.workspace();
     let state = model.initial_state();
     let loads = Loads { vertical: &[], lateral: &[] };
@@ -52,7 +55,7 @@ fn analytic_hinge_of_a_pendulum() {
     let mut d = empty("pendulum");
     d.bodies.push(body("bob", 2.0, [0.1, 0.2, 0.15], [0.3, 0.0, -0.7]));
     d.joints.push(joint("hinge", JointKind::Revolute, ["ground", "bob"], [0.3, 0.0, 0.0], X));
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     state.bodies[0].angular_velocity = Vec3::new(3.0, 0.0, 0.0);
@@ -69,7 +72,7 @@ fn analytic_hinge_of_a_pendulum() {
 #[test]
 fn analytic_train_at_rest_carries_its_weight() {
     let description = train::two_car();
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let found = model.equilibrium(&[0.0; 64], &Holding::default(), &mut ws).unwrap();
     let side = [0.0; 64];
@@ -107,7 +110,7 @@ fn analytic_train_at_rest_carries_its_weight() {
 }
 
 /// Eight links in a row, joined by every kind of joint twice, none aligned with an axis.
-fn chain() -> Description {
+fn chain() -> VehicleDescription {
     let mut d = empty("chain");
     let mut at = Vec3::zeros();
     let mut last = "ground".to_owned();
@@ -138,7 +141,7 @@ fn chain() -> Description {
 #[test]
 fn invariant_reactions_agree_with_inverse_dynamics_of_a_moving_chain() {
     let description = chain();
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let mut state = model.initial_state();
     let up: Vec<f64> = (0..8).map(|k| 5.0 * f64::from(k)).collect();
@@ -185,7 +188,7 @@ struct Member {
     momentum: Vec3,
 }
 
-fn members(description: &Description, model: &Model, state: &State) -> Vec<Member> {
+fn members(description: &VehicleDescription, model: &VehicleModel, state: &State) -> Vec<Member> {
     let start = model.initial_state();
     let each = description.bodies.iter().enumerate().map(|(k, data)| {
         let composite = model.body_index(&data.name).unwrap();
@@ -195,7 +198,7 @@ fn members(description: &Description, model: &Model, state: &State) -> Vec<Membe
         let turn = multiply(now.attitude, [w, -x, -y, -z]);
         let axes = rotation_matrix(normalised(multiply(turn, data.attitude())));
         let spin = rotation_matrix(now.attitude) * now.angular_velocity;
-        let motion = model.magnet(state, k);
+        let motion = model.magnet(state, MagnetIndex(k));
         Member {
             centre: motion.position,
             velocity: motion.velocity,
@@ -229,7 +232,7 @@ fn analytic_weld_bridged_by_preloaded_elements() {
         damping: 0.0,
         free_length: Some(0.6),
     });
-    let model = Model::new(&d).unwrap();
+    let model = VehicleModel::new(&d).unwrap();
     let mut ws = model.workspace();
     let none = Loads { vertical: &[], lateral: &[] };
     let found = model.reaction("weld", &model.initial_state(), &none, &mut ws).unwrap();
@@ -242,7 +245,7 @@ fn analytic_weld_bridged_by_preloaded_elements() {
 #[test]
 fn invariant_brackets_of_a_running_train_move_what_they_hold() {
     let description = train::two_car();
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let found = model.equilibrium(&[0.0; 64], &Holding::default(), &mut ws).unwrap();
     let mut state = found.state;

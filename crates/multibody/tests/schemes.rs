@@ -1,12 +1,12 @@
 //! Integration schemes: observed order, and one limit for all.
 #![allow(clippy::unwrap_used)] // helpers outside the test functions
 
-use multibody::{BodyState, Holding, LoadCourse, Model, Scheme, train};
+use multibody::{BodyState, Holding, LoadCourse, Scheme, VehicleModel, train};
 
 /// Largest difference of the bogie's places and velocities after 96 ms in steps of h from those of
 /// the classical scheme in steps of 0.25 ms, whose own error is some 1e-4 of theirs or less.
 fn errors(scheme: Scheme, steps: &[f64]) -> Vec<f64> {
-    let model = Model::new(&train::by_name("one-bogie").unwrap()).unwrap();
+    let model = VehicleModel::new(&train::by_name("one-bogie").unwrap()).unwrap();
     let mut ws = model.workspace();
     let found = model.equilibrium(&[0.0; 8], &Holding::default(), &mut ws).unwrap();
     let vertical: Vec<[f64; 4]> = found

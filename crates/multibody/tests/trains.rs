@@ -1,13 +1,13 @@
 //! The generator of trains: counts, masses and loads by formulae in the number of cars.
 
-use multibody::{Holding, JointKind, Model, train};
+use multibody::{Holding, JointKind, VehicleModel, train};
 
 /// Per car: body, 4 boxes, 10 tables, 8 side frames, 8 motors, 16 beams; 10 links between two cars;
 /// one body for the guideway. At two cars these are table 1's 105 bodies, 121 joints and 38,000 kg.
 #[test]
 fn analytic_counts_of_trains_of_one_to_32_cars() {
     for n in 1..=32 {
-        let model = Model::new(&train::cars(n)).unwrap();
+        let model = VehicleModel::new(&train::cars(n)).unwrap();
         let counts = model.counts();
         let between = n - 1;
         assert_eq!(counts.bodies, 1 + 47 * n + 10 * between, "{n} cars");
@@ -39,7 +39,7 @@ fn analytic_counts_of_trains_of_one_to_32_cars() {
 #[test]
 fn analytic_loads_of_trains_carry_the_weight() {
     for n in [1, 2, 3, 8, 32] {
-        let model = Model::new(&train::cars(n)).unwrap();
+        let model = VehicleModel::new(&train::cars(n)).unwrap();
         let mut ws = model.workspace();
         let flat = vec![0.0; model.counts().magnets];
         let found = model.equilibrium(&flat, &Holding::default(), &mut ws).unwrap();

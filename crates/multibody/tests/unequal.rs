@@ -7,7 +7,10 @@ mod common;
 use std::f64::consts::FRAC_2_PI;
 
 use common::{G, Levitation, body, joint};
-use multibody::{Description, Equilibrium, Error, Holding, JointKind, Loads, Model, train};
+use multibody::{
+    BodyIndex, Equilibrium, Error, Holding, JointKind, Loads, MagnetIndex, ObservedIndex,
+    VehicleDescription, VehicleModel, train,
+};
 
 /// Pole-fringe law of the ems unit, pole width 28 mm: force and how fast it falls with the offset.
 fn pole(load: f64, gap: f64, offset: f64) -> [f64; 2] {
@@ -16,7 +19,7 @@ fn pole(load: f64, gap: f64, offset: f64) -> [f64; 2] {
 }
 
 /// Cargo in the first car, at x metres from its centre and y from the middle, 1.2 m above the rail.
-fn with_cargo(name: &str, mass: f64, x: f64, y: f64) -> Description {
+fn with_cargo(name: &str, mass: f64, x: f64, y: f64) -> VehicleDescription {
     let mut description = train::by_name(name).unwrap();
     let car = description.bodies.iter().find(|b| b.name == "car_1").unwrap();
     let place = [car.position[0] + x, y, 1.2];
@@ -27,14 +30,14 @@ fn with_cargo(name: &str, mass: f64, x: f64, y: f64) -> Description {
 }
 
 /// A body's centre of mass moved sideways.
-fn moved(name: &str, part: &str, by: f64) -> Description {
+fn moved(name: &str, part: &str, by: f64) -> VehicleDescription {
     let mut description = train::by_name(name).unwrap();
     let body = description.bodies.iter_mut().find(|b| b.name == part).unwrap();
     body.position[1] += by;
     description
 }
 
-fn unequal() -> Vec<(String, Description)> {
+fn unequal() -> Vec<(String, VehicleDescription)> {
     let mut all = Vec::new();
     for name in ["one-bogie", "one-car", "two-car", "5-cars"] {
         all.push((format!("{name} with 100 kg"), with_cargo(name, 100.0, 1.0, 0.5)));
@@ -49,7 +52,7 @@ fn unequal() -> Vec<(String, Description)> {
     all
 }
 
-fn at_rest(model: &Model) -> Result<Equilibrium, Error> {
+fn at_rest(model: &VehicleModel) -> Result<Equilibrium, Error> {
     let flat = vec![0.0; model.counts().magnets];
     model.guided_equilibrium(&flat, &Holding::default(), &pole, &mut model.workspace())
 }
@@ -59,12 +62,12 @@ fn at_rest(model: &Model) -> Result<Equilibrium, Error> {
 #[test]
 fn issue_12_unequal_loads_start_in_equilibrium() {
     for (name, description) in unequal() {
-        let model = Model::new(&description).unwrap();
+        let model = VehicleModel::new(&description).unwrap();
         let mut ws = model.workspace();
         let found = at_rest(&model).unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut lateral = Vec::new();
         for (k, load) in found.loads.iter().enumerate() {
-            let place = model.magnet(&found.state, k).displacement;
+            let place = model.magnet(&found.state, MagnetIndex(k)).displacement;
             assert!(place.z.abs() < 1e-12, "{name}: magnet {k} off its gap by {} m", place.z);
             assert!(place.y.abs() < 0.3e-3, "{name}: magnet {k} aside by {} m", place.y);
             assert!(*load > 0.0, "{name}: magnet {k} pushes with {load} N");
@@ -77,7 +80,7 @@ fn issue_12_unequal_loads_start_in_equilibrium() {
         let loads = Loads { vertical: &found.loads, lateral: &lateral };
         model.accelerations(&found.state, &loads, &mut ws).unwrap();
         for body in 0..found.state.bodies.len() {
-            let (v, w) = ws.acceleration(body);
+            let (v, w) = ws.acceleration(BodyIndex(body));
             assert!(v.amax() < 1e-9 && w.amax() < 1e-9, "{name}, body {body}: {v} {w}");
         }
     }
@@ -90,7 +93,7 @@ fn issue_12_unequal_loads_start_in_equilibrium() {
 fn analytic_unequal_loads_balance_the_cargo() {
     for name in ["one-car", "two-car"] {
         let description = with_cargo(name, 100.0, 1.0, 0.5);
-        let model = Model::new(&description).unwrap();
+        let model = VehicleModel::new(&description).unwrap();
         let found = at_rest(&model).unwrap();
         let sum: f64 = found.loads.iter().sum();
         let weight = model.total_mass() * G;
@@ -102,7 +105,7 @@ fn analytic_unequal_loads_balance_the_cargo() {
         }
         let about_x: f64 =
             found.loads.iter().zip(&description.magnets).map(|(l, m)| l * m.position[1]).sum();
-        let leans = model.observed_motion(&found.state, 0).displacement.y;
+        let leans = model.observed_motion(&found.state, ObservedIndex(0)).displacement.y;
         assert!(leans > 1e-4, "{name}: the car does not lean: {leans} m");
         let [least, most] = [7_700.0, 11_100.0].map(|mass| G * (100.0 * 0.5 + mass * leans));
         assert!((least..most).contains(&about_x), "{name}: {least} {about_x} {most} N·m");
@@ -116,7 +119,7 @@ fn issue_12_an_unequally_loaded_train_stays_at_rest() {
     for description in
         [with_cargo("two-car", 100.0, 1.0, 0.5), moved("one-car", "car_1_equipment_2", 0.1)]
     {
-        let model = Model::new(&description).unwrap();
+        let model = VehicleModel::new(&description).unwrap();
         let mut ws = model.workspace();
         let found = at_rest(&model).unwrap();
         let mut state = found.state.clone();
@@ -125,8 +128,8 @@ fn issue_12_an_unequally_loaded_train_stays_at_rest() {
             levitation.step_guided(&model, &mut state, 1e-3, &pole, &mut ws);
         }
         for k in 0..found.loads.len() {
-            let way =
-                model.magnet(&state, k).displacement - model.magnet(&found.state, k).displacement;
+            let way = model.magnet(&state, MagnetIndex(k)).displacement
+                - model.magnet(&found.state, MagnetIndex(k)).displacement;
             assert!(way.amax() < 1e-9, "{}: magnet {k} moved by {way}", description.name);
         }
     }
@@ -137,7 +140,7 @@ fn issue_12_an_unequally_loaded_train_stays_at_rest() {
 #[test]
 fn invariant_guidance_changes_nothing_of_a_symmetric_vehicle() {
     for name in ["one-magnet", "one-bogie", "one-car", "two-car"] {
-        let model = Model::new(&train::by_name(name).unwrap()).unwrap();
+        let model = VehicleModel::new(&train::by_name(name).unwrap()).unwrap();
         let flat = vec![0.0; model.counts().magnets];
         let free = model.equilibrium(&flat, &Holding::default(), &mut model.workspace()).unwrap();
         let guided = at_rest(&model).unwrap();
@@ -145,7 +148,10 @@ fn invariant_guidance_changes_nothing_of_a_symmetric_vehicle() {
             assert!((a - b).abs() < 1e-12 * a, "{name}: {a} {b}");
         }
         for k in 0..flat.len() {
-            assert!(model.magnet(&guided.state, k).displacement.y.abs() < 1e-14, "{name} {k}");
+            assert!(
+                model.magnet(&guided.state, MagnetIndex(k)).displacement.y.abs() < 1e-14,
+                "{name} {k}"
+            );
         }
     }
 }
@@ -155,9 +161,11 @@ fn invariant_guidance_changes_nothing_of_a_symmetric_vehicle() {
 #[test]
 fn analytic_offsets_are_proportional_to_a_small_cargo() {
     let offsets = |mass: f64| {
-        let model = Model::new(&with_cargo("two-car", mass, 1.0, 0.5)).unwrap();
+        let model = VehicleModel::new(&with_cargo("two-car", mass, 1.0, 0.5)).unwrap();
         let found = at_rest(&model).unwrap();
-        (0..64).map(|k| model.magnet(&found.state, k).displacement.y).collect::<Vec<_>>()
+        (0..64)
+            .map(|k| model.magnet(&found.state, MagnetIndex(k)).displacement.y)
+            .collect::<Vec<_>>()
     };
     let (once, twice) = (offsets(10.0), offsets(20.0));
     let largest = once.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
@@ -171,7 +179,7 @@ fn analytic_offsets_are_proportional_to_a_small_cargo() {
 /// Without guidance nothing holds such a train in one place: the error names body, direction and cause.
 #[test]
 fn issue_12_a_failed_search_says_what_is_unbalanced() {
-    let model = Model::new(&with_cargo("two-car", 500.0, 3.0, 0.9)).unwrap();
+    let model = VehicleModel::new(&with_cargo("two-car", 500.0, 3.0, 0.9)).unwrap();
     let mut ws = model.workspace();
     let failed = model.equilibrium(&[0.0; 64], &Holding::default(), &mut ws).unwrap_err();
     let text = failed.to_string();
@@ -181,7 +189,7 @@ fn issue_12_a_failed_search_says_what_is_unbalanced() {
 
     let mut loose = train::one_magnet();
     loose.bodies.push(common::body("loose", 10.0, [1.0; 3], [0.0, 0.0, 5.0]));
-    let model = Model::new(&loose).unwrap();
+    let model = VehicleModel::new(&loose).unwrap();
     let failed = at_rest(&model).unwrap_err();
     let text = failed.to_string();
     let Error::Equilibrium { body, component, unbalanced, guided, .. } = failed else {

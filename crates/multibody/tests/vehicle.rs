@@ -4,10 +4,13 @@
 mod common;
 
 use common::{G, Levitation};
-use multibody::{Error, Holding, JointKind, LoadCourse, Loads, Model, State, train};
+use multibody::{
+    BodyIndex, Error, Holding, JointKind, LoadCourse, Loads, MagnetIndex, State, VehicleModel,
+    train,
+};
 
-fn model(name: &str) -> Model {
-    Model::new(&train::by_name(name).unwrap()).unwrap()
+fn model(name: &str) -> VehicleModel {
+    VehicleModel::new(&train::by_name(name).unwrap()).unwrap()
 }
 
 /// The paper's table 1.
@@ -46,13 +49,16 @@ fn invariant_equilibrium_on_a_flat_track() {
         let n = model.counts().magnets;
         let found = model.equilibrium(&vec![0.0; n], &Holding::default(), &mut ws).unwrap();
         for k in 0..n {
-            assert!(model.magnet(&found.state, k).displacement.z.abs() < 1e-10, "{name} {k}");
+            assert!(
+                model.magnet(&found.state, MagnetIndex(k)).displacement.z.abs() < 1e-10,
+                "{name} {k}"
+            );
         }
         let lateral = vec![0.0; n];
         let loads = Loads { vertical: &found.loads, lateral: &lateral };
         model.accelerations(&found.state, &loads, &mut ws).unwrap();
         for body in 0..found.state.bodies.len() {
-            let (v, w) = ws.acceleration(body);
+            let (v, w) = ws.acceleration(BodyIndex(body));
             assert!(v.amax() < 1e-9 && w.amax() < 1e-9, "{name} body {body}: {v} {w}");
         }
         let weight = model.total_mass() * G;
@@ -72,7 +78,7 @@ fn invariant_equilibrium_on_a_flat_track() {
 #[test]
 fn invariant_equilibrium_on_a_wavy_track_is_the_least_squares_fit() {
     let description = train::two_car();
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let track: Vec<f64> = description
         .magnets
@@ -86,7 +92,8 @@ fn invariant_equilibrium_on_a_wavy_track_is_the_least_squares_fit() {
     assert!((sum - 38_000.0 * G).abs() < 1e-3);
     for side in 0..16 {
         let deviation = |i: usize| {
-            track[4 * side + i] - model.magnet(&found.state, 4 * side + i).displacement.z
+            track[4 * side + i]
+                - model.magnet(&found.state, MagnetIndex(4 * side + i)).displacement.z
         };
         let sum: f64 = (0..4).map(deviation).sum();
         let moment: f64 = (0..4).map(|i| (i as f64 - 1.5) * deviation(i)).sum();
@@ -104,7 +111,7 @@ fn invariant_equilibrium_on_a_wavy_track_is_the_least_squares_fit() {
 fn invariant_nothing_to_hold_a_body_is_an_error() {
     let mut description = train::one_magnet();
     description.bodies.push(common::body("loose", 10.0, [1.0; 3], [0.0, 0.0, 5.0]));
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let error = model.equilibrium(&[0.0], &Holding::default(), &mut ws).unwrap_err();
     assert!(matches!(error, Error::Equilibrium { acceleration, .. } if acceleration > 9.8));
@@ -143,7 +150,7 @@ fn invariant_joints_stay_closed_under_rough_running() {
         levitation.step(&model, &mut state, 1e-3, |k| push[k], &mut ws);
         let (position, velocity) = model.constraint_violation(&state, &mut probe);
         assert!(position <= 1e-11 && velocity <= 1e-11, "{position:e} {velocity:e}");
-        farthest = farthest.max(model.magnet(&state, 0).displacement.z.abs());
+        farthest = farthest.max(model.magnet(&state, MagnetIndex(0)).displacement.z.abs());
     }
     assert!(farthest > 5e-3, "the bogie hardly moved: {farthest}");
 }
@@ -265,14 +272,15 @@ fn analytic_load_response_is_the_difference_of_accelerations() {
     model
         .accelerations(&found.state, &Loads { vertical: &pushed, lateral: &side }, &mut ws)
         .unwrap();
-    let felt: Vec<f64> = (0..32).map(|k| model.magnet_acceleration(&ws, k).z).collect();
+    let felt: Vec<f64> =
+        (0..32).map(|k| model.magnet_acceleration(&ws, MagnetIndex(k)).z).collect();
     model.load_response(&found.state, &Loads { vertical: &seed, lateral: &side }, &mut ws).unwrap();
     for (k, felt) in felt.iter().enumerate() {
         // the equilibrium itself is left with 1e-9 m/s² at most
-        let response = model.magnet_response(&ws, k).z;
+        let response = model.magnet_response(&ws, MagnetIndex(k)).z;
         assert!((felt - response).abs() < 2e-9, "{k}: {felt} {response}");
         // other bogies feel nothing at once
-        let same = model.magnet_component(k) == model.magnet_component(5);
+        let same = model.magnet_component(MagnetIndex(k)) == model.magnet_component(MagnetIndex(5));
         assert_eq!(response != 0.0, same, "{k}");
     }
 }

@@ -1,7 +1,8 @@
 //! Bushing: three translational and three rotational spring-dampers along axes fixed to a.
 
 use super::elastic::{ElasticRow, rotation_row, translation_row};
-use crate::joint::Row;
+use crate::index::BodyIndex;
+use crate::joint::JacobianRow;
 use crate::math::{Mat3, Quat, Vec3, conjugate, moment_from_gradient, multiply, rotation_vector};
 use crate::state::{Kinematics, Wrench};
 
@@ -12,9 +13,9 @@ use crate::state::{Kinematics, Wrench};
 /// torque pair m is exchanged besides. With equal stiffness about all axes J_l⁻ᵀ drops out; with
 /// different ones it makes the moment the gradient of ½ θᵀ K_θ θ.
 #[derive(Debug, Clone)]
-pub(crate) struct Bushing {
-    pub a: usize,
-    pub b: usize,
+pub(crate) struct BushingElement {
+    pub a: BodyIndex,
+    pub b: BodyIndex,
     /// R at rest in a's axes; `None` where it is a's own axes.
     pub axes: Option<Box<Mat3>>,
     /// The halves that do anything. Boxed, for most bushings have but one.
@@ -65,7 +66,7 @@ impl Rotation {
     }
 }
 
-impl Bushing {
+impl BushingElement {
     fn frame(&self, kin: &[Kinematics]) -> Mat3 {
         let a = &kin[self.a].a;
         self.axes.as_ref().map_or(*a, |axes| a * **axes)
@@ -129,7 +130,7 @@ impl Bushing {
         let (a, b) = (self.a, self.b);
         for k in 0..3 {
             let e = frame.column(k).into_owned();
-            let mut add = |stiffness: f64, [row_a, row_b]: [Row; 2]| {
+            let mut add = |stiffness: f64, [row_a, row_b]: [JacobianRow; 2]| {
                 if stiffness > 0.0 {
                     sink(ElasticRow { a, b, row_a, row_b, stiffness });
                 }

@@ -2,14 +2,14 @@
 
 use super::elastic::{ElasticRow, rotation_row, translation_row};
 use crate::description::JointKind;
-use crate::joint::Joint;
+use crate::index::JointIndex;
+use crate::joint::JointConstraint;
 use crate::state::{Kinematics, Wrench};
 
 /// f = f0 − (k s + c ṡ) on b along the joint's axis, or the moment f0 − (k φ + c φ̇) about it.
 #[derive(Debug, Clone)]
-pub(crate) struct JointForce {
-    /// Index of the joint.
-    pub joint: usize,
+pub(crate) struct JointForceElement {
+    pub joint: JointIndex,
     /// N/m or N·m/rad.
     pub stiffness: f64,
     /// N·s/m or N·m·s/rad.
@@ -18,9 +18,9 @@ pub(crate) struct JointForce {
     pub preload: f64,
 }
 
-impl JointForce {
+impl JointForceElement {
     /// Adds the pair of forces (or moments).
-    pub fn apply(&self, joints: &[Joint], kin: &[Kinematics], wrenches: &mut [Wrench]) {
+    pub fn apply(&self, joints: &[JointConstraint], kin: &[Kinematics], wrenches: &mut [Wrench]) {
         let joint = &joints[self.joint];
         let (way, rate) = joint.coordinate(kin);
         let axis = kin[joint.a].turn(&joint.frame_a[2]);
@@ -37,7 +37,7 @@ impl JointForce {
     }
 
     /// Stored energy, ½ k s² − f0 s, J. A constant moment has one only within half a turn.
-    pub fn energy(&self, joints: &[Joint], kin: &[Kinematics]) -> f64 {
+    pub fn energy(&self, joints: &[JointConstraint], kin: &[Kinematics]) -> f64 {
         let (way, _) = joints[self.joint].coordinate(kin);
         0.5 * self.stiffness * way * way - self.preload * way
     }
@@ -45,7 +45,7 @@ impl JointForce {
     /// The elastic coordinate: the joint's.
     pub fn elastic_rows(
         &self,
-        joints: &[Joint],
+        joints: &[JointConstraint],
         kin: &[Kinematics],
         sink: &mut impl FnMut(ElasticRow),
     ) {

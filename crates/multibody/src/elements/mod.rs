@@ -6,7 +6,7 @@ mod elastic;
 mod joint_force;
 mod spring;
 
-pub(crate) use bushing::{Bushing, Rotation, Translation};
+pub(crate) use bushing::{BushingElement, Rotation, Translation};
 pub(crate) use elastic::ElasticRow;
-pub(crate) use joint_force::JointForce;
-pub(crate) use spring::Spring;
+pub(crate) use joint_force::JointForceElement;
+pub(crate) use spring::SpringElement;

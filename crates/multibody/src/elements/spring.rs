@@ -1,14 +1,15 @@
 //! Spring-damper on the line between two points.
 
 use super::elastic::{ElasticRow, translation_row};
+use crate::index::BodyIndex;
 use crate::math::Vec3;
 use crate::state::{Kinematics, Wrench};
 
 /// f = k (l − l0) + c l̇, a pull along the line between the points.
 #[derive(Debug, Clone)]
-pub(crate) struct Spring {
-    pub a: usize,
-    pub b: usize,
+pub(crate) struct SpringElement {
+    pub a: BodyIndex,
+    pub b: BodyIndex,
     /// Ends in the bodies' axes, m.
     pub point_a: Vec3,
     pub point_b: Vec3,
@@ -20,7 +21,7 @@ pub(crate) struct Spring {
     pub free_length: f64,
 }
 
-impl Spring {
+impl SpringElement {
     /// Arms of both ends, unit vector from a to b, length.
     fn line(&self, kin: &[Kinematics]) -> (Vec3, Vec3, Vec3, f64) {
         let (a, b) = (&kin[self.a], &kin[self.b]);

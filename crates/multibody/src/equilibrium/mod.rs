@@ -27,10 +27,10 @@ pub use holding::{Equilibrium, Guidance, Holding};
 
 use self::search::Search;
 use crate::error::Error;
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::workspace::Workspace;
 
-impl Model {
+impl VehicleModel {
     /// Finds the static equilibrium with the magnets at the nominal gap below a track whose surface
     /// stands at the heights `track` (m, one per magnet, up positive), without guidance forces.
     ///
@@ -49,7 +49,7 @@ impl Model {
     /// The same with magnets that also pull sideways, each as `guidance` says for its load.
     ///
     /// # Errors
-    /// As [`Model::equilibrium`].
+    /// As [`VehicleModel::equilibrium`].
     pub fn guided_equilibrium(
         &self,
         track: &[f64],
@@ -73,7 +73,7 @@ impl Model {
             forces: vec![0.0; track.len()],
             lateral: vec![0.0; track.len()],
             restoring: vec![0.0; track.len()],
-            factors: vec![0.0; statics.ordering.factorisation.storage],
+            factors: vec![0.0; statics.analysis.factorisation.storage],
             statics: &statics,
         };
         search.run(&mut state, ws)

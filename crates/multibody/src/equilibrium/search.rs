@@ -5,8 +5,9 @@ use nalgebra::DVector;
 use super::holding::{Equilibrium, Guidance, Holding};
 use super::statics::Statics;
 use crate::error::Error;
+use crate::index::MagnetIndex;
 use crate::loads::Loads;
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
 
@@ -22,7 +23,7 @@ const COMPONENTS: [&str; 6] = ["along x", "along y", "along z", "about x", "abou
 const PATIENCE: usize = 8;
 
 pub(super) struct Search<'a> {
-    pub model: &'a Model,
+    pub model: &'a VehicleModel,
     pub holding: &'a Holding,
     pub track: &'a [f64],
     pub guidance: Guidance<'a>,
@@ -108,7 +109,7 @@ impl Search<'_> {
             }
         }
         for (k, force) in self.forces.iter().enumerate() {
-            let offset = self.model.magnet(state, k).displacement;
+            let offset = self.model.magnet(state, MagnetIndex(k)).displacement;
             let gap = self.model.nominal_gap + self.track[k] - offset.z;
             [self.lateral[k], self.restoring[k]] = (self.guidance)(*force, gap, offset.y);
         }
@@ -126,7 +127,7 @@ impl Search<'_> {
         model.apply_forces(ws);
         model.residuals(ws);
         self.assemble(ws);
-        let solver = &self.statics.ordering.factorisation;
+        let solver = &self.statics.analysis.factorisation;
         solver.factor(&mut self.factors).map_err(|vanished| model.singular(vanished, 0.0))?;
         let bodies = model.composites.len();
         for k in 0..bodies {
@@ -155,7 +156,7 @@ impl Search<'_> {
         let (holding, restoring) = (self.holding, &self.restoring);
         self.model.stiffness(&ws.kin, &statics.fits, holding, restoring, &mut |i, j, block| {
             // every pair that the initial pose couples has its place
-            let Some(place) = statics.ordering.place(i, j) else { return };
+            let Some(place) = statics.analysis.place(i.0, j.0) else { return };
             let target = &mut factors[place.offset as usize..][..36];
             let block = if place.as_asked { block } else { block.transpose() };
             for (t, value) in target.iter_mut().zip(block.iter()) {

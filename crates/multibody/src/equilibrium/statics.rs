@@ -7,12 +7,13 @@ use crate::composite::mass_block;
 use crate::elements::ElasticRow;
 use crate::error::Error;
 use crate::explain::explain;
-use crate::joint::Row;
-use crate::layout::Ordering;
+use crate::index::{BodyIndex, MagnetIndex};
+use crate::joint::JacobianRow;
+use crate::layout::Analysis;
 use crate::math::Vec3;
-use crate::model::Model;
+use crate::model::VehicleModel;
 use crate::ordering::{SAFE_AT_REST, analyse};
-use crate::places::Places;
+use crate::places::BlockPlaces;
 use crate::saddle::{add_jacobians, places, sizes};
 use crate::sample::Sample;
 use crate::state::Kinematics;
@@ -20,8 +21,8 @@ use crate::state::Kinematics;
 /// Magnets of one body with the motions that they can tell apart.
 #[derive(Debug, Clone)]
 pub(crate) struct Fit {
-    pub body: usize,
-    pub magnets: Vec<usize>,
+    pub body: BodyIndex,
+    pub magnets: Vec<MagnetIndex>,
     /// Orthonormal columns, one row per magnet.
     pub basis: DMatrix<f64>,
 }
@@ -29,18 +30,18 @@ pub(crate) struct Fit {
 /// Prepared for the static problem.
 #[derive(Debug, Clone)]
 pub(crate) struct Statics {
-    pub ordering: Ordering,
-    pub places: Places,
+    pub analysis: Analysis,
+    pub places: BlockPlaces,
     pub fits: Vec<Fit>,
 }
 
-impl Model {
+impl VehicleModel {
     /// The rigid-body fits of all magnet-carrying bodies.
     pub(crate) fn fits(&self) -> Vec<Fit> {
         let mut fits = Vec::new();
-        for body in 0..self.composites.len() {
-            let magnets: Vec<usize> =
-                (0..self.magnets.len()).filter(|&k| self.magnets[k].body == body).collect();
+        for body in (0..self.composites.len()).map(BodyIndex) {
+            let magnets: Vec<MagnetIndex> =
+                self.magnets().filter(|&k| self.magnets[k].body == body).collect();
             if magnets.is_empty() {
                 continue;
             }
@@ -81,15 +82,15 @@ impl Model {
             if i == j {
                 sample.diagonal[i] += block;
             } else {
-                sample.couple(i, j, &block);
+                sample.couple(i.0, j.0, &block);
             }
         });
         add_jacobians(&mut sample, &self.joints, &kin);
         // stiffness takes the place of mass, and changes with the pose
-        let ordering = analyse(sample, SAFE_AT_REST, false)
+        let analysis = analyse(sample, SAFE_AT_REST, false)
             .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
-        let places = places(&ordering, bodies, &self.joints);
-        Ok(Statics { ordering, places, fits })
+        let places = places(&analysis, bodies, &self.joints);
+        Ok(Statics { analysis, places, fits })
     }
 
     /// The blocks of H, each pair of bodies once.
@@ -99,21 +100,21 @@ impl Model {
         fits: &[Fit],
         holding: &Holding,
         restoring: &[f64],
-        add: &mut impl FnMut(usize, usize, nalgebra::Matrix6<f64>),
+        add: &mut impl FnMut(BodyIndex, BodyIndex, nalgebra::Matrix6<f64>),
     ) {
-        let bodies = self.composites.len();
+        let ground = self.ground();
         for (k, composite) in self.composites.iter().enumerate() {
-            add(k, k, mass_block(composite) * holding.inertia);
+            add(BodyIndex(k), BodyIndex(k), mass_block(composite) * holding.inertia);
         }
         let mut sink = |e: ElasticRow| {
             let (a, b) = (Vector6::from(e.row_a), Vector6::from(e.row_b));
-            if e.a < bodies {
+            if e.a != ground {
                 add(e.a, e.a, a * a.transpose() * e.stiffness);
             }
-            if e.b < bodies {
+            if e.b != ground {
                 add(e.b, e.b, b * b.transpose() * e.stiffness);
             }
-            if e.a < bodies && e.b < bodies && e.a != e.b {
+            if e.a != ground && e.b != ground && e.a != e.b {
                 add(e.a, e.b, a * b.transpose() * e.stiffness);
             }
         };
@@ -130,14 +131,14 @@ impl Model {
         for (k, (magnet, restoring)) in self.magnets.iter().zip(restoring).enumerate() {
             // a magnet that nothing loads pulls nowhere
             if *restoring > 0.0 {
-                let row = self.magnet_row(kin, k, &Vec3::y());
+                let row = self.magnet_row(kin, MagnetIndex(k), &Vec3::y());
                 add(magnet.body, magnet.body, row * row.transpose() * *restoring);
             }
         }
     }
 
     /// Gradient of a magnet's displacement along a direction of the world.
-    fn magnet_row(&self, kin: &[Kinematics], k: usize, along: &Vec3) -> Vector6<f64> {
+    fn magnet_row(&self, kin: &[Kinematics], k: MagnetIndex, along: &Vec3) -> Vector6<f64> {
         let body = &kin[self.magnets[k].body];
         let arm = body.turn(&self.magnets[k].local);
         let moment = body.a.tr_mul(&arm.cross(along));
@@ -155,14 +156,14 @@ impl Model {
             force.elastic_rows(&self.joints, kin, sink);
         }
         let Some(drive) = &self.drive else { return };
-        let ground = self.composites.len();
+        let ground = self.ground();
         for anchor in &drive.anchors {
             let body = &kin[anchor.body];
             let m = body.a.tr_mul(&body.turn(&anchor.local).cross(&Vec3::x()));
             sink(ElasticRow {
                 a: ground,
                 b: anchor.body,
-                row_a: Row::default(),
+                row_a: JacobianRow::default(),
                 row_b: [1.0, 0.0, 0.0, m.x, m.y, m.z],
                 stiffness: drive.stiffness,
             });

@@ -5,10 +5,10 @@ use std::ops::{Add, Mul, Sub};
 
 use super::{Noise, crooked, disturbed, velocity};
 use crate::description::JointKind;
-use crate::joint::Joint;
+use crate::joint::JointConstraint;
 use crate::math::{Mat3, Vec3, conjugate, cross_matrix, rotation_matrix};
 use crate::state::Kinematics;
-use crate::{Loads, Model};
+use crate::{Loads, VehicleModel};
 
 /// a + a' t + a'' t²/2.
 #[derive(Clone, Copy)]
@@ -63,7 +63,7 @@ fn point(body: &Kinematics, s: &Vec3) -> Jets {
 }
 
 /// Φ of one joint.
-fn constraints(joint: &Joint, kin: &[Kinematics]) -> Vec<Jet> {
+fn constraints(joint: &JointConstraint, kin: &[Kinematics]) -> Vec<Jet> {
     let (a, b) = (&kin[joint.a], &kin[joint.b]);
     let d = minus(point(b, &joint.point_b), point(a, &joint.point_a));
     let [t1, t2, _] = joint.frame_a.map(|e| direction(a, &e));
@@ -80,7 +80,7 @@ fn constraints(joint: &Joint, kin: &[Kinematics]) -> Vec<Jet> {
 /// Φ̇ = Φ_q (v, ω) and Φ̈ = −γ where nothing accelerates, for every joint of the crooked train.
 #[test]
 fn analytic_jacobian_and_gamma_agree_with_dual_numbers() {
-    let model = Model::new(&crooked()).unwrap();
+    let model = VehicleModel::new(&crooked()).unwrap();
     let mut ws = model.workspace();
     let state = disturbed(&model, 0.1, &mut Noise(17));
     let zero = vec![0.0; 64];
@@ -107,7 +107,7 @@ fn analytic_jacobian_and_gamma_agree_with_dual_numbers() {
 #[test]
 fn analytic_mass_matrix_is_the_kinetic_energy_of_the_described_bodies() {
     let description = crooked();
-    let model = Model::new(&description).unwrap();
+    let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let zero = vec![0.0; 64];
     let loads = Loads { vertical: &zero, lateral: &zero };
@@ -117,7 +117,7 @@ fn analytic_mass_matrix_is_the_kinetic_energy_of_the_described_bodies() {
         let v = velocity(&state);
         let mut energy = 0.0;
         for (body, member) in description.bodies.iter().zip(&model.members) {
-            let Some(motion) = state.bodies.get(member.composite) else { continue };
+            let Some(motion) = state.bodies.get(member.composite.0) else { continue };
             let kin = &ws.kin[member.composite];
             let speed = kin.v + kin.turn(&motion.angular_velocity.cross(&member.offset));
             let spin = rotation_matrix(conjugate(member.twist)) * motion.angular_velocity;

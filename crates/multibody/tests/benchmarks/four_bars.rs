@@ -3,7 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use multibody::math::Vec3;
-use multibody::{Description, Error, JointKind, LoadCourse, Model, State};
+use multibody::{
+    Error, JointKind, LoadCourse, MagnetIndex, State, VehicleDescription, VehicleModel,
+};
 
 use crate::common::{G, body, empty, joint, tracer};
 use crate::support::{after, assert_fourth_order, classical, extrapolated};
@@ -11,7 +13,7 @@ use crate::support::{after, assert_fourth_order, classical, extrapolated};
 const Y: Option<[f64; 3]> = Some([0.0, 1.0, 0.0]);
 
 /// N four-bars in a row: N + 1 cranks on hinges, N couplers with balls at both ends.
-fn four_bars(n: usize) -> Description {
+fn four_bars(n: usize) -> VehicleDescription {
     let mut d = empty("four-bars");
     let (i, e) = (1.0 / 12.0, 1e-3);
     for k in 0..=n {
@@ -36,7 +38,7 @@ fn four_bars(n: usize) -> Description {
 }
 
 /// Cranks turn with ω about y, couplers travel with their tops.
-fn turning(model: &Model, n: usize, omega: f64) -> State {
+fn turning(model: &VehicleModel, n: usize, omega: f64) -> State {
     let mut state = model.initial_state();
     for (k, body) in state.bodies.iter_mut().enumerate() {
         let crank = k <= n;
@@ -77,7 +79,7 @@ fn golden_rows_of_four_bars_of_iftomm_a02() {
         for h in steps {
             let state = after(&model, &start, h, t);
             let left = model.energy(&state, &mut ws).total() - energy;
-            errors.push((model.magnet(&state, 0).position - exact).norm());
+            errors.push((model.magnet(&state, MagnetIndex(0)).position - exact).norm());
             println!(
                 "A02 N = {n}, h = {h}: {:e} m, energy {:e} of {energy}",
                 errors[errors.len() - 1],

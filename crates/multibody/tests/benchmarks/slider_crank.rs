@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use multibody::math::{Vec3, from_rotation_vector, rotation_matrix};
-use multibody::{Description, JointKind};
+use multibody::{JointKind, VehicleDescription};
 
 use crate::common::{G, body, empty, joint, run_free};
 use crate::support::{assert_fourth_order, classical};
@@ -16,7 +16,7 @@ const ROD: f64 = 1.0;
 
 /// Crank on a hinge, with a disc welded to it, ball, rod, ball, slide: one spatial loop with every
 /// kind of joint.
-fn slider_crank() -> Description {
+fn slider_crank() -> VehicleDescription {
     let mut d = empty("slider-crank");
     let s = slider_of(0.0).0;
     d.bodies.push(body("crank", 2.0, [0.01, 0.05, 0.05], [0.5 * R, ASIDE, 0.0]));

@@ -3,7 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use multibody::math::{Vec3, conjugate, from_rotation_vector, multiply, rotation_vector};
-use multibody::{Body, Description, JointForce, JointKind, Loads, Model, Spring, State};
+use multibody::{
+    Body, BodyIndex, JointForce, JointKind, Loads, Spring, State, VehicleDescription, VehicleModel,
+};
 
 use crate::common::{body, empty, joint, tracer};
 use crate::support::{after, assert_fourth_order, classical};
@@ -76,7 +78,7 @@ fn planar(name: &str, mass: f64, moment: f64, centre: [f64; 2], angle: f64, slen
 /// with ten hinges in the plane; in space, what turns on the ground has hinges, and the three links
 /// that close the loops have a ball at either end: nothing is constrained twice. Their spin about
 /// themselves is free and stays zero, for their centres lie on the line between the balls.
-fn squeezer() -> Description {
+fn squeezer() -> VehicleDescription {
     let [beta, theta, gamma, phi, delta, omega, epsilon] = SQUEEZER_START;
     let at = |from: [f64; 2], length: f64, angle: f64| {
         [from[0] + length * angle.cos(), from[1] + length * angle.sin()]
@@ -167,7 +169,7 @@ fn absolute(q: &[f64; 7]) -> [f64; 7] {
 }
 
 /// The largest differences in angles (rad, whole turns left aside) and their rates (rad/s).
-fn squeezer_errors(model: &Model, state: &State) -> (f64, f64) {
+fn squeezer_errors(model: &VehicleModel, state: &State) -> (f64, f64) {
     let start = model.initial_state();
     let (first, angles) = (absolute(&SQUEEZER_START), absolute(&SQUEEZER_ANGLES));
     let rates = absolute(&SQUEEZER_RATES);
@@ -238,6 +240,6 @@ fn golden_squeezing_mechanism_starts_with_two_multipliers() {
     assert!(force("k4-k3").amax() < 1e-9 && force("k6-k3").amax() < 1e-9);
     // β̈ of the test set
     model.accelerations(&state, &none, &mut ws).unwrap();
-    let found = ws.acceleration(0).1.z;
+    let found = ws.acceleration(BodyIndex(0)).1.z;
     assert!((found - 14_222.443_919_954_14).abs() < 1e-7, "{found}");
 }

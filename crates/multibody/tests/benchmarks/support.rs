@@ -1,6 +1,6 @@
 //! The observed order, an independent integration, and runs without loads.
 
-use multibody::{Description, Model, Scheme, State};
+use multibody::{Scheme, State, VehicleDescription, VehicleModel};
 
 use crate::common::run_free;
 
@@ -53,12 +53,12 @@ pub fn extrapolated<const N: usize>(
 }
 
 /// The scheme of order 4, whatever the default is.
-pub fn classical(description: &Description) -> Model {
-    Model::new(description).unwrap().with_scheme(Scheme::Classical)
+pub fn classical(description: &VehicleDescription) -> VehicleModel {
+    VehicleModel::new(description).unwrap().with_scheme(Scheme::Classical)
 }
 
 /// The state after the time t in steps of h.
-pub fn after(model: &Model, state: &State, h: f64, t: f64) -> State {
+pub fn after(model: &VehicleModel, state: &State, h: f64, t: f64) -> State {
     let mut state = state.clone();
     run_free(model, &mut state, h, (t / h).round() as usize);
     state

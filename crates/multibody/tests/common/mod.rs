@@ -2,14 +2,15 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 use multibody::{
-    Body, Description, Inertia, Joint, JointKind, LoadCourse, Magnet, Model, State, Workspace,
+    Body, Inertia, Joint, JointKind, LoadCourse, MagnetIndex, MagnetPoint, State,
+    VehicleDescription, VehicleModel, Workspace,
 };
 
 pub const G: f64 = 9.81;
 
 /// A description without anything in it.
-pub fn empty(name: &str) -> Description {
-    Description {
+pub fn empty(name: &str) -> VehicleDescription {
+    VehicleDescription {
         name: name.to_owned(),
         description: String::new(),
         gravity: [0.0, 0.0, -G],
@@ -58,12 +59,12 @@ pub fn joint(
 }
 
 /// A point whose motion is wanted.
-pub fn tracer(body: &str, position: [f64; 3]) -> Magnet {
-    Magnet { body: body.to_owned(), position }
+pub fn tracer(body: &str, position: [f64; 3]) -> MagnetPoint {
+    MagnetPoint { body: body.to_owned(), position }
 }
 
 /// Steps with constant loads.
-pub fn run(model: &Model, state: &mut State, h: f64, steps: usize, loads: [&[f64]; 2]) {
+pub fn run(model: &VehicleModel, state: &mut State, h: f64, steps: usize, loads: [&[f64]; 2]) {
     let mut ws = model.workspace();
     let [vertical, lateral] =
         loads.map(|l| l.iter().map(|f| [*f, 0.0, 0.0, 0.0]).collect::<Vec<_>>());
@@ -74,7 +75,7 @@ pub fn run(model: &Model, state: &mut State, h: f64, steps: usize, loads: [&[f64
 }
 
 /// Steps without any load.
-pub fn run_free(model: &Model, state: &mut State, h: f64, steps: usize) {
+pub fn run_free(model: &VehicleModel, state: &mut State, h: f64, steps: usize) {
     let zero = vec![0.0; model.counts().magnets];
     run(model, state, h, steps, [&zero, &zero]);
 }
@@ -106,14 +107,14 @@ impl Levitation {
 
     pub fn step(
         &mut self,
-        model: &Model,
+        model: &VehicleModel,
         state: &mut State,
         h: f64,
         disturbance: impl Fn(usize) -> f64,
         ws: &mut Workspace,
     ) {
         for k in 0..self.loads.len() {
-            let motion = model.magnet(state, k);
+            let motion = model.magnet(state, MagnetIndex(k));
             let (d, v) = (motion.displacement, motion.velocity);
             self.vertical[k][0] = self.loads[k] - 7e5 * d.z - 8e3 * v.z + disturbance(k);
             self.lateral[k][0] = -1e5 * d.y - 1e3 * v.y + 0.1 * disturbance(k);
@@ -124,14 +125,14 @@ impl Levitation {
     /// The same with lateral forces by a law of guidance (load, gap, offset), undamped.
     pub fn step_guided(
         &mut self,
-        model: &Model,
+        model: &VehicleModel,
         state: &mut State,
         h: f64,
         guidance: &dyn Fn(f64, f64, f64) -> [f64; 2],
         ws: &mut Workspace,
     ) {
         for k in 0..self.loads.len() {
-            let motion = model.magnet(state, k);
+            let motion = model.magnet(state, MagnetIndex(k));
             let (d, v) = (motion.displacement, motion.velocity);
             let force = self.loads[k] - 7e5 * d.z - 8e3 * v.z;
             self.vertical[k][0] = force;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use multibody::{Body, Description, Inertia, Joint, JointKind};
+use multibody::{Body, Inertia, Joint, JointKind, VehicleDescription};
 use serde::Serialize;
 
 /// What moves, and the shapes on it.
@@ -82,7 +82,7 @@ impl Bodies {
     ///
     /// A group grows from each observed body and each body with magnets over brackets and slides;
     /// bodies that hang in other joints between two groups become rods from the one to the other.
-    pub(super) fn new(layout: &Description) -> Self {
+    pub(super) fn new(layout: &VehicleDescription) -> Self {
         let index: BTreeMap<&str, usize> =
             layout.bodies.iter().enumerate().map(|(k, body)| (body.name.as_str(), k)).collect();
         let (groups, leads, mut member) = lead(layout, &index);
@@ -114,7 +114,7 @@ impl Bodies {
 
 /// The groups with their leading bodies, and the group of each body so far.
 fn lead(
-    layout: &Description,
+    layout: &VehicleDescription,
     index: &BTreeMap<&str, usize>,
 ) -> (Vec<Group>, Vec<usize>, Vec<Option<usize>>) {
     let carriers = layout.magnets.iter().map(|it| (&it.body, &it.body, Kind::Frame));
@@ -150,7 +150,7 @@ fn spread(member: &mut [Option<usize>], pairs: impl Iterator<Item = (usize, usiz
 /// Chains of bodies without a group: a rod where a chain ends on two groups; one that hangs on a
 /// single group joins it.
 fn rods(
-    layout: &Description,
+    layout: &VehicleDescription,
     pairs: &[(usize, usize, &Joint)],
     member: &mut [Option<usize>],
 ) -> Vec<Link> {
@@ -179,7 +179,7 @@ fn rods(
 
 /// Where the chain that begins with body `start` is jointed to groups.
 fn ends(
-    layout: &Description,
+    layout: &VehicleDescription,
     pairs: &[(usize, usize, &Joint)],
     member: &[Option<usize>],
     chain: &[Option<usize>],
@@ -201,7 +201,7 @@ fn ends(
 /// Springs, and bushings that carry vertical load: from the top of the lower body to the bottom of
 /// the upper one.
 fn springs(
-    layout: &Description,
+    layout: &VehicleDescription,
     index: &BTreeMap<&str, usize>,
     member: &[Option<usize>],
 ) -> Vec<Link> {

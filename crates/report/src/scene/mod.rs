@@ -47,7 +47,7 @@ pub struct Scene {
 pub fn build(run: &Run, arrays: &mut Arrays) -> Result<Option<Scene>, ReportError> {
     let Some(scenario) = &run.scenario else { return Ok(None) };
     let Some(vehicle) = Unit::find(scenario, names::VEHICLE_FILE)? else { return Ok(None) };
-    let layout = vehicle.layout(multibody::Description::from_json)?;
+    let layout = vehicle.layout(multibody::VehicleDescription::from_json)?;
     let frames = Frames::choose(&run.table.time);
     if layout.magnets.is_empty() || frames.is_empty() {
         return Ok(None);

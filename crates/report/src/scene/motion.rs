@@ -1,6 +1,6 @@
 //! What moves over time: the recorded signals at the view's frames.
 
-use multibody::Description;
+use multibody::VehicleDescription;
 use serde::Serialize;
 
 use super::Channel;
@@ -117,7 +117,7 @@ struct Pose {
 impl Motion {
     pub(super) fn new(
         vehicle: &Unit<'_>,
-        layout: &Description,
+        layout: &VehicleDescription,
         bodies: &Bodies,
         source: &mut Source<'_>,
     ) -> Self {
@@ -154,7 +154,7 @@ impl Motion {
 /// from where the vehicle starts and how fast it shall go.
 fn travelled(
     vehicle: &Unit<'_>,
-    layout: &Description,
+    layout: &VehicleDescription,
     source: &mut Source<'_>,
     time: &[f64],
 ) -> Vec<f64> {
@@ -189,7 +189,7 @@ fn car(vehicle: &Unit<'_>, name: &str, source: &mut Source<'_>) -> Pose {
 /// Sideways motion and yaw of a frame, by the line through its magnets' lateral offsets.
 fn frame(
     vehicle: &Unit<'_>,
-    layout: &Description,
+    layout: &VehicleDescription,
     bodies: &Bodies,
     group: usize,
     source: &mut Source<'_>,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use guideway::{Guideway, State, Workspace};
-use multibody::Description as Vehicle;
+use multibody::VehicleDescription as Vehicle;
 use serde::Serialize;
 
 use super::motion::Source;
