@@ -1,25 +1,25 @@
 //! The report `linear`: eqs 1-5 as a linear system about the operating point.
 
 use fmi2_export::{Error, StateSpace};
-use magnet::{Magnet, Parameters, State};
+use magnet::{Magnet, MagnetParameters, State};
 
-use crate::table::{Inputs, Outputs};
+use crate::table::{InputHandles, OutputHandles};
 
 /// x = (x₁ … x₅, Δλ). Exact for the linear law; the nonlinear one is linearised about its operating
 /// point.
 pub(crate) fn report(
-    parameters: &Parameters,
+    parameters: &MagnetParameters,
     state: &State,
-    now: &magnet::Inputs,
-    inputs: &Inputs,
-    outputs: &Outputs,
+    now: &magnet::MagnetInputs,
+    inputs: &InputHandles,
+    outputs: &OutputHandles,
 ) -> Result<String, Error> {
     if parameters.control.sampling.is_some() {
         return Err(Error::invalid(
             "a sampled controller has no linear differential equation; set sample_time to 0",
         ));
     }
-    let operating = Parameters { operating_current: state.operating_current, ..*parameters };
+    let operating = MagnetParameters { operating_current: state.operating_current, ..*parameters };
     let magnet = Magnet::new(operating).map_err(|error| Error::caused(&error))?;
     let linear = magnet.linear_system();
     let mut system = StateSpace::default();

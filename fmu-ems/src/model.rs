@@ -3,24 +3,25 @@
 use fmi2_export::{
     Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
 };
-use magnet::{Course, InputRates, Magnet, Parameters, Rates, Workspace};
+use magnet::{InputCourse, InputRates, Magnet, MagnetParameters, OutputRates, Workspace};
 use serde::{Deserialize, Serialize};
 
 use crate::linear;
-use crate::table::{self, Derived, Handles, Inputs, Outputs};
+use crate::parameters::ParameterHandles;
+use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
 
 /// The unit: handles of its variables, and the magnet for the parameters last used.
 #[derive(Debug)]
-pub struct Ems {
-    inputs: Inputs,
-    outputs: Outputs,
-    derived: Derived,
-    parameters: Handles,
+pub struct EmsFmu {
+    inputs: InputHandles,
+    outputs: OutputHandles,
+    derived: DerivedHandles,
+    parameters: ParameterHandles,
     /// Always rebuilt where a state was made with other parameters, so it is a cache only.
     magnet: Magnet,
     workspace: Workspace,
     /// What the outputs' derivatives of one call share.
-    rates: Rates,
+    rates: OutputRates,
 }
 
 /// Everything that changes while stepping.
@@ -28,15 +29,15 @@ pub struct Ems {
 pub struct State {
     magnet: magnet::State,
     /// The parameters that this state was reached with; tunable ones may change between steps.
-    parameters: Parameters,
+    parameters: MagnetParameters,
     /// Derivatives of the inputs at the end of the last step: for the outputs' derivatives.
     rates: InputRates,
 }
 
-impl Ems {
+impl EmsFmu {
     /// The inputs' values now.
-    fn read(&self, values: &Values) -> magnet::Inputs {
-        magnet::Inputs {
+    fn read(&self, values: &Values) -> magnet::MagnetInputs {
+        magnet::MagnetInputs {
             gap: values.real(self.inputs.gap),
             gap_rate: values.real(self.inputs.gap_rate),
             acceleration: values.real(self.inputs.acceleration),
@@ -46,7 +47,7 @@ impl Ems {
     }
 
     /// The magnet with the given parameters.
-    fn magnet(&mut self, parameters: &Parameters) -> Result<&Magnet, Error> {
+    fn magnet(&mut self, parameters: &MagnetParameters) -> Result<&Magnet, Error> {
         if self.magnet.parameters() != parameters {
             self.magnet = Magnet::new(*parameters).map_err(|error| Error::caused(&error))?;
         }
@@ -54,18 +55,19 @@ impl Ems {
     }
 }
 
-impl Model for Ems {
+impl Model for EmsFmu {
     type State = State;
 
     fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         interface.describe(table::info());
-        let inputs = Inputs::declare(interface);
-        let outputs = Outputs::declare(interface);
-        let derived = Derived::declare(interface);
-        let parameters = Handles::declare(interface);
+        let inputs = InputHandles::declare(interface);
+        let outputs = OutputHandles::declare(interface);
+        let derived = DerivedHandles::declare(interface);
+        let parameters = ParameterHandles::declare(interface);
         table::depend(interface, &inputs, &outputs, &derived, &parameters);
-        let magnet = Magnet::new(Parameters::default()).map_err(|error| Error::caused(&error))?;
-        let (workspace, rates) = (Workspace::default(), Rates::default());
+        let magnet =
+            Magnet::new(MagnetParameters::default()).map_err(|error| Error::caused(&error))?;
+        let (workspace, rates) = (Workspace::default(), OutputRates::default());
         Ok(Self { inputs, outputs, derived, parameters, magnet, workspace, rates })
     }
 
@@ -100,7 +102,7 @@ impl Model for Ems {
     }
 
     fn step(&mut self, state: &mut State, values: &mut Values, step: Step) -> Result<(), Error> {
-        let course = Course {
+        let course = InputCourse {
             gap: *values.taylor(self.inputs.gap),
             acceleration: *values.taylor(self.inputs.acceleration),
         };

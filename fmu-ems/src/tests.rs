@@ -3,11 +3,11 @@
 
 use fmi2_export::{sys::fmi2Status, testing::Instance};
 use magnet::{
-    Course, FilterDesign, Gains, Inputs, Law, Limits, Magnet, Parameters, Range, Sampling,
-    Workspace,
+    FilterDesign, Gains, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, PowerLimits,
+    Range, Sampling, Workspace,
 };
 
-use crate::Ems;
+use crate::EmsFmu;
 
 const OUTPUTS: [&str; 9] = [
     "force",
@@ -38,9 +38,9 @@ fn swing(t: f64) -> [[f64; 4]; 5] {
     ]
 }
 
-fn inputs(t: f64) -> Inputs {
+fn inputs(t: f64) -> MagnetInputs {
     let [gap, gap_rate, acceleration, lateral_offset, static_force] = swing(t).map(|u| u[0]);
-    Inputs { gap, gap_rate, acceleration, lateral_offset, static_force }
+    MagnetInputs { gap, gap_rate, acceleration, lateral_offset, static_force }
 }
 
 fn set(unit: &mut Instance, t: f64) {
@@ -64,17 +64,20 @@ fn outputs(unit: &mut Instance) -> [f64; 9] {
 }
 
 /// Parameters of which none has its default, and their variables.
-fn other(law: Law, sampling: bool) -> (Parameters, Vec<(&'static str, f64)>, Vec<&'static str>) {
+fn other(
+    law: Law,
+    sampling: bool,
+) -> (MagnetParameters, Vec<(&'static str, f64)>, Vec<&'static str>) {
     let gains =
         Gains { acceleration: 8.0, velocity: 41.0, position: 5.0, gap_velocity: 42.0, gap: 9.0 };
-    let parameters = Parameters {
+    let parameters = MagnetParameters {
         turns: 390.0,
         pole_area: 0.037,
         resistance: 0.7,
         nominal_gap: 0.0082,
         operating_current: 23.0,
         law,
-        control: magnet::Control {
+        control: magnet::Controller {
             gains,
             sampling: sampling.then_some(Sampling { period: 7e-4, delayed: true }),
         },
@@ -85,7 +88,7 @@ fn other(law: Law, sampling: bool) -> (Parameters, Vec<(&'static str, f64)>, Vec
             velocity_damping: 0.55,
             position_cutoff: 12.0,
         },
-        limits: Limits {
+        limits: PowerLimits {
             voltage: Some(Range { min: -150.0, max: 150.0 }),
             current: Some(Range { min: 1.0, max: 50.0 }),
         },
@@ -127,7 +130,7 @@ fn other(law: Law, sampling: bool) -> (Parameters, Vec<(&'static str, f64)>, Vec
 }
 
 fn unit(reals: &[(&'static str, f64)], on: &[&'static str]) -> Instance {
-    let mut unit = Instance::new::<Ems>("resources").unwrap();
+    let mut unit = Instance::new::<EmsFmu>("resources").unwrap();
     for (name, value) in reals {
         unit.set_real(name, *value).unwrap();
     }
@@ -140,8 +143,8 @@ fn unit(reals: &[(&'static str, f64)], on: &[&'static str]) -> Instance {
     unit
 }
 
-fn units() -> Vec<(Parameters, Instance)> {
-    let mut units = vec![(Parameters::default(), unit(&[], &[]))];
+fn units() -> Vec<(MagnetParameters, Instance)> {
+    let mut units = vec![(MagnetParameters::default(), unit(&[], &[]))];
     for (law, sampling) in [(Law::Linear, false), (Law::Nonlinear, false), (Law::Linear, true)] {
         let (parameters, reals, on) = other(law, sampling);
         units.push((parameters, unit(&reals, &on)));
@@ -169,7 +172,7 @@ fn analytic_unit_is_the_library() {
         for n in 0..30 {
             let time = f64::from(n) * 1.3e-3;
             let [gap, _, acceleration, ..] = swing(time);
-            let course = Course { gap, acceleration };
+            let course = InputCourse { gap, acceleration };
             step(&mut unit, time, 1.3e-3);
             magnet.step(&mut state, &course, time, 1.3e-3, &mut workspace).unwrap();
             set(&mut unit, time + 1.3e-3);
@@ -324,7 +327,7 @@ fn invariant_saved_states_are_complete() {
 /// the filter's rest.
 #[test]
 fn analytic_initial_values_follow_the_inputs() {
-    let mut unit = Instance::new::<Ems>("resources").unwrap();
+    let mut unit = Instance::new::<EmsFmu>("resources").unwrap();
     unit.set_boolean("nonlinear", true).unwrap();
     unit.enter_initialization(0.0).unwrap();
     for (load, current) in [(5824.6875, 14.353), (4.0 * 5824.6875, 2.0 * 14.353)] {
@@ -351,7 +354,7 @@ fn analytic_refusals_say_why() {
     assert_eq!(failure.status, fmi2Status::fmi2Discard);
     assert!(failure.to_string().contains("reached the rail"), "{failure}");
 
-    let mut impossible = Instance::new::<Ems>("resources").unwrap();
+    let mut impossible = Instance::new::<EmsFmu>("resources").unwrap();
     impossible.set_real("pole_area", 0.0).unwrap();
     let failure = impossible.initialize(0.0).unwrap_err();
     assert!(failure.to_string().contains("pole area (m²) is 0"), "{failure}");

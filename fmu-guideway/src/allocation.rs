@@ -9,7 +9,7 @@ use fmi2_export::testing::Instance;
 #[test]
 fn issue_stepping_saving_and_restoring_do_not_allocate() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/resources/three-spans");
-    let mut unit = Instance::new::<crate::Track>(folder).unwrap();
+    let mut unit = Instance::new::<crate::GuidewayFmu>(folder).unwrap();
     unit.enter_initialization(0.0).unwrap();
     let references = |row: &str| -> Vec<u32> {
         (1..=64).map(|k| unit.reference(&format!("{row}_{k:02}")).unwrap()).collect()

@@ -1,7 +1,7 @@
 //! FMI 2.0 co-simulation unit `guideway`: flexible spans under moving magnets (eqs 6-8, 13).
 //!
 //! The physics is in the crate `guideway`; here is its interface: `table` declares the
-//! variables, `parameters` turns parameters into a description of the guideway, [`Track`] maps
+//! variables, `parameters` turns parameters into a description of the guideway, [`GuidewayFmu`] maps
 //! inputs and outputs. The layout (spans, modes, number of magnets) is data: `guideway.json` in
 //! the unit's resources.
 //!
@@ -21,6 +21,6 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use model::Track;
+pub use model::GuidewayFmu;
 
-fmi2_export::export!(Track);
+fmi2_export::export!(GuidewayFmu);

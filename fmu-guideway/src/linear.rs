@@ -3,7 +3,7 @@
 use fmi2_export::{Error, StateSpace, Values};
 use guideway::{Guideway, Load, State, Surface, Workspace};
 
-use crate::table::{Inputs, Outputs};
+use crate::table::{InputHandles, OutputHandles};
 
 /// x = (q, q̇) of all modes. For moving magnets it is the system of the frozen moment.
 pub(crate) fn report(
@@ -12,7 +12,7 @@ pub(crate) fn report(
     loads: &[Load],
     now: &[Surface],
     values: &Values,
-    (inputs, outputs): (&Inputs, &Outputs),
+    (inputs, outputs): (&InputHandles, &OutputHandles),
 ) -> Result<String, Error> {
     let speed = values.real(inputs.speed);
     let mut system = StateSpace::default();

@@ -6,22 +6,22 @@ use std::path::PathBuf;
 use fmi2_export::{
     Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
 };
-use guideway::{Description, Guideway, Load, SpanMotion, Surface, Workspace};
+use guideway::{Guideway, GuidewayDescription, Load, SpanMotion, Surface, Workspace};
 use serde::{Deserialize, Serialize};
 
 use crate::linear;
-use crate::parameters::{Parameters, prefixes};
-use crate::table::{self, Derived, Inputs, Outputs};
+use crate::parameters::{ParameterHandles, prefixes};
+use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
 
 /// The unit: its layout, the handles of its variables, and the guideway last built.
 #[derive(Debug)]
-pub struct Track {
-    layout: Description,
+pub struct GuidewayFmu {
+    layout: GuidewayDescription,
     resources: PathBuf,
-    inputs: Inputs,
-    outputs: Outputs,
-    derived: Derived,
-    parameters: Parameters,
+    inputs: InputHandles,
+    outputs: OutputHandles,
+    derived: DerivedHandles,
+    parameters: ParameterHandles,
     /// A cache: built anew where a state belongs to other parameters.
     built: Option<Built>,
 }
@@ -80,7 +80,7 @@ fn caused(error: guideway::Error) -> Error {
     }
 }
 
-impl Track {
+impl GuidewayFmu {
     /// The guideway that the parameters describe. Builds it unless it is there already.
     fn build(&mut self, values: &Values) -> Result<&mut Built, Error> {
         let description = self.parameters.apply(&self.layout, values)?;
@@ -97,7 +97,7 @@ impl Track {
     }
 
     /// Text of the irregularity file, if one is asked for.
-    fn profile_file(&self, description: &Description) -> Result<Option<String>, Error> {
+    fn profile_file(&self, description: &GuidewayDescription) -> Result<Option<String>, Error> {
         let Some(file) = description.irregularity.file.as_ref() else { return Ok(None) };
         if !description.irregularity.on {
             return Ok(None);
@@ -141,7 +141,7 @@ impl Built {
     }
 
     /// Forces and places at this moment.
-    fn hold(&mut self, inputs: &Inputs, values: &Values) {
+    fn hold(&mut self, inputs: &InputHandles, values: &Values) {
         let pairs = values.reals(inputs.force).iter().zip(values.reals(inputs.position));
         for (load, (&force, &place)) in self.loads.iter_mut().zip(pairs) {
             *load = Load::standing(force, place);
@@ -149,7 +149,7 @@ impl Built {
     }
 
     /// Forces and places as polynomials over a step.
-    fn follow(&mut self, inputs: &Inputs, values: &Values, from_speed: bool) {
+    fn follow(&mut self, inputs: &InputHandles, values: &Values, from_speed: bool) {
         let [v, a, j, _] = *values.taylor(inputs.speed);
         let pairs = values.taylors(inputs.force).iter().zip(values.taylors(inputs.position));
         for (load, (&force, &position)) in self.loads.iter_mut().zip(pairs) {
@@ -161,7 +161,7 @@ impl Built {
     }
 
     /// Computes the surfaces unless they are those of this state and these inputs already.
-    fn refresh(&mut self, inputs: &Inputs, state: &State, values: &Values) {
+    fn refresh(&mut self, inputs: &InputHandles, state: &State, values: &Values) {
         let (forces, positions) = (values.reals(inputs.force), values.reals(inputs.position));
         let seen = &self.seen;
         if seen.valid
@@ -199,12 +199,12 @@ fn index_in(row: fmi2_export::RealVars, output: RealVar) -> Option<usize> {
     (k < row.len()).then_some(k)
 }
 
-impl Model for Track {
+impl Model for GuidewayFmu {
     type State = State;
 
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         interface.describe(table::info());
-        let layout = Description::from_json(&resources.read_to_string("guideway.json")?)
+        let layout = GuidewayDescription::from_json(&resources.read_to_string("guideway.json")?)
             .map_err(caused)
             .map_err(|error| error.context("resource guideway.json"))?;
         if let Some(file) = &layout.irregularity.file
@@ -220,10 +220,10 @@ impl Model for Track {
         let guideway = Guideway::new(&bare, None).map_err(caused)?;
         let prefixes = prefixes(&layout);
         let (magnets, spans) = (guideway.magnets(), guideway.spans().len());
-        let inputs = Inputs::declare(interface, magnets);
-        let outputs = Outputs::declare(interface, magnets, spans);
-        let parameters = Parameters::declare(interface, &layout, &guideway, &prefixes)?;
-        let derived = Derived::declare(interface, &guideway, &prefixes, &parameters);
+        let inputs = InputHandles::declare(interface, magnets);
+        let outputs = OutputHandles::declare(interface, magnets, spans);
+        let parameters = ParameterHandles::declare(interface, &layout, &guideway, &prefixes)?;
+        let derived = DerivedHandles::declare(interface, &guideway, &prefixes, &parameters);
         outputs.declare_dependencies(interface, &inputs, &parameters);
         let resources = resources.path().to_path_buf();
         Ok(Self { layout, resources, inputs, outputs, derived, parameters, built: None })

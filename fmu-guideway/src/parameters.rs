@@ -3,12 +3,12 @@
 use fmi2_export::{
     BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, Row, StringVar, Unit, Values,
 };
-use guideway::description::{Description, Initial};
+use guideway::description::{GuidewayDescription, Initial};
 use guideway::{Guideway, MAX_FORCES, RUN_OUT};
 
 /// Handles of the parameters. Their start values are those of the layout.
 #[derive(Debug, Clone)]
-pub(crate) struct Parameters {
+pub(crate) struct ParameterHandles {
     modes: IntegerVar,
     /// Per kind of span: frequencies and damping ratios of its modes.
     modal: Vec<(RealVars, RealVars)>,
@@ -18,12 +18,12 @@ pub(crate) struct Parameters {
     forces_per_magnet: IntegerVar,
     initial_state: IntegerVar,
     position_from_speed: BooleanVar,
-    irregularity: Irregularity,
-    chirp: Chirp,
+    irregularity: IrregularityHandles,
+    chirp: ChirpHandles,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Irregularity {
+struct IrregularityHandles {
     on: BooleanVar,
     averaged: BooleanVar,
     file: StringVar,
@@ -37,7 +37,7 @@ struct Irregularity {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Chirp {
+struct ChirpHandles {
     on: BooleanVar,
     amplitude: RealVar,
     position: RealVar,
@@ -46,7 +46,7 @@ struct Chirp {
 }
 
 /// Names of the kinds of span in front of their parameters: none where there is but one kind.
-pub(crate) fn prefixes(layout: &Description) -> Vec<String> {
+pub(crate) fn prefixes(layout: &GuidewayDescription) -> Vec<String> {
     let alone = layout.girders.len() == 1;
     layout.girders.keys().map(|n| if alone { String::new() } else { format!("{n}_") }).collect()
 }
@@ -54,10 +54,10 @@ pub(crate) fn prefixes(layout: &Description) -> Vec<String> {
 /// The unit of A in S(Ω) = A/Ω²: m²/(rad/m) times (rad/m)².
 const AMPLITUDE: Unit = Unit::new("m.rad").m(1).rad(1);
 
-impl Parameters {
+impl ParameterHandles {
     pub(crate) fn declare(
         interface: &mut Interface,
-        layout: &Description,
+        layout: &GuidewayDescription,
         guideway: &Guideway,
         prefixes: &[String],
     ) -> Result<Self, Error> {
@@ -130,8 +130,8 @@ impl Parameters {
                      within a step",
                 )
                 .done(),
-            irregularity: Irregularity::declare(interface, layout, guideway)?,
-            chirp: Chirp::declare(interface, layout, guideway),
+            irregularity: IrregularityHandles::declare(interface, layout, guideway)?,
+            chirp: ChirpHandles::declare(interface, layout, guideway),
         })
     }
 
@@ -166,9 +166,9 @@ impl Parameters {
     /// The layout with the parameters' values in it.
     pub(crate) fn apply(
         &self,
-        layout: &Description,
+        layout: &GuidewayDescription,
         values: &Values,
-    ) -> Result<Description, Error> {
+    ) -> Result<GuidewayDescription, Error> {
         let mut d = layout.clone();
         let modes = usize::try_from(values.integer(self.modes)).map_err(Error::invalid)?;
         for (girder, (frequency, damping)) in d.girders.values_mut().zip(&self.modal) {
@@ -231,10 +231,10 @@ fn declare_modal(
     (frequency, damping)
 }
 
-impl Irregularity {
+impl IrregularityHandles {
     fn declare(
         interface: &mut Interface,
-        layout: &Description,
+        layout: &GuidewayDescription,
         guideway: &Guideway,
     ) -> Result<Self, Error> {
         let given = &layout.irregularity;
@@ -309,7 +309,7 @@ impl Irregularity {
         })
     }
 
-    fn apply(&self, d: &mut Description, values: &Values) -> Result<(), Error> {
+    fn apply(&self, d: &mut GuidewayDescription, values: &Values) -> Result<(), Error> {
         let file = values.string(self.file);
         let i = &mut d.irregularity;
         i.on = values.boolean(self.on);
@@ -326,8 +326,12 @@ impl Irregularity {
     }
 }
 
-impl Chirp {
-    fn declare(interface: &mut Interface, layout: &Description, guideway: &Guideway) -> Self {
+impl ChirpHandles {
+    fn declare(
+        interface: &mut Interface,
+        layout: &GuidewayDescription,
+        guideway: &Guideway,
+    ) -> Self {
         let given = &layout.chirp;
         Self {
             on: interface
@@ -363,7 +367,7 @@ impl Chirp {
         }
     }
 
-    fn apply(&self, d: &mut Description, values: &Values) {
+    fn apply(&self, d: &mut GuidewayDescription, values: &Values) {
         d.chirp.on = values.boolean(self.on);
         d.chirp.amplitude = values.real(self.amplitude);
         d.chirp.position = Some(values.real(self.position));

@@ -3,7 +3,7 @@
 use fmi2_export::{Info, IntegerVar, Interface, RealVar, RealVars, Unit};
 use guideway::Guideway;
 
-use crate::parameters::Parameters;
+use crate::parameters::ParameterHandles;
 
 /// What the unit says of itself.
 pub(crate) fn info() -> Info {
@@ -20,13 +20,13 @@ pub(crate) fn info() -> Info {
 
 /// Handles of the inputs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Inputs {
+pub(crate) struct InputHandles {
     pub force: RealVars,
     pub position: RealVars,
     pub speed: RealVar,
 }
 
-impl Inputs {
+impl InputHandles {
     pub(crate) fn declare(interface: &mut Interface, magnets: usize) -> Self {
         Self {
             force: interface
@@ -57,7 +57,7 @@ impl Inputs {
 
 /// Handles of the outputs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Outputs {
+pub(crate) struct OutputHandles {
     pub displacement: RealVars,
     pub rate: RealVars,
     pub deflection: RealVars,
@@ -68,7 +68,7 @@ pub(crate) struct Outputs {
     pub quarter_displacement: RealVars,
 }
 
-impl Outputs {
+impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface, magnets: usize, spans: usize) -> Self {
         // with the order up to which its time derivatives are on offer
         let mut row = |name, count, order, unit, nominal, text: &str| {
@@ -155,8 +155,8 @@ impl Outputs {
     pub(crate) fn declare_dependencies(
         &self,
         interface: &mut Interface,
-        inputs: &Inputs,
-        parameters: &Parameters,
+        inputs: &InputHandles,
+        parameters: &ParameterHandles,
     ) {
         for at_magnet in [self.displacement, self.rate, self.deflection, self.irregularity] {
             interface.depends_elementwise(at_magnet, inputs.position);
@@ -173,17 +173,17 @@ impl Outputs {
 
 /// Handles of what never changes or follows from parameters.
 #[derive(Debug, Clone)]
-pub(crate) struct Derived {
+pub(crate) struct DerivedHandles {
     /// Per kind of span its modal masses.
     pub modal_mass: Vec<RealVars>,
 }
 
-impl Derived {
+impl DerivedHandles {
     pub(crate) fn declare(
         interface: &mut Interface,
         guideway: &Guideway,
         prefixes: &[String],
-        parameters: &Parameters,
+        parameters: &ParameterHandles,
     ) -> Self {
         let (start, end) = guideway.track();
         let spans = i32::try_from(guideway.spans().len()).unwrap_or(i32::MAX);

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use fmi2_export::testing::Instance;
-use guideway::{Description, Guideway, Load, Workspace};
+use guideway::{Guideway, GuidewayDescription, Load, Workspace};
 
-use crate::Track;
+use crate::GuidewayFmu;
 
 const SPEED: f64 = 5.0 / 3.6;
 
@@ -15,7 +15,7 @@ fn layout(name: &str) -> PathBuf {
 }
 
 fn unit(name: &str) -> Instance {
-    Instance::new::<Track>(layout(name)).unwrap()
+    Instance::new::<GuidewayFmu>(layout(name)).unwrap()
 }
 
 /// Place and force of magnet k (from 0) of a row, and their time derivatives.
@@ -105,7 +105,7 @@ fn invariant_the_unit_is_the_library() {
     let h = 2e-3;
     let mut unit = bogie(true, 50, h);
     let text = std::fs::read_to_string(layout("one-bogie").join("guideway.json")).unwrap();
-    let mut d = Description::from_json(&text).unwrap();
+    let mut d = GuidewayDescription::from_json(&text).unwrap();
     (d.irregularity.on, d.chirp.on) = (true, true);
     let g = Guideway::new(&d, None).unwrap();
     let mut work = Workspace::new(&g);
@@ -407,7 +407,7 @@ fn invariant_bad_parameters_and_layouts_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |text: &str| {
         std::fs::write(folder.path().join("guideway.json"), text).unwrap();
-        Instance::new::<Track>(folder.path()).unwrap_err().to_string()
+        Instance::new::<GuidewayFmu>(folder.path()).unwrap_err().to_string()
     };
     assert!(refused("{").contains("guideway.json"));
     let text = r#"{"girders": {"a": {"length": 25.0, "modes": 1, "mass_per_length": 1.0,
@@ -418,7 +418,7 @@ fn invariant_bad_parameters_and_layouts_are_refused_by_name() {
     assert!(message.contains("spans[1].girder") && message.contains('B'), "{message}");
     // Two kinds of span: their parameters carry the kind's name.
     std::fs::write(folder.path().join("guideway.json"), text.replace("\"B\"", "\"b\"")).unwrap();
-    let mut unit = Instance::new::<Track>(folder.path()).unwrap();
+    let mut unit = Instance::new::<GuidewayFmu>(folder.path()).unwrap();
     unit.initialize(0.0).unwrap();
     assert_eq!(unit.real("b_frequency_02").unwrap(), 4.0);
     assert!(unit.reference("a_frequency_02").is_err() && unit.reference("frequency_01").is_err());

@@ -9,7 +9,7 @@ use fmi2_export::testing::Instance;
 #[test]
 fn issue_stepping_saving_and_restoring_do_not_allocate() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/resources/two-car");
-    let mut unit = Instance::new::<crate::Vehicle>(folder).unwrap();
+    let mut unit = Instance::new::<crate::VehicleFmu>(folder).unwrap();
     unit.initialize(0.0).unwrap();
     let references = |row: &str| -> Vec<u32> {
         (1..=64).map(|k| unit.reference(&format!("{row}_{k:02}")).unwrap()).collect()

@@ -3,8 +3,8 @@
 use fmi2_export::Values;
 use multibody::{Error, Loads, MagnetIndex, VehicleModel, Workspace};
 
-use crate::model::{State, loads};
-use crate::table::Inputs;
+use crate::state::State;
+use crate::table::InputHandles;
 
 /// Rates of the magnets' accelerations (down positive), with what they were computed for.
 #[derive(Debug)]
@@ -34,7 +34,7 @@ impl Jerks {
 
     /// Forgets what belongs to another state or other inputs. Comparing costs more than handing out
     /// one rate, so it is done once for all rates that are asked for together.
-    pub fn check(&mut self, state: &State, values: &Values, inputs: &Inputs) {
+    pub fn check(&mut self, state: &State, values: &Values, inputs: &InputHandles) {
         self.known = self.known
             && self.force == values.reals(inputs.force)
             && self.lateral == values.reals(inputs.lateral_force)
@@ -49,12 +49,12 @@ impl Jerks {
         model: &VehicleModel,
         state: &State,
         values: &Values,
-        inputs: &Inputs,
+        inputs: &InputHandles,
         [work, probe]: [&mut Workspace; 2],
     ) -> Result<&[f64], Error> {
         if !self.known {
             let rates = Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
-            model.jerks(&state.vehicle, &loads(values, inputs), &rates, work, probe)?;
+            model.jerks(&state.vehicle, &inputs.loads(values), &rates, work, probe)?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
                 *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }
@@ -63,7 +63,7 @@ impl Jerks {
         Ok(&self.jerk)
     }
 
-    fn remember(&mut self, state: &State, values: &Values, inputs: &Inputs) {
+    fn remember(&mut self, state: &State, values: &Values, inputs: &InputHandles) {
         self.known = true;
         self.state.clone_from(&state.vehicle);
         self.force.copy_from_slice(values.reals(inputs.force));

@@ -2,7 +2,7 @@
 //! (eqs 9-12).
 //!
 //! The physics is in the crate `multibody`; here is its interface: `table` declares the
-//! variables, [`Vehicle`] maps them. The layout (bodies, joints, force elements, magnets) is data:
+//! variables, [`VehicleFmu`] maps them. The layout (bodies, joints, force elements, magnets) is data:
 //! `vehicle.json` in the unit's resources.
 //!
 //! # Frames
@@ -13,14 +13,16 @@
 
 #[cfg(test)]
 mod allocation;
+mod dependencies;
 mod jerks;
 mod linear;
 mod model;
 mod modes;
+mod state;
 mod table;
 #[cfg(test)]
 mod tests;
 
-pub use model::Vehicle;
+pub use model::VehicleFmu;
 
-fmi2_export::export!(Vehicle);
+fmi2_export::export!(VehicleFmu);

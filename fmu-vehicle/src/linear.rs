@@ -4,8 +4,7 @@ use fmi2_export::{Error, RealVars, StateSpace, Values};
 use multibody::{Linearisation, MagnetSprings, State, VehicleModel};
 use nalgebra::DMatrix;
 
-use crate::model::loads;
-use crate::table::{Inputs, Outputs};
+use crate::table::{InputHandles, OutputHandles};
 
 /// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
 /// their rates, with ÿ = M⁻¹(Jᵀf − C ẏ − K y) and J the magnets' shapes.
@@ -13,14 +12,14 @@ pub(crate) fn report(
     model: &VehicleModel,
     state: &State,
     values: &Values,
-    inputs: &Inputs,
-    outputs: &Outputs,
+    inputs: &InputHandles,
+    outputs: &OutputHandles,
 ) -> Result<String, Error> {
     let failed = |e: multibody::Error| Error::caused(&e).context("the report linear");
     let linear = model
-        .linearise(state, &loads(values, inputs), &MagnetSprings::default(), &mut model.workspace())
+        .linearise(state, &inputs.loads(values), &MagnetSprings::default(), &mut model.workspace())
         .map_err(failed)?;
-    let shapes = Shapes::new(model, state, &linear)?;
+    let shapes = MagnetShapes::new(model, state, &linear)?;
     let mut system = StateSpace::default();
     shapes.write_states(&mut system, inputs);
     shapes.write_outputs(&mut system, inputs, outputs);
@@ -28,7 +27,7 @@ pub(crate) fn report(
 }
 
 /// What the equations of motion and of the magnets consist of.
-struct Shapes {
+struct MagnetShapes {
     dof: usize,
     magnets: usize,
     /// Displacements of the magnets per reduced coordinate.
@@ -44,7 +43,7 @@ struct Shapes {
     speed: DMatrix<f64>,
 }
 
-impl Shapes {
+impl MagnetShapes {
     fn new(model: &VehicleModel, state: &State, linear: &Linearisation) -> Result<Self, Error> {
         let all = model.magnet_shapes(state, linear);
         let magnets = all.nrows() / 3;
@@ -69,7 +68,7 @@ impl Shapes {
         })
     }
 
-    fn write_states(&self, system: &mut StateSpace, inputs: &Inputs) {
+    fn write_states(&self, system: &mut StateSpace, inputs: &InputHandles) {
         for kind in ["place", "rate"] {
             for j in 1..=self.dof {
                 system.state(format!("{kind} {j}"));
@@ -90,7 +89,12 @@ impl Shapes {
         }
     }
 
-    fn write_outputs(&self, system: &mut StateSpace, inputs: &Inputs, outputs: &Outputs) {
+    fn write_outputs(
+        &self,
+        system: &mut StateSpace,
+        inputs: &InputHandles,
+        outputs: &OutputHandles,
+    ) {
         let track = system.inputs(inputs.track_displacement);
         let track_rate = system.inputs(inputs.track_rate);
         let rates = self.dof;

@@ -7,94 +7,27 @@ use fmi2_export::{
 use multibody::{
     Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, ObservedIndex, VehicleModel, Workspace,
 };
-use serde::{Deserialize, Serialize};
 
+use crate::dependencies::depend;
 use crate::jerks::Jerks;
 use crate::linear;
 use crate::modes::{self, At};
-use crate::table::{self, Inputs, Outputs, Parameters};
+use crate::state::{LoadRates, State};
+use crate::table::{self, InputHandles, OutputHandles, ParameterHandles};
 
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
 #[derive(Debug)]
-pub struct Vehicle {
+pub struct VehicleFmu {
     model: VehicleModel,
-    inputs: Inputs,
-    outputs: Outputs,
-    parameters: Parameters,
+    inputs: InputHandles,
+    outputs: OutputHandles,
+    parameters: ParameterHandles,
     work: Workspace,
     /// For derivatives, so that `work` keeps what belongs to the current state.
     probe: Workspace,
     /// A step runs here and counts once it has succeeded.
     trial: multibody::State,
     jerks: Jerks,
-}
-
-/// Everything that changes while stepping.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct State {
-    pub(crate) vehicle: multibody::State,
-    /// When the journey began, s.
-    start: f64,
-    /// Static load of each magnet, N.
-    loads: Vec<f64>,
-    /// Rates of the inputs at the end of the last step.
-    pub(crate) rates: Rates,
-}
-
-/// Rates of inputs, which the kit forgets at the end of a step.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Rates {
-    pub force: Vec<f64>,
-    pub lateral_force: Vec<f64>,
-    track_rate: Vec<f64>,
-}
-
-impl Rates {
-    fn zero(magnets: usize) -> Self {
-        Self {
-            force: vec![0.0; magnets],
-            lateral_force: vec![0.0; magnets],
-            track_rate: vec![0.0; magnets],
-        }
-    }
-
-    fn after(&mut self, inputs: &Inputs, values: &Values, size: f64) {
-        for (rates, input) in [
-            (&mut self.force, inputs.force),
-            (&mut self.lateral_force, inputs.lateral_force),
-            (&mut self.track_rate, inputs.track_rate),
-        ] {
-            for (rate, u) in rates.iter_mut().zip(values.taylors(input)) {
-                *rate = u[1] + size * (u[2] + 0.5 * size * u[3]);
-            }
-        }
-    }
-}
-
-impl Clone for State {
-    fn clone(&self) -> Self {
-        let Rates { force, lateral_force, track_rate } = &self.rates;
-        Self {
-            vehicle: self.vehicle.clone(),
-            start: self.start,
-            loads: self.loads.clone(),
-            rates: Rates {
-                force: force.clone(),
-                lateral_force: lateral_force.clone(),
-                track_rate: track_rate.clone(),
-            },
-        }
-    }
-
-    /// Reuses the memory, so that saving and restoring need not allocate.
-    fn clone_from(&mut self, source: &Self) {
-        self.vehicle.clone_from(&source.vehicle);
-        self.start = source.start;
-        self.loads.clone_from(&source.loads);
-        self.rates.force.clone_from(&source.rates.force);
-        self.rates.lateral_force.clone_from(&source.rates.lateral_force);
-        self.rates.track_rate.clone_from(&source.rates.track_rate);
-    }
 }
 
 /// A step whose joints cannot be closed may succeed in smaller pieces; nothing else can.
@@ -105,11 +38,7 @@ fn refused(error: &multibody::Error) -> Error {
     }
 }
 
-pub(crate) fn loads<'a>(values: &'a Values, inputs: &Inputs) -> Loads<'a> {
-    Loads { vertical: values.reals(inputs.force), lateral: values.reals(inputs.lateral_force) }
-}
-
-impl Vehicle {
+impl VehicleFmu {
     /// Static equilibrium below the track as it is now.
     fn equilibrium(&mut self, values: &Values, time: f64) -> Result<Equilibrium, Error> {
         let holding = Holding {
@@ -186,7 +115,7 @@ fn find(row: RealVars, variable: RealVar) -> Option<usize> {
         .filter(|k| *k < row.len())
 }
 
-impl Model for Vehicle {
+impl Model for VehicleFmu {
     type State = State;
 
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
@@ -194,11 +123,11 @@ impl Model for Vehicle {
         let model = VehicleModel::from_json(&text)
             .map_err(|e| Error::caused(&e).context("resource vehicle.json"))?;
         interface.describe(table::info(&model));
-        let parameters = Parameters::declare(interface);
-        let inputs = Inputs::declare(interface, model.counts().magnets);
-        let outputs = Outputs::declare(interface, &model);
+        let parameters = ParameterHandles::declare(interface);
+        let inputs = InputHandles::declare(interface, model.counts().magnets);
+        let outputs = OutputHandles::declare(interface, &model);
         table::declare_constants(interface, &model);
-        table::depend(interface, &model, &inputs, &outputs, &parameters);
+        depend(interface, &model, &inputs, &outputs, &parameters);
         Ok(Self {
             work: model.workspace(),
             probe: model.workspace(),
@@ -216,14 +145,14 @@ impl Model for Vehicle {
         Ok(State {
             vehicle: equilibrium.state,
             start: time,
-            rates: Rates::zero(equilibrium.loads.len()),
+            rates: LoadRates::zero(equilibrium.loads.len()),
             loads: equilibrium.loads,
         })
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
         self.model
-            .accelerations(&state.vehicle, &loads(values, &self.inputs), &mut self.work)
+            .accelerations(&state.vehicle, &self.inputs.loads(values), &mut self.work)
             .map_err(|e| Error::caused(&e))?;
         let speed = values.real(self.parameters.travel_speed);
         let travelled =
@@ -350,10 +279,10 @@ impl Model for Vehicle {
         if name != "modes" {
             return Ok(None);
         }
-        let options = modes::Options::read(options)?;
+        let options = modes::ModesOptions::read(options)?;
         let answer = match options.at {
             At::State => {
-                modes::report(&self.model, &state.vehicle, &loads(values, &self.inputs), &options)
+                modes::report(&self.model, &state.vehicle, &self.inputs.loads(values), &options)
             }
             At::Equilibrium => {
                 let found = self.equilibrium(values, state.vehicle.time)?;

@@ -13,7 +13,7 @@ const LEAST_SHARE: f64 = 1e-3;
 /// then held.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Options {
+pub(crate) struct ModesOptions {
     /// N/m at each magnet, vertical.
     magnet_stiffness: f64,
     /// N·s/m at each magnet, vertical.
@@ -36,7 +36,7 @@ pub(crate) enum At {
     State,
 }
 
-impl Options {
+impl ModesOptions {
     /// Reads what follows the word `modes`.
     pub fn read(text: &str) -> Result<Self, Error> {
         if text.trim().is_empty() {
@@ -67,20 +67,20 @@ impl Options {
 }
 
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct ModesReport<'a> {
     vehicle: &'a str,
     time: f64,
-    options: &'a Options,
+    options: &'a ModesOptions,
     bodies: usize,
     constraint_rank: usize,
     degrees_of_freedom: usize,
     merged_bodies: usize,
     merged_constraint_rank: usize,
-    modes: Vec<Mode<'a>>,
+    modes: Vec<ModeEntry<'a>>,
 }
 
 #[derive(Debug, Serialize)]
-struct Mode<'a> {
+struct ModeEntry<'a> {
     /// 1/s.
     real: f64,
     /// rad/s; 0 for a mode that does not oscillate, otherwise the pair's positive one.
@@ -103,7 +103,7 @@ pub(crate) fn report(
     model: &VehicleModel,
     state: &State,
     loads: &Loads,
-    options: &Options,
+    options: &ModesOptions,
 ) -> Result<String, Error> {
     let failed = |e: multibody::Error| Error::caused(&e).context("the report modes");
     let linearisation = model
@@ -114,7 +114,7 @@ pub(crate) fn report(
         .eigenvalues
         .iter()
         .map(|&value| {
-            Ok(Mode {
+            Ok(ModeEntry {
                 real: value.re,
                 imaginary: value.im,
                 frequency_hz: (value.im > 0.0)
@@ -124,7 +124,7 @@ pub(crate) fn report(
             })
         })
         .collect::<Result<Vec<_>, Error>>()?;
-    let report = Report {
+    let report = ModesReport {
         vehicle: model.name(),
         time: state.time,
         options,

@@ -1,8 +1,7 @@
-//! The unit's variables, declared once: inputs, outputs, parameters, constants, and what depends on
-//! what.
+//! The unit's variables, declared once: inputs, outputs, parameters, constants.
 
-use fmi2_export::{BooleanVar, Info, Interface, RealVar, RealVars, Row, Unit};
-use multibody::{ComponentIndex, JointKind, MagnetIndex, ObservedIndex, VehicleModel};
+use fmi2_export::{BooleanVar, Info, Interface, RealVar, RealVars, Row, Unit, Values};
+use multibody::{JointKind, Loads, VehicleModel};
 
 /// What the unit says of itself.
 pub(crate) fn info(model: &VehicleModel) -> Info {
@@ -19,7 +18,7 @@ pub(crate) fn info(model: &VehicleModel) -> Info {
 
 /// Handles of the inputs, one per magnet each.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Inputs {
+pub(crate) struct InputHandles {
     pub force: RealVars,
     pub lateral_force: RealVars,
     pub track_displacement: RealVars,
@@ -28,7 +27,7 @@ pub(crate) struct Inputs {
 
 /// Handles of the outputs.
 #[derive(Debug, Clone)]
-pub(crate) struct Outputs {
+pub(crate) struct OutputHandles {
     pub gap: RealVars,
     pub gap_rate: RealVars,
     pub acceleration: RealVars,
@@ -36,7 +35,7 @@ pub(crate) struct Outputs {
     pub static_load: RealVars,
     pub position: RealVars,
     pub speed: RealVar,
-    pub observed: Vec<Observed>,
+    pub observed: Vec<ObservedHandles>,
     pub joint_opening: RealVar,
     pub joint_opening_rate: RealVar,
     pub kinetic_energy: RealVar,
@@ -44,7 +43,7 @@ pub(crate) struct Outputs {
 
 /// Handles of one observed body's outputs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Observed {
+pub(crate) struct ObservedHandles {
     pub lateral_displacement: RealVar,
     pub vertical_displacement: RealVar,
     /// Roll, pitch, yaw.
@@ -57,7 +56,7 @@ pub(crate) struct Observed {
 
 /// Handles of the parameters.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Parameters {
+pub(crate) struct ParameterHandles {
     pub travel_speed: RealVar,
     pub initial_position: RealVar,
     pub max_step: RealVar,
@@ -66,7 +65,7 @@ pub(crate) struct Parameters {
     pub pole_width: RealVar,
 }
 
-impl Inputs {
+impl InputHandles {
     pub(crate) fn declare(interface: &mut Interface, magnets: usize) -> Self {
         Self {
             force: interface
@@ -102,9 +101,14 @@ impl Inputs {
                 .done(),
         }
     }
+
+    /// The forces that are set now.
+    pub(crate) fn loads<'a>(&self, values: &'a Values) -> Loads<'a> {
+        Loads { vertical: values.reals(self.force), lateral: values.reals(self.lateral_force) }
+    }
 }
 
-impl Outputs {
+impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface, model: &VehicleModel) -> Self {
         let magnets = model.counts().magnets;
         Self {
@@ -168,7 +172,7 @@ impl Outputs {
                 .done(),
             observed: model
                 .observed()
-                .map(|(name, points)| Observed::declare(interface, name, points))
+                .map(|(name, points)| ObservedHandles::declare(interface, name, points))
                 .collect(),
             joint_opening: interface
                 .real("joint_opening")
@@ -198,7 +202,7 @@ impl Outputs {
     }
 }
 
-impl Observed {
+impl ObservedHandles {
     fn declare(interface: &mut Interface, name: &str, points: usize) -> Self {
         let displacement = |interface: &mut Interface, way: &str, sign: &str| {
             interface
@@ -263,14 +267,14 @@ impl Observed {
         }
     }
 
-    fn accelerations(&self) -> impl Iterator<Item = Row> {
+    pub(crate) fn accelerations(&self) -> impl Iterator<Item = Row> {
         self.acceleration
             .into_iter()
             .map(RealVar::row)
             .chain([self.point_lateral.row(), self.point_vertical.row()])
     }
 
-    fn places(&self) -> impl Iterator<Item = Row> {
+    pub(crate) fn places(&self) -> impl Iterator<Item = Row> {
         [self.lateral_displacement, self.vertical_displacement]
             .into_iter()
             .chain(self.attitude)
@@ -278,7 +282,7 @@ impl Observed {
     }
 }
 
-impl Parameters {
+impl ParameterHandles {
     pub(crate) fn declare(interface: &mut Interface) -> Self {
         Self {
             travel_speed: interface
@@ -379,61 +383,4 @@ pub(crate) fn declare_constants(interface: &mut Interface, model: &VehicleModel)
         .display("mm")
         .description("Air gap of every magnet in static equilibrium on a flat track")
         .done();
-}
-
-/// Which outputs follow which inputs at once.
-pub(crate) fn depend(
-    interface: &mut Interface,
-    model: &VehicleModel,
-    inputs: &Inputs,
-    outputs: &Outputs,
-    parameters: &Parameters,
-) {
-    interface.depends_elementwise(outputs.gap, inputs.track_displacement);
-    interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
-    let magnets = model.counts().magnets;
-    // forces reach at once what is joined to their magnet: force elements need time
-    let forces_on = |component: Option<ComponentIndex>| -> Vec<Row> {
-        (0..magnets)
-            .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
-            .flat_map(|k| [inputs.force.get(k).row(), inputs.lateral_force.get(k).row()])
-            .collect()
-    };
-    let track = inputs.track_displacement.row();
-    // what the static equilibrium follows from
-    let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
-    let rest_and = |more: &[Row]| -> Vec<Row> { [&rest, more].concat() };
-    for k in 0..magnets {
-        let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
-        interface.depends(outputs.acceleration.get(k), &forces);
-        interface.initially_depends(outputs.acceleration.get(k), &rest_and(&forces));
-    }
-    for (k, body) in outputs.observed.iter().enumerate() {
-        let forces = forces_on(model.observed_component(ObservedIndex(k)));
-        for row in body.accelerations() {
-            interface.depends(row, &forces);
-            interface.initially_depends(row, &rest_and(&forces));
-        }
-        for row in body.places() {
-            interface.independent(row);
-            interface.initially_depends(row, &rest);
-        }
-    }
-    // the pose at the start is the equilibrium below the whole track, the motion is none
-    interface.initially_depends(outputs.gap, &rest);
-    interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
-    for row in
-        [outputs.lateral_offset.row(), outputs.static_load.row(), outputs.joint_opening.row()]
-    {
-        interface.independent(row);
-        interface.initially_depends(row, &rest);
-    }
-    interface.independent(outputs.position);
-    interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
-    interface.independent(outputs.speed);
-    interface.initially_depends(outputs.speed, &[parameters.travel_speed]);
-    for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
-        interface.independent(row);
-        interface.initially_independent(row);
-    }
 }

@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use fmi2_export::testing::Instance;
 use multibody::train;
 
-use crate::Vehicle;
+use crate::VehicleFmu;
 
 fn resources(layout: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("resources").join(layout)
 }
 
 fn unit(layout: &str) -> Instance {
-    Instance::new::<Vehicle>(resources(layout)).unwrap()
+    Instance::new::<VehicleFmu>(resources(layout)).unwrap()
 }
 
 fn set_row(unit: &mut Instance, name: &str, values: &[f64]) {
@@ -318,11 +318,11 @@ fn invariant_a_force_that_is_no_number_is_refused() {
 fn invariant_bad_layouts_are_refused_with_file_and_place() {
     let folder = std::env::temp_dir().join(format!("vehicle-layout-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let missing = Instance::new::<Vehicle>(folder.join("none")).unwrap_err().to_string();
+    let missing = Instance::new::<VehicleFmu>(folder.join("none")).unwrap_err().to_string();
     assert!(missing.contains("vehicle.json"), "{missing}");
     let text = train::one_magnet().to_json().unwrap().replace("250.0", "-250.0");
     std::fs::write(folder.join("vehicle.json"), text).unwrap();
-    let broken = Instance::new::<Vehicle>(&folder).unwrap_err().to_string();
+    let broken = Instance::new::<VehicleFmu>(&folder).unwrap_err().to_string();
     assert!(broken.contains("vehicle.json") && broken.contains("bodies[0].mass"), "{broken}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -398,7 +398,7 @@ fn unit_of(description: &multibody::VehicleDescription, name: &str) -> Instance 
     let folder = std::env::temp_dir().join(format!("vehicle-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("vehicle.json"), description.to_json().unwrap()).unwrap();
-    let unit = Instance::new::<Vehicle>(&folder).unwrap();
+    let unit = Instance::new::<VehicleFmu>(&folder).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     unit
 }

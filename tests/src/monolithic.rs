@@ -40,9 +40,9 @@ pub struct Setup {
     /// The vehicle.
     pub vehicle: multibody::VehicleDescription,
     /// The guideway.
-    pub guideway: guideway::Description,
+    pub guideway: guideway::GuidewayDescription,
     /// Every magnet; the law must be linear and the controller continuous.
-    pub magnet: magnet::Parameters,
+    pub magnet: magnet::MagnetParameters,
     /// Nominal speed (m/s).
     pub travel_speed: f64,
     /// Place of the vehicle's origin on the track at the start (m).
@@ -173,7 +173,7 @@ impl System {
                 let x = self.initial_position + motion.position.x;
                 let Scratch { guideway, girders, modal, .. } = scratch;
                 let surface = self.guideway.surface(guideway, girders, modal, x);
-                let inputs = magnet::Inputs {
+                let inputs = magnet::MagnetInputs {
                     gap: self.vehicle.nominal_gap() + height - motion.displacement.z,
                     gap_rate: surface.rate(self.travel_speed) - motion.velocity.z,
                     acceleration: 0.0,
@@ -266,11 +266,11 @@ impl System {
             // the place counts here, not the accelerations
             let surface = self.guideway.surface(guideway, girders, modal, x);
             let gap = self.vehicle.nominal_gap() + surface.displacement() - motion.displacement.z;
-            let inputs = magnet::Inputs {
+            let inputs = magnet::MagnetInputs {
                 gap,
                 lateral_offset: motion.displacement.y,
                 static_force: self.loads[k],
-                ..magnet::Inputs::default()
+                ..magnet::MagnetInputs::default()
             };
             let outputs = self.magnet.outputs(&scratch.magnets[k], &inputs).map_err(told)?;
             scratch.at[k] = Instant { gap, force: outputs.force };
@@ -405,10 +405,10 @@ impl System {
     fn absolute_tolerances(&self, tolerance: f64) -> Vec<f64> {
         let bodies = self.scratch.borrow().bodies.bodies.len();
         let mut sizes = vec![1e-3; BODY * bodies];
-        let inputs = magnet::Inputs {
+        let inputs = magnet::MagnetInputs {
             gap: self.vehicle.nominal_gap() + 1e-4,
             static_force: self.loads[0],
-            ..magnet::Inputs::default()
+            ..magnet::MagnetInputs::default()
         };
         let size = self.magnet.initialise(&inputs, 0.0).map_or(1e-3, |state| {
             state.filter.iter().chain([&state.flux_deviation]).fold(0.0_f64, |m, x| m.max(x.abs()))

@@ -90,11 +90,11 @@ fn analytic_coupled_modes_are_those_of_the_monolithic_model() {
             "fmu-vehicle/resources/two-car/vehicle.json",
         ))
         .unwrap(),
-        guideway: guideway::Description::from_json(&read(
+        guideway: guideway::GuidewayDescription::from_json(&read(
             "fmu-guideway/resources/three-spans/guideway.json",
         ))
         .unwrap(),
-        magnet: magnet::Parameters::default(),
+        magnet: magnet::MagnetParameters::default(),
         travel_speed: 0.0,
         initial_position: 37.5,
     };

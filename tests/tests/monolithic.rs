@@ -16,11 +16,11 @@ fn setup(vehicle: &str, guideway: &str) -> Setup {
             "fmu-vehicle/resources/{vehicle}/vehicle.json"
         )))
         .unwrap(),
-        guideway: guideway::Description::from_json(&read(format!(
+        guideway: guideway::GuidewayDescription::from_json(&read(format!(
             "fmu-guideway/resources/{guideway}/guideway.json"
         )))
         .unwrap(),
-        magnet: magnet::Parameters::default(),
+        magnet: magnet::MagnetParameters::default(),
         travel_speed: 0.0,
         initial_position: 0.0,
     }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::description::Chirp as ChirpDescription;
-use crate::{Error, Guideway};
+use crate::Error;
+use crate::description::ChirpDescription;
 
 /// A·sin(π(t−t₀)²) at a fixed place, from t₀ until its frequency reaches the last one.
 ///
@@ -79,13 +79,6 @@ impl ChirpForce {
             return 0.0;
         }
         2.0 * PI * ((t + h).min(self.end) - self.start) * h
-    }
-}
-
-impl Guideway {
-    /// The chirp of eq. 13, if it is on.
-    pub fn chirp(&self) -> Option<&ChirpForce> {
-        self.chirp.as_ref()
     }
 }
 

@@ -9,7 +9,7 @@ use crate::Error;
 /// A guideway: rigid ground, a row of spans, rigid ground. Lengths in m along the track.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Description {
+pub struct GuidewayDescription {
     /// Remarks: what this layout is and where its numbers come from. Not used.
     #[serde(default)]
     pub note: String,
@@ -17,9 +17,9 @@ pub struct Description {
     #[serde(default)]
     pub start: f64,
     /// Kinds of span, by name.
-    pub girders: BTreeMap<String, Girder>,
+    pub girders: BTreeMap<String, GirderDescription>,
     /// The spans from the first to the last, without gaps between them.
-    pub spans: Vec<Run>,
+    pub spans: Vec<SpanRun>,
     /// Number of magnets, that is of moving loads.
     pub magnets: usize,
     /// How each magnet's force is spread. Default: 8 forces over 0.65 m.
@@ -30,10 +30,10 @@ pub struct Description {
     pub initial: Initial,
     /// Vertical irregularity of the track surface. Default: off.
     #[serde(default)]
-    pub irregularity: Irregularity,
+    pub irregularity: IrregularityDescription,
     /// Chirp of eq. 13. Default: off.
     #[serde(default)]
-    pub chirp: Chirp,
+    pub chirp: ChirpDescription,
     /// Factor on all modal stiffnesses; frequencies change by its root. Default 1.
     #[serde(default = "one")]
     pub stiffness_factor: f64,
@@ -49,7 +49,7 @@ fn one() -> f64 {
 /// Equal spans in a row.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Run {
+pub struct SpanRun {
     /// Name of the kind of span, a key of `girders`.
     pub girder: String,
     /// How many of it. Default 1.
@@ -70,7 +70,7 @@ fn one_span() -> usize {
 /// - mode n takes `damping[n-1]`; beyond the list its last entry.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Girder {
+pub struct GirderDescription {
     /// Remarks. Not used.
     #[serde(default)]
     pub note: String,
@@ -139,7 +139,7 @@ pub enum Initial {
 /// Vertical irregularity of the track surface, added to the deflection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Irregularity {
+pub struct IrregularityDescription {
     /// Present at all? Default: no.
     pub on: bool,
     /// A file with two columns x, z (m) in place of the random profile.
@@ -169,7 +169,7 @@ pub struct Irregularity {
     pub averaged: bool,
 }
 
-impl Default for Irregularity {
+impl Default for IrregularityDescription {
     fn default() -> Self {
         Self {
             on: false,
@@ -190,7 +190,7 @@ impl Default for Irregularity {
 /// Excitation force A·sin(π(t−t₀)²) of eq. 13: its frequency in Hz equals t−t₀ in s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Chirp {
+pub struct ChirpDescription {
     /// Present at all? Default: no.
     pub on: bool,
     /// A (N); a positive force pushes the guideway down. Default 1000.
@@ -204,13 +204,13 @@ pub struct Chirp {
     pub end_frequency: f64,
 }
 
-impl Default for Chirp {
+impl Default for ChirpDescription {
     fn default() -> Self {
         Self { on: false, amplitude: 1000.0, position: None, start: 0.0, end_frequency: 100.0 }
     }
 }
 
-impl Description {
+impl GuidewayDescription {
     /// Reads a layout file's text. Values are checked later, by [`crate::Guideway::new`].
     ///
     /// # Errors
@@ -239,10 +239,11 @@ mod tests {
     #[test]
     fn invariant_a_written_description_reads_back_the_same() {
         let text = format!(r#"{{ {GIRDERS}, "spans": [{{"girder": "g"}}], "magnets": 2 }}"#);
-        let first = Description::from_json(&text).unwrap();
-        let again = Description::from_json(&serde_json::to_string(&first).unwrap()).unwrap();
+        let first = GuidewayDescription::from_json(&text).unwrap();
+        let again =
+            GuidewayDescription::from_json(&serde_json::to_string(&first).unwrap()).unwrap();
         assert_eq!(first, again);
-        assert_eq!(Description::from_json(&format!("\u{feff}{text}")).unwrap(), first);
+        assert_eq!(GuidewayDescription::from_json(&format!("\u{feff}{text}")).unwrap(), first);
         assert_eq!((first.pole.forces, first.spans[0].count, first.mass_factor), (8, 1, 1.0));
     }
 
@@ -250,9 +251,9 @@ mod tests {
     fn invariant_errors_name_the_path() {
         let text =
             format!(r#"{{ {GIRDERS}, "spans": [{{"girder": "g", "cuont": 3}}], "magnets": 2 }}"#);
-        let message = Description::from_json(&text).unwrap_err().to_string();
+        let message = GuidewayDescription::from_json(&text).unwrap_err().to_string();
         assert!(message.contains("spans[0]") && message.contains("cuont"), "{message}");
-        let message = Description::from_json("{} x").unwrap_err().to_string();
+        let message = GuidewayDescription::from_json("{} x").unwrap_err().to_string();
         assert!(message.contains("girders"), "{message}");
     }
 }

@@ -2,50 +2,22 @@
 
 use std::f64::consts::PI;
 
-use crate::description::{Girder as GirderDescription, TabulatedShape};
+use crate::description::{GirderDescription, TabulatedShape};
 use crate::propagator::NODES;
-use crate::{Error, Pole, Spline};
+use crate::{Error, GirderMode, Pole, Spline};
 
 /// Most modes of one span.
 pub const MAX_MODES: usize = 200;
 
-/// One mode of eq. 7: M·q̈ + C·q̇ + K·q = φᵀP, with C = 2ζωM and K = ω²M.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mode {
-    /// Modal mass M (kg).
-    pub mass: f64,
-    /// Undamped natural circular frequency ω (rad/s).
-    pub omega: f64,
-    /// Damping ratio ζ (1).
-    pub zeta: f64,
-}
-
-impl Mode {
-    /// Modal stiffness K = ω²M (N/m).
-    pub fn stiffness(&self) -> f64 {
-        self.omega * self.omega * self.mass
-    }
-
-    /// Modal damping C = 2ζωM (N·s/m).
-    pub fn damping(&self) -> f64 {
-        2.0 * self.zeta * self.omega * self.mass
-    }
-
-    /// Undamped natural frequency (Hz).
-    pub fn frequency(&self) -> f64 {
-        self.omega / (2.0 * PI)
-    }
-}
-
 /// φₙ and its first two derivatives at one place, one entry per mode.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Row {
+pub(crate) struct ShapeRow {
     pub value: Vec<f64>,
     pub slope: Vec<f64>,
     pub curvature: Vec<f64>,
 }
 
-impl Row {
+impl ShapeRow {
     pub fn with_modes(modes: usize) -> Self {
         let zeros = vec![0.0; modes];
         Self { value: zeros.clone(), slope: zeros.clone(), curvature: zeros }
@@ -53,7 +25,7 @@ impl Row {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Shapes {
+enum ModeShapes {
     /// φₙ = sin(nπx/L); `filter[n-1]` is its mean under a pole that lies wholly on the span,
     /// over its value at the pole's centre: Σ wₗ cos(nπsₗ/L).
     Sine { filter: Vec<f64> },
@@ -67,8 +39,8 @@ pub struct Girder {
     length: f64,
     /// Natural frequencies (Hz) before the factors on stiffness and mass.
     frequencies: Vec<f64>,
-    modes: Vec<Mode>,
-    shapes: Shapes,
+    modes: Vec<GirderMode>,
+    shapes: ModeShapes,
     /// Largest wavenumber of a mode shape (rad/m).
     wavenumber: f64,
 }
@@ -97,7 +69,7 @@ impl Girder {
             .map(|n| {
                 let (stiffness_factor, mass_factor) = factors;
                 let root = (stiffness_factor / mass_factor).sqrt();
-                Ok(Mode {
+                Ok(GirderMode {
                     mass: mass_factor * modal_mass(given, n, path)?,
                     omega: 2.0 * PI * root * frequencies[n - 1],
                     zeta: damping_ratio(given, n, path)?,
@@ -106,10 +78,10 @@ impl Girder {
             .collect::<Result<Vec<_>, Error>>()?;
         let base = PI / given.length;
         let shapes = match &given.shapes {
-            None => Shapes::Sine {
+            None => ModeShapes::Sine {
                 filter: (1..=given.modes).map(|n| pole.filter(base * n as f64)).collect(),
             },
-            Some(tables) => Shapes::Tables(
+            Some(tables) => ModeShapes::Tables(
                 (0..given.modes)
                     .map(|n| table(&tables[n], given.length, &format!("{path}.shapes[{n}]")))
                     .collect::<Result<_, _>>()?,
@@ -130,7 +102,7 @@ impl Girder {
     }
 
     /// The modes, first one first.
-    pub fn modes(&self) -> &[Mode] {
+    pub fn modes(&self) -> &[GirderMode] {
         &self.modes
     }
 
@@ -140,10 +112,10 @@ impl Girder {
     }
 
     /// φₙ(x) at a single place, 0 ≤ x ≤ L.
-    pub(crate) fn shape_at(&self, x: f64, row: &mut Row) {
+    pub(crate) fn shape_at(&self, x: f64, row: &mut ShapeRow) {
         match &self.shapes {
-            Shapes::Sine { .. } => self.sines(x, None, row),
-            Shapes::Tables(splines) => {
+            ModeShapes::Sine { .. } => self.sines(x, None, row),
+            ModeShapes::Tables(splines) => {
                 for (n, spline) in splines.iter().enumerate() {
                     [row.value[n], row.slope[n], row.curvature[n]] = spline.at(x);
                 }
@@ -152,10 +124,10 @@ impl Girder {
     }
 
     /// Σ wₗ φₙ(x + sₗ) for a pole centred at x that lies wholly on the span.
-    pub(crate) fn shape_under_pole(&self, x: f64, pole: &Pole, row: &mut Row) {
+    pub(crate) fn shape_under_pole(&self, x: f64, pole: &Pole, row: &mut ShapeRow) {
         match &self.shapes {
-            Shapes::Sine { filter } => self.sines(x, Some(filter), row),
-            Shapes::Tables(splines) => {
+            ModeShapes::Sine { filter } => self.sines(x, Some(filter), row),
+            ModeShapes::Tables(splines) => {
                 for (n, spline) in splines.iter().enumerate() {
                     let mut sum = [0.0; 3];
                     for &(offset, share) in pole.points() {
@@ -171,8 +143,8 @@ impl Girder {
     /// The pole filter of sine modes.
     pub(crate) fn sine_filter(&self) -> Option<&[f64]> {
         match &self.shapes {
-            Shapes::Sine { filter } => Some(filter),
-            Shapes::Tables(_) => None,
+            ModeShapes::Sine { filter } => Some(filter),
+            ModeShapes::Tables(_) => None,
         }
     }
 
@@ -200,7 +172,7 @@ impl Girder {
     }
 
     /// sin(nθ) and its derivatives for θ = πx/L, by turning a unit vector n times by θ.
-    fn sines(&self, x: f64, filter: Option<&[f64]>, row: &mut Row) {
+    fn sines(&self, x: f64, filter: Option<&[f64]>, row: &mut ShapeRow) {
         let base = PI / self.length;
         let (s1, c1) = libm::sincos(base * x);
         let (mut s, mut c) = (s1, c1);

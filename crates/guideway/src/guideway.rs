@@ -1,9 +1,9 @@
 //! The assembled guideway: geometry, modes, profile, chirp.
 
-use crate::description::Description;
-use crate::girder::Row;
+use crate::description::GuidewayDescription;
+use crate::girder::ShapeRow;
 use crate::propagator::NODES;
-use crate::{ChirpForce, Error, Girder, Initial, Mode, Pole, Profile};
+use crate::{ChirpForce, Error, Girder, GirderMode, Initial, Pole, Profile};
 
 /// One span in its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,10 +26,10 @@ pub struct Guideway {
     girders: Vec<Girder>,
     spans: Vec<Span>,
     /// All modes, span by span.
-    modes: Vec<Mode>,
+    modes: Vec<GirderMode>,
     initial: Initial,
     profile: Option<Profile>,
-    pub(crate) chirp: Option<ChirpForce>,
+    chirp: Option<ChirpForce>,
     wavenumber: f64,
 }
 
@@ -39,7 +39,7 @@ impl Guideway {
     ///
     /// # Errors
     /// Any entry that makes no sense, with its path.
-    pub fn new(given: &Description, profile_file: Option<&str>) -> Result<Self, Error> {
+    pub fn new(given: &GuidewayDescription, profile_file: Option<&str>) -> Result<Self, Error> {
         check_counts(given)?;
         let pole = Pole::new(given.pole.length, given.pole.forces)?;
         let factors = (given.stiffness_factor, given.mass_factor);
@@ -112,7 +112,7 @@ impl Guideway {
     }
 
     /// All modes, span by span.
-    pub fn modes(&self) -> &[Mode] {
+    pub fn modes(&self) -> &[GirderMode] {
         &self.modes
     }
 
@@ -124,6 +124,11 @@ impl Guideway {
     /// The irregularity, if it is on.
     pub fn profile(&self) -> Option<&Profile> {
         self.profile.as_ref()
+    }
+
+    /// The chirp of eq. 13, if it is on.
+    pub fn chirp(&self) -> Option<&ChirpForce> {
+        self.chirp.as_ref()
     }
 
     /// Where the first span begins and the last ends (m).
@@ -169,8 +174,8 @@ impl Guideway {
     pub(crate) fn under_pole(
         &self,
         x: f64,
-        row: &mut Row,
-        mut visit: impl FnMut(&Span, &Row, f64),
+        row: &mut ShapeRow,
+        mut visit: impl FnMut(&Span, &ShapeRow, f64),
     ) {
         let reach = self.pole.reach();
         if let Some(span) = self.span_at(x - reach)
@@ -191,7 +196,12 @@ impl Guideway {
     }
 
     /// Calls `visit(span, row)` with the mode shapes at x, if x is on a span.
-    pub(crate) fn under_point(&self, x: f64, row: &mut Row, visit: impl FnOnce(&Span, &Row)) {
+    pub(crate) fn under_point(
+        &self,
+        x: f64,
+        row: &mut ShapeRow,
+        visit: impl FnOnce(&Span, &ShapeRow),
+    ) {
         if let Some(span) = self.span_at(x) {
             self.girders[span.girder].shape_at(x - span.start, row);
             visit(span, row);
@@ -204,7 +214,7 @@ fn middle(spans: &[Span]) -> f64 {
     0.5 * (span.start + span.end)
 }
 
-fn check_counts(given: &Description) -> Result<(), Error> {
+fn check_counts(given: &GuidewayDescription) -> Result<(), Error> {
     if given.magnets == 0 {
         return Err(Error::invalid("magnets", "0", "give at least one magnet"));
     }
@@ -225,10 +235,10 @@ fn check_counts(given: &Description) -> Result<(), Error> {
 }
 
 fn place(
-    given: &Description,
+    given: &GuidewayDescription,
     names: &[&str],
     girders: &[Girder],
-) -> Result<(Vec<Span>, Vec<Mode>), Error> {
+) -> Result<(Vec<Span>, Vec<GirderMode>), Error> {
     let (mut spans, mut modes) = (Vec::new(), Vec::new());
     let mut start = given.start;
     for (run, kind) in given.spans.iter().map(|run| run.girder.as_str()).enumerate() {

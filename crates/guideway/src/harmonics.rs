@@ -157,10 +157,10 @@ impl Harmonic {
 }
 
 /// sin and cos of Ω·j·spacing for LANES neighbouring j, harmonic by harmonic.
-type Table = Vec<[[f64; LANES]; 2]>;
+type TurnTable = Vec<[[f64; LANES]; 2]>;
 
 /// Tables for all j of half a block.
-fn turns(group: &[Harmonic], spacing: f64) -> Vec<Table> {
+fn turns(group: &[Harmonic], spacing: f64) -> Vec<TurnTable> {
     let mut tables = vec![vec![[[0.0; LANES]; 2]; group.len()]; HALF_BLOCK / LANES];
     for (k, harmonic) in group.iter().enumerate() {
         let (ts, tc) = libm::sincos(harmonic.wavenumber * spacing);
@@ -177,7 +177,7 @@ fn turns(group: &[Harmonic], spacing: f64) -> Vec<Table> {
 }
 
 /// Adds harmonics with the given sines and cosines at the block's centre to its knots.
-fn add_block(phases: &[(f64, f64)], tables: &[Table], knots: &mut [f64]) {
+fn add_block(phases: &[(f64, f64)], tables: &[TurnTable], knots: &mut [f64]) {
     for (tile, table) in tables.iter().enumerate() {
         let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
         for (&(s, c), [sines, cosines]) in phases.iter().zip(table) {

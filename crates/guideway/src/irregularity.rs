@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use crate::description::Irregularity;
+use crate::description::IrregularityDescription;
 use crate::harmonics::{self, Harmonic, KNOTS_PER_WAVE};
 use crate::{Error, Pole, Spline};
 
@@ -31,7 +31,7 @@ impl Profile {
     /// The profile that `given` describes for a guideway from `track.0` to `track.1` (m), or
     /// none where it is off. `file` is the text of the profile file, if `given` names one.
     pub(crate) fn new(
-        given: &Irregularity,
+        given: &IrregularityDescription,
         track: (f64, f64),
         pole: &Pole,
         file: Option<&str>,
@@ -40,7 +40,7 @@ impl Profile {
             return Ok(None);
         }
         check(given)?;
-        let window = Window {
+        let window = FadeWindow {
             start: given.start.unwrap_or(track.0),
             end: given.end.unwrap_or(track.1 + RUN_OUT),
             fade: given.fade_length,
@@ -71,7 +71,7 @@ impl Profile {
 
     /// Tabulates `f` over the window, faded in and out.
     fn tabulate(
-        window: Window,
+        window: FadeWindow,
         spacing: f64,
         mut f: impl FnMut(usize, f64) -> [f64; 3],
     ) -> Result<Self, Error> {
@@ -132,13 +132,13 @@ fn quintic(a: [f64; 3], b: [f64; 3], s: f64, d: f64) -> [f64; 3] {
 
 /// Where the profile lives, with its fades.
 #[derive(Debug, Clone, Copy)]
-struct Window {
+struct FadeWindow {
     start: f64,
     end: f64,
     fade: f64,
 }
 
-impl Window {
+impl FadeWindow {
     /// Weight and its derivatives: 0 at the ends, 1 inside, in between 6t⁵ − 15t⁴ + 10t³, whose
     /// first and second derivatives vanish at both ends: no jump in gap, gap rate or acceleration.
     fn at(&self, x: f64) -> [f64; 3] {
@@ -183,7 +183,7 @@ fn too_long(cells: f64) -> Error {
     )
 }
 
-fn check(given: &Irregularity) -> Result<(), Error> {
+fn check(given: &IrregularityDescription) -> Result<(), Error> {
     let fail = |name: &str, found: String, remedy: &str| {
         Err(Error::invalid(format!("irregularity.{name}"), found, remedy))
     };
@@ -216,7 +216,7 @@ fn check(given: &Irregularity) -> Result<(), Error> {
 /// with amplitude √(2·S(Ωₖ)·ΔΩₖ). With 1/Ω² that is exactly the band's variance. Equal ratios
 /// resolve the long waves, and make the wavenumbers incommensurable, so that the profile does not
 /// repeat. Source: Shinozuka & Deodatis, *Appl. Mech. Rev.* 44 (1991) 191.
-fn harmonics(given: &Irregularity) -> Vec<Harmonic> {
+fn harmonics(given: &IrregularityDescription) -> Vec<Harmonic> {
     let (low, high) = (TAU / given.longest_wave, TAU / given.shortest_wave);
     let ratio = libm::pow(high / low, 1.0 / given.lines as f64);
     // The generator's stream is fixed by its specification; the conversion to [0, 1) is ours.
@@ -235,7 +235,7 @@ fn harmonics(given: &Irregularity) -> Vec<Harmonic> {
         .collect()
 }
 
-fn random(given: &Irregularity, window: Window) -> Result<Profile, Error> {
+fn random(given: &IrregularityDescription, window: FadeWindow) -> Result<Profile, Error> {
     let cells = window.cells(given.shortest_wave / KNOTS_PER_WAVE)?;
     let spacing = (window.end - window.start) / cells as f64;
     let sums = harmonics::tabulate(&harmonics(given), window.start, spacing, cells);
@@ -243,10 +243,10 @@ fn random(given: &Irregularity, window: Window) -> Result<Profile, Error> {
 }
 
 /// A file's profile within the window and its own range, whichever is narrower.
-fn from_spline(spline: &Spline, window: Window) -> Result<Profile, Error> {
+fn from_spline(spline: &Spline, window: FadeWindow) -> Result<Profile, Error> {
     let (first, last) = spline.range();
     let window =
-        Window { start: window.start.max(first), end: window.end.min(last), fade: window.fade };
+        FadeWindow { start: window.start.max(first), end: window.end.min(last), fade: window.fade };
     Profile::tabulate(window, spline.finest_spacing() / 4.0, |_, x| spline.at(x))
 }
 

@@ -2,11 +2,11 @@
 
 use super::*;
 
-fn given() -> Irregularity {
-    Irregularity { on: true, ..Irregularity::default() }
+fn given() -> IrregularityDescription {
+    IrregularityDescription { on: true, ..IrregularityDescription::default() }
 }
 
-fn profile(given: &Irregularity) -> Profile {
+fn profile(given: &IrregularityDescription) -> Profile {
     let pole = Pole::new(0.65, 8).unwrap();
     Profile::new(given, (0.0, 75.0), &pole, None).unwrap().unwrap()
 }
@@ -44,7 +44,7 @@ fn analytic_periodogram_of_realisations_agrees_with_the_target() {
     let mut mean = [0.0; 6];
     let mut variance = 0.0;
     for seed in 0..seeds {
-        let p = profile(&Irregularity {
+        let p = profile(&IrregularityDescription {
             seed,
             start: Some(-20.0),
             end: Some(length + 20.0),
@@ -82,7 +82,7 @@ fn analytic_periodogram_of_realisations_agrees_with_the_target() {
 #[test]
 fn invariant_same_seed_same_bits_other_seed_other_profile() {
     let bits = |seed| {
-        let p = profile(&Irregularity { seed, ..given() });
+        let p = profile(&IrregularityDescription { seed, ..given() });
         p.knots.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>()
     };
     assert_eq!(bits(1), bits(1));
@@ -137,7 +137,7 @@ fn invariant_fades_are_twice_continuously_differentiable() {
 
 #[test]
 fn invariant_averaging_filters_short_waves_only() {
-    let averaged = profile(&Irregularity { averaged: true, ..given() });
+    let averaged = profile(&IrregularityDescription { averaged: true, ..given() });
     let plain = profile(&given());
     let rough =
         |p: &Profile| (0..6000).map(|i| p.at(12.0 + 0.02 * f64::from(i))[1].powi(2)).sum::<f64>();
@@ -160,7 +160,7 @@ fn analytic_profile_from_a_file() {
         let x = 0.25 * f64::from(i) - 10.0;
         text.push_str(&format!("{x};{}\n", 1e-3 * (0.3 * x).sin()));
     }
-    let given = Irregularity { file: Some("p.csv".into()), fade_length: 5.0, ..given() };
+    let given = IrregularityDescription { file: Some("p.csv".into()), fade_length: 5.0, ..given() };
     let p = Profile::new(&given, (0.0, 75.0), &pole, Some(&text)).unwrap().unwrap();
     assert_eq!(p.range(), (0.0, 90.0));
     for i in 0..300 {
@@ -173,10 +173,10 @@ fn analytic_profile_from_a_file() {
 #[test]
 fn invariant_bad_profiles_are_refused() {
     let pole = Pole::new(0.65, 1).unwrap();
-    let message = |g: Irregularity, text: Option<&str>| {
+    let message = |g: IrregularityDescription, text: Option<&str>| {
         Profile::new(&g, (0.0, 75.0), &pole, text).unwrap_err().to_string()
     };
-    let file = Irregularity { file: Some("p.csv".into()), ..given() };
+    let file = IrregularityDescription { file: Some("p.csv".into()), ..given() };
     for (text, needle) in [
         ("0,0\n1,x\n", "line 2"),
         ("0,0\n1,1\n1,2\n", "line 3"),
@@ -190,13 +190,13 @@ fn invariant_bad_profiles_are_refused() {
         assert!(m.contains(needle), "{text:?}: {m}");
     }
     for (g, needle) in [
-        (Irregularity { amplitude: -1.0, ..given() }, "irregularity.amplitude"),
-        (Irregularity { shortest_wave: 60.0, ..given() }, "irregularity.shortest_wave"),
-        (Irregularity { lines: 0, ..given() }, "irregularity.lines"),
-        (Irregularity { fade_length: 0.0, ..given() }, "irregularity.fade_length"),
-        (Irregularity { end: Some(5.0), ..given() }, "irregularity.end"),
-        (Irregularity { end: Some(f64::NAN), ..given() }, "irregularity.end"),
-        (Irregularity { end: Some(1e9), ..given() }, "table points"),
+        (IrregularityDescription { amplitude: -1.0, ..given() }, "irregularity.amplitude"),
+        (IrregularityDescription { shortest_wave: 60.0, ..given() }, "irregularity.shortest_wave"),
+        (IrregularityDescription { lines: 0, ..given() }, "irregularity.lines"),
+        (IrregularityDescription { fade_length: 0.0, ..given() }, "irregularity.fade_length"),
+        (IrregularityDescription { end: Some(5.0), ..given() }, "irregularity.end"),
+        (IrregularityDescription { end: Some(f64::NAN), ..given() }, "irregularity.end"),
+        (IrregularityDescription { end: Some(1e9), ..given() }, "table points"),
     ] {
         let m = message(g, None);
         assert!(m.contains(needle), "{needle}: {m}");

@@ -11,7 +11,7 @@
 //!   acceleration.
 //!
 //! The modal equations are decoupled and linear, hence solved exactly over a step of any size for
-//! forces that vary as polynomials ([`Guideway::step`]). [`Description`] is the guideway as data,
+//! forces that vary as polynomials ([`Guideway::step`]). [`GuidewayDescription`] is the guideway as data,
 //! [`Guideway`] the checked and immutable model, [`State`] all that changes, [`Workspace`] scratch
 //! memory.
 //!
@@ -27,17 +27,19 @@ mod girder;
 mod guideway;
 mod harmonics;
 mod irregularity;
+mod mode;
 mod motion;
 mod pole;
 mod propagator;
 mod spline;
 
 pub use chirp::ChirpForce;
-pub use description::{Description, Initial};
+pub use description::{GuidewayDescription, Initial};
 pub use error::Error;
-pub use girder::{Girder, MAX_MODES, Mode};
+pub use girder::{Girder, MAX_MODES};
 pub use guideway::{Guideway, Span};
 pub use irregularity::{Profile, RUN_OUT};
+pub use mode::GirderMode;
 pub use motion::{Load, SpanMotion, State, Surface, Workspace};
 pub use pole::{MAX_FORCES, Pole};
 pub use propagator::{NODES, SUBSTEP_PHASE, nodes};

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::girder::Row;
-use crate::propagator::{Cache, NODES, SUBSTEP_PHASE, nodes};
+use crate::girder::ShapeRow;
+use crate::propagator::{NODES, PropagatorCache, SUBSTEP_PHASE, nodes};
 use crate::{Error, Guideway, Initial};
 
 /// Everything that changes: modal coordinates and their rates, span by span, mode by mode.
@@ -55,10 +55,10 @@ const MAX_SUBSTEPS: u32 = 1_000_000;
 /// Scratch memory and cached propagators. Results do not depend on what it held before.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    row: Row,
+    row: ShapeRow,
     /// Per mode its force at the nodes of a sub-step.
     forces: Vec<[f64; NODES]>,
-    cache: Cache,
+    cache: PropagatorCache,
     substep_phase: f64,
 }
 
@@ -67,9 +67,9 @@ impl Workspace {
     pub fn new(guideway: &Guideway) -> Self {
         let modes = guideway.modes().len();
         Self {
-            row: Row::with_modes(guideway.most_modes()),
+            row: ShapeRow::with_modes(guideway.most_modes()),
             forces: vec![[0.0; NODES]; modes],
-            cache: Cache::new(modes),
+            cache: PropagatorCache::new(modes),
             substep_phase: SUBSTEP_PHASE,
         }
     }
@@ -241,7 +241,7 @@ impl Guideway {
     }
 
     /// `add(i, φᵢ)` for all modes that a pole at x loads.
-    fn add_load(&self, x: f64, row: &mut Row, mut add: impl FnMut(usize, f64)) {
+    fn add_load(&self, x: f64, row: &mut ShapeRow, mut add: impl FnMut(usize, f64)) {
         self.under_pole(x, row, |span, row, share| {
             let modes = self.girders()[span.girder].modes().len();
             for n in 0..modes {

@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::Mode;
+use crate::GirderMode;
 
 /// Times within a step at which modal forces are sampled.
 pub const NODES: usize = 4;
@@ -31,7 +31,7 @@ pub(crate) struct ModeStep {
 
 /// All modes over a step of one size.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Propagator {
+pub(crate) struct ModalPropagator {
     size: f64,
     pub modes: Vec<ModeStep>,
 }
@@ -43,7 +43,7 @@ impl ModeStep {
     /// r = (p, p′, p″, p‴) the equation is linear with constant coefficients,
     /// d(y, r)/dθ = A·(y, r), so one matrix exponential gives response to state and to force.
     /// It holds for under-, critically and overdamped modes and for ω = 0 alike.
-    fn new(mode: &Mode, h: f64) -> Self {
+    fn new(mode: &GirderMode, h: f64) -> Self {
         let turn = mode.omega * h;
         // Measure the rate in units of max(ωh, 1) so that A stays balanced for fast modes.
         let unit = turn.max(1.0);
@@ -124,22 +124,22 @@ fn derivatives_at_start() -> [[f64; NODES]; NODES] {
 
 /// Propagators of the step sizes used last; never part of the state, never of influence on it.
 #[derive(Debug, Clone)]
-pub(crate) struct Cache {
-    entries: Vec<Propagator>,
+pub(crate) struct PropagatorCache {
+    entries: Vec<ModalPropagator>,
     next: usize,
 }
 
-impl Cache {
+impl PropagatorCache {
     const SIZE: usize = 4;
 
     pub fn new(modes: usize) -> Self {
         let still = ModeStep { free: [[0.0; 2]; 2], forced: [[0.0; 2]; NODES] };
-        let empty = Propagator { size: f64::NAN, modes: vec![still; modes] };
+        let empty = ModalPropagator { size: f64::NAN, modes: vec![still; modes] };
         Self { entries: vec![empty; Self::SIZE], next: 0 }
     }
 
     /// Index of the propagator for `h`, computed if it is not there.
-    pub fn get(&mut self, h: f64, modes: &[Mode]) -> usize {
+    pub fn get(&mut self, h: f64, modes: &[GirderMode]) -> usize {
         if let Some(found) = self.entries.iter().position(|p| p.size.to_bits() == h.to_bits()) {
             return found;
         }
@@ -158,7 +158,7 @@ impl Cache {
         slot
     }
 
-    pub fn entry(&self, index: usize) -> &Propagator {
+    pub fn entry(&self, index: usize) -> &ModalPropagator {
         &self.entries[index]
     }
 }
@@ -208,7 +208,7 @@ mod tests {
         for omega in [0.0, 1e-6, 44.6, 156.0, 1e4] {
             for zeta in [0.0, 0.0108, 0.999, 1.0, 1.001, 3.0] {
                 for h in [1e-6, 1e-3, 0.1] {
-                    let m = ModeStep::new(&Mode { mass: 1.0, omega, zeta }, h).free;
+                    let m = ModeStep::new(&GirderMode { mass: 1.0, omega, zeta }, h).free;
                     let (a, b, d) = closed_form(omega, zeta, h);
                     // Squaring of the exponential multiplies rounding by about ‖A‖ ≈ max(1, ωh)
                     // times the damping; hyperbolic closed forms lose as much themselves.
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn analytic_cubic_force_is_answered_exactly() {
         // Choose q(t) = 1 + 2t − 3t² + 4t³ and push with the force that this motion needs.
-        let mode = Mode { mass: 2.5, omega: 7.0, zeta: 0.3 };
+        let mode = GirderMode { mass: 2.5, omega: 7.0, zeta: 0.3 };
         let q = |t: f64| 1.0 + 2.0 * t - 3.0 * t * t + 4.0 * t * t * t;
         let v = |t: f64| 2.0 - 6.0 * t + 12.0 * t * t;
         let force = |t: f64| {
@@ -250,7 +250,7 @@ mod tests {
     #[test]
     fn analytic_zero_frequency_is_a_free_mass() {
         let h = 0.3;
-        let step = ModeStep::new(&Mode { mass: 4.0, omega: 0.0, zeta: 0.5 }, h);
+        let step = ModeStep::new(&GirderMode { mass: 4.0, omega: 0.0, zeta: 0.5 }, h);
         let [gq, gv] = step.forced.iter().fold([0.0; 2], |s, g| [s[0] + g[0], s[1] + g[1]]);
         assert_eq!(step.free, [[1.0, h], [0.0, 1.0]]);
         // Constant force of 1 N: h²/2M, h/M. The Lagrange weights add terms up to some 50 times
@@ -261,11 +261,11 @@ mod tests {
     #[test]
     fn invariant_cache_gives_what_a_fresh_computation_gives() {
         let modes = [
-            Mode { mass: 1.0, omega: 44.6, zeta: 0.01 },
-            Mode { mass: 1.0, omega: 156.0, zeta: 0.02 },
-            Mode { mass: 1.0, omega: 44.6, zeta: 0.01 },
+            GirderMode { mass: 1.0, omega: 44.6, zeta: 0.01 },
+            GirderMode { mass: 1.0, omega: 156.0, zeta: 0.02 },
+            GirderMode { mass: 1.0, omega: 44.6, zeta: 0.01 },
         ];
-        let mut cache = Cache::new(modes.len());
+        let mut cache = PropagatorCache::new(modes.len());
         for h in [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1e-3, 5e-3] {
             let at = cache.get(h, &modes);
             for (step, mode) in cache.entry(at).modes.iter().zip(&modes) {

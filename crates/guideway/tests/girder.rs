@@ -3,22 +3,22 @@
 
 use std::f64::consts::{PI, TAU};
 
-use guideway::{Description, Guideway, Load, State, Workspace};
+use guideway::{Guideway, GuidewayDescription, Load, State, Workspace};
 
 /// Table 3 with its unit weight of 22,000 N/m³: 22,000·1.24/9.81 kg/m.
 const DENSITY: f64 = 22_000.0 * 1.24 / 9.81;
 
-fn table_3(modes: usize, spans: usize, magnets: usize, extra: &str) -> Description {
+fn table_3(modes: usize, spans: usize, magnets: usize, extra: &str) -> GuidewayDescription {
     let text = format!(
         r#"{{ "girders": {{"table 3": {{"length": 25.0, "modes": {modes},
               "mass_per_length": {DENSITY:?}, "frequencies": [7.1, 24.9],
               "damping": [0.0108, 0.0241]}}}},
             "spans": [{{"girder": "table 3", "count": {spans}}}], "magnets": {magnets} {extra} }}"#
     );
-    Description::from_json(&text).unwrap()
+    GuidewayDescription::from_json(&text).unwrap()
 }
 
-fn build(description: &Description) -> (Guideway, Workspace) {
+fn build(description: &GuidewayDescription) -> (Guideway, Workspace) {
     let g = Guideway::new(description, None).unwrap();
     let work = Workspace::new(&g);
     (g, work)

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use guideway::{Description, Guideway, Load, State, Surface, Workspace};
+use guideway::{Guideway, GuidewayDescription, Load, State, Surface, Workspace};
 use proptest::prelude::*;
 
 fn build(magnets: usize, extra: &str) -> (Guideway, Workspace) {
@@ -17,7 +17,7 @@ fn build(magnets: usize, extra: &str) -> (Guideway, Workspace) {
             "spans": [{{"girder": "long"}}, {{"girder": "short"}}, {{"girder": "long"}}],
             "magnets": {magnets} {extra} }}"#
     );
-    let g = Guideway::new(&Description::from_json(&text).unwrap(), None).unwrap();
+    let g = Guideway::new(&GuidewayDescription::from_json(&text).unwrap(), None).unwrap();
     let work = Workspace::new(&g);
     (g, work)
 }
@@ -276,7 +276,8 @@ fn analytic_tabulated_sine_shapes_agree_with_the_sine() {
                "spans": [{{"girder": "g", "count": 2}}], "magnets": 1}}"#
         )
     };
-    let build = |text: &str| Guideway::new(&Description::from_json(text).unwrap(), None).unwrap();
+    let build =
+        |text: &str| Guideway::new(&GuidewayDescription::from_json(text).unwrap(), None).unwrap();
     let sine = build(&text(""));
     let table = build(&text(&format!(r#", "shapes": [{}]"#, shapes.join(", "))));
     let (mut w1, mut w2) = (Workspace::new(&sine), Workspace::new(&table));
@@ -318,14 +319,14 @@ fn invariant_bad_descriptions_are_refused_by_path() {
     let text = r#"{"girders": {"g": {"length": 25.0, "modes": 2, "mass_per_length": 2780.8,
             "frequencies": [7.1, 24.9], "damping": [0.01]}},
             "spans": [{"girder": "g"}], "magnets": 1}"#;
-    let good = Description::from_json(text).unwrap();
-    let refused = |change: &dyn Fn(&mut Description), needle: &str| {
+    let good = GuidewayDescription::from_json(text).unwrap();
+    let refused = |change: &dyn Fn(&mut GuidewayDescription), needle: &str| {
         let mut d = good.clone();
         change(&mut d);
         let message = Guideway::new(&d, None).unwrap_err().to_string();
         assert!(message.contains(needle), "{needle}: {message}");
     };
-    let girder = |change: &dyn Fn(&mut guideway::description::Girder), needle: &str| {
+    let girder = |change: &dyn Fn(&mut guideway::description::GirderDescription), needle: &str| {
         refused(&|d| change(d.girders.get_mut("g").unwrap()), needle);
     };
     refused(&|d| d.magnets = 0, "magnets");

@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use guideway::{Description, Guideway, Load, State, Workspace};
+use guideway::{Guideway, GuidewayDescription, Load, State, Workspace};
 
 const LENGTH: f64 = 25.0;
 const FORCE: f64 = 1000.0;
@@ -20,7 +20,7 @@ fn beam(modes: usize, damping: f64) -> Guideway {
             "spans": [{{"girder": "beam"}}], "magnets": 1,
             "pole": {{"length": 0.0, "forces": 1}}, "initial": "undeformed" }}"#
     );
-    Guideway::new(&Description::from_json(&text).unwrap(), None).unwrap()
+    Guideway::new(&GuidewayDescription::from_json(&text).unwrap(), None).unwrap()
 }
 
 /// Undamped closed form at mid-span, down positive.

@@ -3,16 +3,18 @@
 
 use std::{hint::black_box, time::Instant};
 
-use magnet::{Course, Error, Inputs, Law, Magnet, Parameters, Sampling, Workspace};
+use magnet::{
+    Error, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, Sampling, Workspace,
+};
 
 const STEPS: u32 = 200_000;
 
 fn main() -> Result<(), Error> {
-    let nonlinear = Parameters { law: Law::Nonlinear, ..Parameters::default() };
-    let mut sampled = Parameters::default();
+    let nonlinear = MagnetParameters { law: Law::Nonlinear, ..MagnetParameters::default() };
+    let mut sampled = MagnetParameters::default();
     sampled.control.sampling = Some(Sampling { period: 5e-4, delayed: false });
     for (name, parameters) in [
-        ("linear, exact", Parameters::default()),
+        ("linear, exact", MagnetParameters::default()),
         ("nonlinear", nonlinear),
         ("sampled at 0.5 ms", sampled),
     ] {
@@ -21,15 +23,17 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-fn time(parameters: Parameters) -> Result<f64, Error> {
+fn time(parameters: MagnetParameters) -> Result<f64, Error> {
     let magnet = Magnet::new(parameters)?;
-    let inputs = Inputs { gap: 0.008, static_force: 5824.69, ..Inputs::default() };
+    let inputs = MagnetInputs { gap: 0.008, static_force: 5824.69, ..MagnetInputs::default() };
     let mut state = magnet.initialise(&inputs, 0.0)?;
     let mut workspace = Workspace::default();
     let begin = Instant::now();
     for n in 0..STEPS {
-        let course =
-            black_box(Course { gap: [0.008, 0.01, 0.0, 0.0], acceleration: [0.1, 0.0, 0.0, 0.0] });
+        let course = black_box(InputCourse {
+            gap: [0.008, 0.01, 0.0, 0.0],
+            acceleration: [0.1, 0.0, 0.0, 0.0],
+        });
         magnet.step(&mut state, &course, f64::from(n) * 1e-3, 1e-3, &mut workspace)?;
         black_box(magnet.outputs(&state, &inputs)?);
     }

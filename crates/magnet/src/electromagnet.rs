@@ -1,6 +1,6 @@
 //! Force and coil: eqs 1 and 2 and the laws that they linearise.
 
-use crate::parameters::{Law, Parameters};
+use crate::parameters::{Law, MagnetParameters};
 
 /// Permeability of free space μ₀ = 4π·10⁻⁷ H/m (table 2).
 pub const MU_0: f64 = 4e-7 * std::f64::consts::PI;
@@ -40,9 +40,15 @@ pub struct Electromagnet {
 
 impl Electromagnet {
     /// The constants of eqs 1 and 2 from table 2's data.
-    pub fn new(parameters: &Parameters) -> Self {
-        let Parameters {
-            turns, pole_area, resistance, nominal_gap, operating_current, law, ..
+    pub fn new(parameters: &MagnetParameters) -> Self {
+        let MagnetParameters {
+            turns,
+            pole_area,
+            resistance,
+            nominal_gap,
+            operating_current,
+            law,
+            ..
         } = *parameters;
         let constant = MU_0 * pole_area * turns * turns / 4.0;
         let ratio = operating_current / nominal_gap;

@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::{Magnet, inputs::Course, system::State};
+use crate::{inputs::InputCourse, state::State};
 
 /// z' = A·z + B·w with the state z = (x₁ … x₅, Δλ) and the inputs w = (Δc, q̈), and the force
 /// deviation ΔF = force_by_state·z: eqs 1-5 with the controller closed.
@@ -31,11 +31,11 @@ const COLUMNS: usize = STATES + 4 * INPUTS;
 /// exp([[A, B, 0], [0, 0, I], …]·h) holds Φ and all Γ. The derivatives are scaled by hᵏ (time
 /// counted in steps) so that the exponential's entries stay of one size.
 #[derive(Debug, Clone, PartialEq)]
-struct Propagator {
+struct StepMap {
     columns: [[f64; STATES]; COLUMNS],
 }
 
-impl Propagator {
+impl StepMap {
     fn new(system: &LinearSystem, h: f64) -> Self {
         let mut m = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
         for i in 0..STATES {
@@ -64,7 +64,7 @@ impl Propagator {
     }
 
     #[inline]
-    fn apply(&self, state: &mut State, course: &Course, nominal_gap: f64) {
+    fn apply(&self, state: &mut State, course: &InputCourse, nominal_gap: f64) {
         let mut z = [0.0; STATES];
         let x = &state.filter;
         let states = [x[0], x[1], x[2], x[3], x[4], state.flux_deviation];
@@ -92,6 +92,15 @@ fn add(z: &mut [f64; STATES], columns: &[[f64; STATES]], values: &[f64]) {
 /// What determines a [`LinearSystem`]: compared to tell whether cached maps still apply.
 pub(crate) type Key = [f64; 13];
 
+/// A magnet as the exact integration needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LinearMagnet {
+    pub system: LinearSystem,
+    pub key: Key,
+    /// c₀, in m: the gap from which Δc counts.
+    pub nominal_gap: f64,
+}
+
 /// Step sizes remembered. A caller that forms its steps as differences of times uses a handful
 /// which differ in their last bits.
 const REMEMBERED: usize = 8;
@@ -103,7 +112,7 @@ const REMEMBERED: usize = 8;
 #[derive(Debug, Clone)]
 pub struct Workspace {
     key: Key,
-    maps: [Option<(f64, Propagator)>; REMEMBERED],
+    maps: [Option<(f64, StepMap)>; REMEMBERED],
     /// Where the last map was found, and where the next new one goes.
     last: usize,
     oldest: usize,
@@ -116,12 +125,18 @@ impl Default for Workspace {
 }
 
 impl Workspace {
-    /// Exact step of a magnet for which [`Magnet::is_exact`] holds.
+    /// Exact step of a magnet for which [`Magnet::is_exact`](crate::Magnet::is_exact) holds.
     #[inline]
-    pub(crate) fn step(&mut self, magnet: &Magnet, state: &mut State, course: &Course, h: f64) {
-        let nominal_gap = magnet.electromagnet().nominal_gap;
-        if self.key != *magnet.key() {
-            *self = Self { key: *magnet.key(), ..Self::default() };
+    pub(crate) fn step(
+        &mut self,
+        magnet: &LinearMagnet,
+        state: &mut State,
+        course: &InputCourse,
+        h: f64,
+    ) {
+        let nominal_gap = magnet.nominal_gap;
+        if self.key != magnet.key {
+            *self = Self { key: magnet.key, ..Self::default() };
         }
         if let Some((size, map)) = &self.maps[self.last]
             && *size == h
@@ -133,9 +148,8 @@ impl Workspace {
     }
 
     #[cold]
-    fn find(&mut self, magnet: &Magnet, h: f64) -> &Propagator {
-        let known =
-            |map: &Option<(f64, Propagator)>| map.as_ref().is_some_and(|(size, _)| *size == h);
+    fn find(&mut self, magnet: &LinearMagnet, h: f64) -> &StepMap {
+        let known = |map: &Option<(f64, StepMap)>| map.as_ref().is_some_and(|(size, _)| *size == h);
         match self.maps.iter().position(known) {
             Some(place) => self.last = place,
             None => {
@@ -147,6 +161,6 @@ impl Workspace {
         if !known(slot) {
             *slot = None;
         }
-        &slot.get_or_insert_with(|| (h, Propagator::new(magnet.linear_system(), h))).1
+        &slot.get_or_insert_with(|| (h, StepMap::new(&magnet.system, h))).1
     }
 }

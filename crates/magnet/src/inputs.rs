@@ -10,7 +10,7 @@ pub type Taylor = [f64; 4];
 
 /// Signals at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Inputs {
+pub struct MagnetInputs {
     /// Gap c, in m.
     pub gap: f64,
     /// Rate of the gap ċ, in m/s.
@@ -23,7 +23,7 @@ pub struct Inputs {
     pub static_force: f64,
 }
 
-impl Inputs {
+impl MagnetInputs {
     /// Refuses signals that are not numbers, and a closed gap.
     pub(crate) fn check(&self) -> Result<(), Error> {
         finite("gap (m)", self.gap)?;
@@ -45,16 +45,16 @@ impl Inputs {
 /// The gap moves the filter and the coil; its rate is its own derivative, so the gap rate that the
 /// magnet is told does not enter here.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Course {
+pub struct InputCourse {
     /// Gap, in m, m/s, …
     pub gap: Taylor,
     /// Acceleration, in m/s², …
     pub acceleration: Taylor,
 }
 
-impl Course {
+impl InputCourse {
     /// Signals that keep their value over the step.
-    pub fn constant(inputs: &Inputs) -> Self {
+    pub fn constant(inputs: &MagnetInputs) -> Self {
         let hold = |value| [value, 0.0, 0.0, 0.0];
         Self { gap: hold(inputs.gap), acceleration: hold(inputs.acceleration) }
     }

@@ -12,7 +12,7 @@
 //! Δc = c − c₀, Δi = i − i_op, Δv = v − R·i_op.
 //!
 //! # Parts
-//! - [`Parameters`] and its parts: what describes a magnet, checked by [`Magnet::new`].
+//! - [`MagnetParameters`] and its parts: what describes a magnet, checked by [`Magnet::new`].
 //! - [`Electromagnet`]: force laws, inductance and coil (eqs 1 and 2).
 //! - [`Filter`]: the dynamic filter (eqs 4 and 5).
 //! - [`lateral_force`]: the restoring force of a magnet displaced sideways.
@@ -22,14 +22,14 @@
 //! [`State`]. [`Workspace`] only caches matrices and never influences a result.
 //!
 //! ```
-//! use magnet::{Course, Inputs, Magnet, Parameters, Workspace};
+//! use magnet::{InputCourse, MagnetInputs, Magnet, MagnetParameters, Workspace};
 //!
-//! let magnet = Magnet::new(Parameters::default())?;
+//! let magnet = Magnet::new(MagnetParameters::default())?;
 //! let load = 38_000.0 * 9.81 / 64.0;
-//! let inputs = Inputs { gap: 0.008, static_force: load, ..Inputs::default() };
+//! let inputs = MagnetInputs { gap: 0.008, static_force: load, ..MagnetInputs::default() };
 //! let mut state = magnet.initialise(&inputs, 0.0)?;
 //! let mut workspace = Workspace::default();
-//! magnet.step(&mut state, &Course::constant(&inputs), 0.0, 1e-3, &mut workspace)?;
+//! magnet.step(&mut state, &InputCourse::constant(&inputs), 0.0, 1e-3, &mut workspace)?;
 //! assert_eq!(magnet.outputs(&state, &inputs)?.force, load);
 //! # Ok::<(), magnet::Error>(())
 //! ```
@@ -41,23 +41,27 @@ mod exact;
 mod filter;
 mod inputs;
 mod lateral;
+mod limiter;
 mod limits;
 mod outputs;
 mod parameters;
 mod runge_kutta;
 mod sampling;
+mod state;
+mod step;
 mod system;
 
 pub use electromagnet::{Electromagnet, MU_0};
 pub use error::Error;
 pub use exact::{LinearSystem, Workspace};
 pub use filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE, VELOCITY_SCALE};
-pub use inputs::{Course, Inputs, Taylor};
+pub use inputs::{InputCourse, MagnetInputs, Taylor};
 pub use lateral::{lateral_force, lateral_stiffness};
-pub use limits::Mode;
-pub use outputs::{InputRates, Outputs, Partials, Rates};
+pub use limits::LimitsAtWork;
+pub use outputs::{InputRates, MagnetOutputs, OutputRates, Partials};
 pub use parameters::{
-    Control, FilterDesign, Gains, Law, Limits, Parameters, Range, Sampling, filter_design_of_eq_4,
+    Controller, FilterDesign, Gains, Law, MagnetParameters, PowerLimits, Range, Sampling,
+    filter_design_of_eq_4,
 };
-pub use sampling::Hold;
-pub use system::{Magnet, State};
+pub use state::{Hold, State};
+pub use system::Magnet;

@@ -1,13 +1,10 @@
 //! Which limits of the power electronics are at work.
 
-use crate::{
-    parameters::{Limits, Range},
-    system::Magnet,
-};
+use crate::parameters::{PowerLimits, Range};
 
 /// Where a limited quantity stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
+pub(crate) enum LimitSide {
     Free,
     Lower,
     Upper,
@@ -16,12 +13,12 @@ pub(crate) enum Side {
 /// Which limits are at work: a pure function of state, inputs and parameters, so nothing of it
 /// needs to be remembered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mode {
-    pub(crate) voltage: Side,
-    pub(crate) current: Side,
+pub struct LimitsAtWork {
+    pub(crate) voltage: LimitSide,
+    pub(crate) current: LimitSide,
 }
 
-impl Side {
+impl LimitSide {
     /// The bound at which the quantity is held, if it is.
     pub(crate) fn bound(self) -> Option<fn(Range) -> f64> {
         match self {
@@ -32,17 +29,17 @@ impl Side {
     }
 }
 
-impl Mode {
-    pub(crate) const FREE: Self = Self { voltage: Side::Free, current: Side::Free };
+impl LimitsAtWork {
+    pub(crate) const FREE: Self = Self { voltage: LimitSide::Free, current: LimitSide::Free };
 
     /// Whether the controller asks for more voltage than there is.
     pub fn voltage_is_limited(self) -> bool {
-        self.voltage != Side::Free
+        self.voltage != LimitSide::Free
     }
 
     /// Whether the limiter holds the current at a bound.
     pub fn current_is_limited(self) -> bool {
-        self.current != Side::Free
+        self.current != LimitSide::Free
     }
 }
 
@@ -58,18 +55,18 @@ pub(crate) struct Point {
 }
 
 impl Range {
-    pub(crate) fn side(self, value: f64) -> Side {
+    pub(crate) fn side(self, value: f64) -> LimitSide {
         if value > self.max {
-            Side::Upper
+            LimitSide::Upper
         } else if value < self.min {
-            Side::Lower
+            LimitSide::Lower
         } else {
-            Side::Free
+            LimitSide::Free
         }
     }
 
     /// What a current at a bound may be off by: it comes back from the flux with a few roundings.
-    fn slack(self) -> f64 {
+    pub(crate) fn slack(self) -> f64 {
         16.0 * f64::EPSILON * self.max.abs().max(self.min.abs())
     }
 
@@ -78,7 +75,7 @@ impl Range {
     }
 }
 
-impl Limits {
+impl PowerLimits {
     pub(crate) fn clamp_voltage(&self, voltage: f64) -> f64 {
         self.voltage.map_or(voltage, |range| range.clamp(voltage))
     }
@@ -89,47 +86,5 @@ impl Limits {
 
     pub(crate) fn none(&self) -> bool {
         self.voltage.is_none() && self.current.is_none()
-    }
-}
-
-impl Magnet {
-    /// The mode at a point. A current at its bound is held if the voltage would drive it outwards.
-    pub(crate) fn mode(&self, point: &Point) -> Mode {
-        let limits = &self.parameters().limits;
-        let voltage = limits.voltage.map_or(Side::Free, |range| range.side(point.command));
-        let current = limits.current.map_or(Side::Free, |range| {
-            let rate = self.free_rate(point);
-            let slack = range.slack();
-            if point.current >= range.max - slack && rate > 0.0 {
-                Side::Upper
-            } else if point.current <= range.min + slack && rate < 0.0 {
-                Side::Lower
-            } else {
-                Side::Free
-            }
-        });
-        Mode { voltage, current }
-    }
-
-    /// Whether a mode entered earlier still holds at a point.
-    pub(crate) fn holds(&self, mode: Mode, point: &Point) -> bool {
-        let limits = &self.parameters().limits;
-        let voltage = limits.voltage.is_none_or(|range| match mode.voltage {
-            Side::Free => range.side(point.command) == Side::Free,
-            Side::Upper => point.command >= range.max,
-            Side::Lower => point.command <= range.min,
-        });
-        let current = limits.current.is_none_or(|range| match mode.current {
-            Side::Free => range.side(point.current) == Side::Free,
-            Side::Upper => self.free_rate(point) >= 0.0,
-            Side::Lower => self.free_rate(point) <= 0.0,
-        });
-        voltage && current
-    }
-
-    /// di/dt without the current limiter.
-    fn free_rate(&self, point: &Point) -> f64 {
-        let voltage = self.parameters().limits.clamp_voltage(point.command);
-        self.electromagnet().current_rate(point.gap, point.gap_rate, point.current, voltage)
     }
 }

@@ -5,16 +5,17 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Error,
     filter::ACCELERATION_SCALE,
-    inputs::Inputs,
+    inputs::MagnetInputs,
     lateral::{lateral_force, lateral_gradient},
-    limits::{Mode, Point},
+    limits::{LimitsAtWork, Point},
     parameters::Law,
-    system::{Magnet, State},
+    state::State,
+    system::Magnet,
 };
 
 /// Quantities at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outputs {
+pub struct MagnetOutputs {
     /// Levitation force F, in N, attraction positive.
     pub force: f64,
     /// Lateral force on the magnet, in N, left positive.
@@ -44,7 +45,7 @@ pub struct InputRates {
 
 /// Time derivatives of the outputs at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Rates {
+pub struct OutputRates {
     /// dF/dt, in N/s.
     pub force: f64,
     /// d²F/dt², in N/s².
@@ -85,7 +86,7 @@ impl Magnet {
     /// # Errors
     /// Inputs that are not finite, or a closed gap.
     #[inline]
-    pub fn outputs(&self, state: &State, inputs: &Inputs) -> Result<Outputs, Error> {
+    pub fn outputs(&self, state: &State, inputs: &MagnetInputs) -> Result<MagnetOutputs, Error> {
         inputs.check()?;
         let gap = inputs.gap;
         let (flux, current) = self.flux_and_current(state, gap);
@@ -93,7 +94,7 @@ impl Magnet {
             self.electromagnet().force_of_flux(state.operating_current, flux, inputs.static_force);
         let width = self.parameters().pole_width;
         let deviation = gap - self.electromagnet().nominal_gap;
-        Ok(Outputs {
+        Ok(MagnetOutputs {
             force,
             lateral_force: width
                 .map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width)),
@@ -113,8 +114,8 @@ impl Magnet {
     }
 
     /// Which limits are at work.
-    pub fn limits_at_work(&self, state: &State, inputs: &Inputs) -> Mode {
-        let Inputs { gap, gap_rate, acceleration, .. } = *inputs;
+    pub fn limits_at_work(&self, state: &State, inputs: &MagnetInputs) -> LimitsAtWork {
+        let MagnetInputs { gap, gap_rate, acceleration, .. } = *inputs;
         let command = if self.parameters().control.sampling.is_some() {
             state.hold.applied
         } else {
@@ -135,9 +136,9 @@ impl Magnet {
     pub fn rates(
         &self,
         state: &State,
-        inputs: &Inputs,
+        inputs: &MagnetInputs,
         rates: &InputRates,
-    ) -> Result<Rates, Error> {
+    ) -> Result<OutputRates, Error> {
         inputs.check()?;
         let mode = self.limits_at_work(state, inputs);
         let deviation = inputs.gap - self.electromagnet().nominal_gap;
@@ -149,14 +150,14 @@ impl Magnet {
         let voltage = self.voltage(state, inputs.acceleration);
         let coil = Coil { mode, voltage, voltage_rate };
         let (force, force_second, current) = self.force_rates(state, inputs, rates, &coil);
-        Ok(Rates { force, force_second, current, voltage: voltage_rate, estimates })
+        Ok(OutputRates { force, force_second, current, voltage: voltage_rate, estimates })
     }
 
     /// F', F'' and i'.
     fn force_rates(
         &self,
         state: &State,
-        inputs: &Inputs,
+        inputs: &MagnetInputs,
         rates: &InputRates,
         coil: &Coil,
     ) -> (f64, f64, f64) {
@@ -191,9 +192,9 @@ impl Magnet {
     ///
     /// # Errors
     /// Inputs that are not finite, or a closed gap.
-    pub fn partials(&self, state: &State, inputs: &Inputs) -> Result<Partials, Error> {
+    pub fn partials(&self, state: &State, inputs: &MagnetInputs) -> Result<Partials, Error> {
         let outputs = self.outputs(state, inputs)?;
-        let Inputs { gap, lateral_offset, .. } = *inputs;
+        let MagnetInputs { gap, lateral_offset, .. } = *inputs;
         let mode = self.limits_at_work(state, inputs);
         let (force_by_gap, current_by_gap) = if mode.current_is_limited() {
             (self.electromagnet().force_gradient(gap, outputs.current).0, 0.0)
@@ -228,7 +229,7 @@ impl Magnet {
 
 /// The electrical side of one instant.
 struct Coil {
-    mode: Mode,
+    mode: LimitsAtWork,
     voltage: f64,
     voltage_rate: f64,
 }

@@ -7,7 +7,7 @@ use crate::Error;
 /// Everything that describes a magnet. [`Default`] is the paper's magnet: table 2, the filter of
 /// eq. 4, the linear law, no limits, a continuous controller.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
+pub struct MagnetParameters {
     /// Number of turns N of the coil.
     pub turns: f64,
     /// Area A of one pole face, in m².
@@ -21,11 +21,11 @@ pub struct Parameters {
     /// Which force law and coil equation hold.
     pub law: Law,
     /// Gains and sampling of the controller.
-    pub control: Control,
+    pub control: Controller,
     /// Design of the filter in front of the control law.
     pub filter: FilterDesign,
     /// Limits on the coil's voltage and current.
-    pub limits: Limits,
+    pub limits: PowerLimits,
     /// Width w of a pole for the lateral force, in m; `None` switches the lateral force off.
     pub pole_width: Option<f64>,
     /// Longest Runge-Kutta step, in s, where the exact integration does not apply (nonlinear law,
@@ -44,7 +44,7 @@ pub enum Law {
 
 /// The controller: eq. 3 and how it is carried out.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Control {
+pub struct Controller {
     /// Gains of eq. 3.
     pub gains: Gains,
     /// Sampled instead of continuous, if given.
@@ -97,7 +97,7 @@ pub struct FilterDesign {
 
 /// Limits of the power electronics. `None` means unlimited.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Limits {
+pub struct PowerLimits {
     /// Range of the coil's total voltage v, in V.
     pub voltage: Option<Range>,
     /// Range of the coil's total current i, in A, held by an ideal limiter: at a bound the current
@@ -114,7 +114,7 @@ pub struct Range {
     pub max: f64,
 }
 
-impl Default for Parameters {
+impl Default for MagnetParameters {
     fn default() -> Self {
         Self {
             turns: 400.0,
@@ -123,9 +123,9 @@ impl Default for Parameters {
             nominal_gap: 0.008,
             operating_current: 24.0,
             law: Law::Linear,
-            control: Control { gains: Gains::default(), sampling: None },
+            control: Controller { gains: Gains::default(), sampling: None },
             filter: filter_design_of_eq_4(),
-            limits: Limits::default(),
+            limits: PowerLimits::default(),
             pole_width: Some(0.028),
             integration_step: 5e-5,
         }
@@ -150,10 +150,10 @@ pub const fn filter_design_of_eq_4() -> FilterDesign {
     }
 }
 
-/// The longest Runge-Kutta step times the fastest rate; see [`Parameters::check`].
+/// The longest Runge-Kutta step times the fastest rate; see [`MagnetParameters::check`].
 const MAX_STEP_ANGLE: f64 = 0.5;
 
-impl Parameters {
+impl MagnetParameters {
     /// Checks that the model is defined for these values.
     ///
     /// Where it is used, the integration step is held below half a radian of the fastest rate: a fourth-order

@@ -8,9 +8,10 @@
 
 use crate::{
     Error,
-    inputs::Course,
-    limits::{Mode, Point, Side},
-    system::{Magnet, State},
+    inputs::InputCourse,
+    limits::{LimitSide, LimitsAtWork, Point},
+    state::State,
+    system::Magnet,
 };
 
 /// Filter states x₁ … x₅ and flux deviation Δλ.
@@ -24,9 +25,9 @@ const MAX_EVENTS: usize = 1000;
 const HALVINGS: usize = 40;
 
 /// What drives the state during an integration.
-pub(crate) struct Drive<'a> {
+pub(crate) struct Excitation<'a> {
     /// Inputs, relative to the start of the communication step.
-    pub course: &'a Course,
+    pub course: &'a InputCourse,
     /// Time at the start of the communication step, for messages.
     pub time: f64,
     /// Total voltage held by a sampled controller, in V; `None` for a continuous one.
@@ -37,11 +38,11 @@ pub(crate) struct Drive<'a> {
 pub(crate) fn integrate(
     magnet: &Magnet,
     state: &mut State,
-    drive: &Drive,
+    drive: &Excitation,
     from: f64,
     to: f64,
 ) -> Result<(), Error> {
-    let mut run = Run { magnet, drive, operating: state.operating_current, events: 0 };
+    let mut run = Integration { magnet, drive, operating: state.operating_current, events: 0 };
     let mut z = pack(state);
     // The small allowance keeps a span of exactly n steps at n in spite of rounding.
     let count = ((to - from) / magnet.parameters().integration_step - 1e-9).ceil().max(1.0);
@@ -66,14 +67,14 @@ fn unpack(state: &mut State, z: &Vector) {
     state.flux_deviation = z[5];
 }
 
-struct Run<'a> {
+struct Integration<'a> {
     magnet: &'a Magnet,
-    drive: &'a Drive<'a>,
+    drive: &'a Excitation<'a>,
     operating: f64,
     events: usize,
 }
 
-impl Run<'_> {
+impl Integration<'_> {
     /// One step of the method, cut where a limit sets in or lets go.
     fn advance(&mut self, z: &mut Vector, start: f64, end: f64) -> Result<(), Error> {
         self.check_gap(0.5 * (start + end))?;
@@ -101,7 +102,7 @@ impl Run<'_> {
 
     /// Shortest step, to 2⁻⁴⁰ of `size`, after which the mode no longer holds, by bisection: the
     /// answer lies on the far side of the switch, so that the next mode is another one.
-    fn locate(&self, z: &Vector, at: f64, size: f64, mode: Mode) -> f64 {
+    fn locate(&self, z: &Vector, at: f64, size: f64, mode: LimitsAtWork) -> f64 {
         let (mut holds, mut fails) = (0.0, size);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (holds + fails);
@@ -114,7 +115,7 @@ impl Run<'_> {
         fails
     }
 
-    fn step(&self, z: &Vector, at: f64, size: f64, mode: Mode) -> Vector {
+    fn step(&self, z: &Vector, at: f64, size: f64, mode: LimitsAtWork) -> Vector {
         let k1 = self.rates(z, at, mode);
         let k2 = self.rates(&along(z, &k1, 0.5 * size), at + 0.5 * size, mode);
         let k3 = self.rates(&along(z, &k2, 0.5 * size), at + 0.5 * size, mode);
@@ -132,16 +133,16 @@ impl Run<'_> {
         result
     }
 
-    fn rates(&self, z: &Vector, at: f64, mode: Mode) -> Vector {
+    fn rates(&self, z: &Vector, at: f64, mode: LimitsAtWork) -> Vector {
         let [gap, acceleration] = self.drive.course.at(at);
         let magnet = self.magnet;
         let x = [z[0], z[1], z[2], z[3], z[4]];
         let deviation = gap - magnet.electromagnet().nominal_gap;
         let [a, b, c, d, e] = magnet.filter().rates(&x, deviation, acceleration);
-        let flux_rate = if mode.current == Side::Free {
+        let flux_rate = if mode.current == LimitSide::Free {
             let voltage = match (mode.voltage, magnet.parameters().limits.voltage) {
-                (Side::Upper, Some(range)) => range.max,
-                (Side::Lower, Some(range)) => range.min,
+                (LimitSide::Upper, Some(range)) => range.max,
+                (LimitSide::Lower, Some(range)) => range.min,
                 _ => self.command(&x, acceleration),
             };
             voltage - magnet.electromagnet().resistance * self.current(z, gap)
@@ -163,14 +164,14 @@ impl Run<'_> {
         Point { gap, gap_rate, current: self.current(z, gap), command }
     }
 
-    fn mode(&self, z: &Vector, at: f64) -> Mode {
+    fn mode(&self, z: &Vector, at: f64) -> LimitsAtWork {
         if self.magnet.parameters().limits.none() {
-            return Mode::FREE;
+            return LimitsAtWork::FREE;
         }
         self.magnet.mode(&self.point(z, at))
     }
 
-    fn holds(&self, mode: Mode, z: &Vector, at: f64) -> bool {
+    fn holds(&self, mode: LimitsAtWork, z: &Vector, at: f64) -> bool {
         self.magnet.parameters().limits.none() || self.magnet.holds(mode, &self.point(z, at))
     }
 

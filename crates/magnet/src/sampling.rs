@@ -1,39 +1,13 @@
 //! The sampled controller: when it acts, and what it holds in between.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{
     Error,
-    inputs::Course,
+    inputs::InputCourse,
     parameters::Sampling,
-    runge_kutta::{self, Drive},
-    system::{Magnet, State},
+    runge_kutta::{self, Excitation},
+    state::State,
+    system::Magnet,
 };
-
-/// Memory of a sampled controller. Instants are counted, t₀ + n·T, so they do not drift.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Hold {
-    /// Instant t₀ of the first sample, in s.
-    pub start: f64,
-    /// Number n of the next sample.
-    pub next: u64,
-    /// Voltage at the coil until then, in V.
-    pub applied: f64,
-    /// Voltage computed last, in V; the same unless the controller is delayed by one sample.
-    pub pending: f64,
-}
-
-impl Hold {
-    pub(crate) fn new(start: f64, voltage: f64) -> Self {
-        Self { start, next: 0, applied: voltage, pending: voltage }
-    }
-
-    fn take(&mut self, voltage: f64, delayed: bool) {
-        self.applied = if delayed { self.pending } else { voltage };
-        self.pending = voltage;
-        self.next += 1;
-    }
-}
 
 /// Instants closer than this part of a sample time count as one, so that a step which ends on a
 /// sampling instant by intention does so in spite of rounding.
@@ -46,7 +20,7 @@ pub(crate) fn integrate(
     magnet: &Magnet,
     sampling: Sampling,
     state: &mut State,
-    course: &Course,
+    course: &InputCourse,
     time: f64,
     size: f64,
 ) -> Result<(), Error> {
@@ -62,7 +36,7 @@ pub(crate) fn integrate(
             continue;
         }
         let end = if due < size - tolerance { due } else { size };
-        let drive = Drive { course, time, held: Some(state.hold.applied) };
+        let drive = Excitation { course, time, held: Some(state.hold.applied) };
         runge_kutta::integrate(magnet, state, &drive, elapsed, end)?;
         elapsed = end;
     }

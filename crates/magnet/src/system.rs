@@ -1,43 +1,25 @@
 //! The whole magnet: force, coil, filter and control law.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{
     Error,
     electromagnet::Electromagnet,
-    exact::{Key, LinearSystem, Workspace},
+    exact::{Key, LinearMagnet, LinearSystem},
     filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE},
-    inputs::{Course, Inputs},
-    parameters::{Law, Parameters, positive},
-    runge_kutta::{self, Drive},
-    sampling::{self, Hold},
+    inputs::MagnetInputs,
+    parameters::{Law, MagnetParameters, positive},
+    state::{Hold, State},
 };
-
-/// Everything that changes while stepping.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct State {
-    /// Filter states x₁ … x₅ (eq. 4).
-    pub filter: [f64; 5],
-    /// Δλ, in Wb: flux linkage beyond that of the operating current at the nominal gap.
-    pub flux_deviation: f64,
-    /// Operating current i_op, in A: i₀ in the linear law, the current that carries the static
-    /// force at the nominal gap in the nonlinear one. Fixed by [`Magnet::initialise`].
-    pub operating_current: f64,
-    /// Memory of a sampled controller.
-    pub hold: Hold,
-}
 
 /// One magnet with its controller, ready to step. It never changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Magnet {
-    parameters: Parameters,
+    parameters: MagnetParameters,
     electromagnet: Electromagnet,
     filter: Filter,
     /// Voltage per filter state, and per m/s² of acceleration: eq. 3 after eq. 5.
     voltage_by_state: [f64; 5],
     voltage_by_acceleration: f64,
-    linear: LinearSystem,
-    key: Key,
+    linear: LinearMagnet,
     exact: bool,
 }
 
@@ -45,15 +27,18 @@ impl Magnet {
     /// Builds a magnet.
     ///
     /// # Errors
-    /// Whatever [`Parameters::check`] finds.
-    pub fn new(parameters: Parameters) -> Result<Self, Error> {
+    /// Whatever [`MagnetParameters::check`] finds.
+    pub fn new(parameters: MagnetParameters) -> Result<Self, Error> {
         parameters.check()?;
         let electromagnet = Electromagnet::new(&parameters);
         let filter = Filter::new(&parameters.filter);
         let (voltage_by_state, voltage_by_acceleration) = control_law(&parameters, &filter);
-        let linear = linearise(&electromagnet, &filter, voltage_by_state, voltage_by_acceleration);
+        let linear = LinearMagnet {
+            system: linearise(&electromagnet, &filter, voltage_by_state, voltage_by_acceleration),
+            key: key(&parameters, &electromagnet),
+            nominal_gap: electromagnet.nominal_gap,
+        };
         let exact = parameters.is_exact();
-        let key = key(&parameters, &electromagnet);
         Ok(Self {
             parameters,
             electromagnet,
@@ -61,13 +46,12 @@ impl Magnet {
             voltage_by_state,
             voltage_by_acceleration,
             linear,
-            key,
             exact,
         })
     }
 
     /// What the magnet was built from.
-    pub fn parameters(&self) -> &Parameters {
+    pub fn parameters(&self) -> &MagnetParameters {
         &self.parameters
     }
 
@@ -84,7 +68,7 @@ impl Magnet {
     /// The linear system of eqs 1-5 about (i₀, c₀). For the nonlinear law it is the linearisation
     /// about the operating point if `operating_current` is that point's current.
     pub fn linear_system(&self) -> &LinearSystem {
-        &self.linear
+        &self.linear.system
     }
 
     /// Whether steps are exact: linear law, no limits, continuous controller.
@@ -92,13 +76,13 @@ impl Magnet {
         self.exact
     }
 
-    /// Fastest rate in the filter, in 1/s: what [`Parameters::integration_step`] is held against.
+    /// Fastest rate in the filter, in 1/s: what [`MagnetParameters::integration_step`] is held against.
     pub fn fastest_rate(&self) -> f64 {
         self.parameters.filter.fastest_rate()
     }
 
-    pub(crate) fn key(&self) -> &Key {
-        &self.key
+    pub(crate) fn linear_magnet(&self) -> &LinearMagnet {
+        &self.linear
     }
 
     pub(crate) fn voltage_by_acceleration(&self) -> f64 {
@@ -159,7 +143,7 @@ impl Magnet {
     /// # Errors
     /// Inputs that are not finite, a closed gap, or (nonlinear law) a static force that no current
     /// carries because it is not positive.
-    pub fn initialise(&self, inputs: &Inputs, time: f64) -> Result<State, Error> {
+    pub fn initialise(&self, inputs: &MagnetInputs, time: f64) -> Result<State, Error> {
         inputs.check()?;
         let deviation = inputs.gap - self.electromagnet.nominal_gap;
         let filter = self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration);
@@ -195,50 +179,11 @@ impl Magnet {
             }
         }
     }
-
-    /// Advances the state over `size` (s) from `time` (s), while the inputs follow `course`.
-    ///
-    /// Where [`Magnet::is_exact`] holds the result is exact to rounding for any size; otherwise it
-    /// is of fourth order in [`Parameters::integration_step`]. After an error the state is as it
-    /// was before.
-    ///
-    /// # Errors
-    /// A size that is not positive, inputs that are not finite, a gap that closes, or limits that
-    /// chatter.
-    #[inline]
-    pub fn step(
-        &self,
-        state: &mut State,
-        course: &Course,
-        time: f64,
-        size: f64,
-        workspace: &mut Workspace,
-    ) -> Result<(), Error> {
-        positive("step size (s)", size)?;
-        course.check(time)?;
-        if self.exact {
-            let [gap, _] = course.at(size);
-            if gap <= 0.0 {
-                return Err(Error::GapClosed { time: time + size, gap });
-            }
-            workspace.step(self, state, course, size);
-            return Ok(());
-        }
-        let mut next = *state;
-        if let Some(sampling) = self.parameters.control.sampling {
-            sampling::integrate(self, sampling, &mut next, course, time, size)?;
-        } else {
-            let drive = Drive { course, time, held: None };
-            runge_kutta::integrate(self, &mut next, &drive, 0.0, size)?;
-        }
-        *state = next;
-        Ok(())
-    }
 }
 
 /// Eq. 3 on eq. 5's outputs: voltage per filter state and per m/s² of acceleration. The gap enters
 /// through the filter's states only.
-fn control_law(parameters: &Parameters, filter: &Filter) -> ([f64; 5], f64) {
+fn control_law(parameters: &MagnetParameters, filter: &Filter) -> ([f64; 5], f64) {
     let k = parameters.control.gains;
     let by_estimate = [k.gap, k.gap_velocity, k.acceleration, k.velocity, k.position];
     let mut by_state = [0.0; 5];
@@ -273,7 +218,7 @@ fn linearise(
     LinearSystem { a, b, force_by_state: [0.0, 0.0, 0.0, 0.0, 0.0, force_by_flux] }
 }
 
-fn key(parameters: &Parameters, magnet: &Electromagnet) -> Key {
+fn key(parameters: &MagnetParameters, magnet: &Electromagnet) -> Key {
     let f = &parameters.filter;
     let k = &parameters.control.gains;
     [

@@ -4,7 +4,9 @@
 mod common;
 
 use common::{LOAD, nominal, paper};
-use magnet::{Electromagnet, Filter, Inputs, Magnet, Parameters, filter_design_of_eq_4};
+use magnet::{
+    Electromagnet, Filter, Magnet, MagnetInputs, MagnetParameters, filter_design_of_eq_4,
+};
 
 fn close(value: f64, expected: f64, relative: f64) {
     assert!((value - expected).abs() <= relative * expected.abs(), "{value} is not {expected}");
@@ -13,7 +15,7 @@ fn close(value: f64, expected: f64, relative: f64) {
 /// Printed numbers carry five to six digits: half a unit of the last is the tolerance.
 #[test]
 fn analytic_constants_of_table_2() {
-    let magnet = Electromagnet::new(&Parameters::default());
+    let magnet = Electromagnet::new(&MagnetParameters::default());
     close(magnet.inductance, 0.452389, 1.2e-6);
     close(magnet.current_stiffness, 1357.17, 4e-6);
     close(magnet.gap_stiffness, 4.0715e6, 1.3e-5);
@@ -83,14 +85,15 @@ fn analytic_nominal_gap_carries_the_static_force_at_rest() {
 fn analytic_start_off_the_nominal_gap_is_an_equilibrium() {
     let magnet = paper();
     let deviation = 3e-4;
-    let inputs = Inputs { gap: 0.008 + deviation, acceleration: 0.7, ..nominal() };
+    let inputs = MagnetInputs { gap: 0.008 + deviation, acceleration: 0.7, ..nominal() };
     let state = magnet.initialise(&inputs, 0.0).unwrap();
     let coil = magnet.electromagnet();
     let stiffness = coil.current_stiffness * 11.0 * 250.0 / 0.6 - coil.gap_stiffness;
     let force = magnet.outputs(&state, &inputs).unwrap().force;
     close(force - LOAD, stiffness * deviation, 1e-11);
 
-    let later = common::stepped(&magnet, &state, &magnet::Course::constant(&inputs), 0.0, 0.01);
+    let later =
+        common::stepped(&magnet, &state, &magnet::InputCourse::constant(&inputs), 0.0, 0.01);
     // Rounding of Φ + Γ against the identity: some tens of roundings.
     assert!(common::distance(&state, &later) < 1e-13);
 }
@@ -100,7 +103,7 @@ fn analytic_start_off_the_nominal_gap_is_an_equilibrium() {
 #[test]
 fn analytic_start_with_a_moving_gap_follows_the_motion() {
     let magnet = paper();
-    let inputs = Inputs { gap: 0.0081, gap_rate: 0.004, acceleration: 0.5, ..nominal() };
+    let inputs = MagnetInputs { gap: 0.0081, gap_rate: 0.004, acceleration: 0.5, ..nominal() };
     let state = magnet.initialise(&inputs, 0.0).unwrap();
     let y = magnet.outputs(&state, &inputs).unwrap().estimates;
     close(y[0], 250.0 * 1e-4, 1e-11);
@@ -120,9 +123,9 @@ fn analytic_start_with_a_moving_gap_follows_the_motion() {
 #[test]
 fn analytic_start_with_a_moving_gap_carries_the_load() {
     let magnet = paper();
-    let still = Inputs { gap: 0.0081, ..nominal() };
-    let moving = Inputs { gap_rate: 0.004, acceleration: 0.5, ..still };
-    let force = |inputs: &Inputs| {
+    let still = MagnetInputs { gap: 0.0081, ..nominal() };
+    let moving = MagnetInputs { gap_rate: 0.004, acceleration: 0.5, ..still };
+    let force = |inputs: &MagnetInputs| {
         magnet.outputs(&magnet.initialise(inputs, 0.0).unwrap(), inputs).unwrap().force
     };
     assert_eq!(force(&moving), force(&still));
@@ -151,9 +154,10 @@ fn analytic_lateral_force_far_off_is_the_virtual_work_of_the_overlap() {
 
 #[test]
 fn analytic_lateral_force_can_be_switched_off() {
-    let inputs = Inputs { lateral_offset: 0.003, ..nominal() };
+    let inputs = MagnetInputs { lateral_offset: 0.003, ..nominal() };
     let with = paper();
-    let without = Magnet::new(Parameters { pole_width: None, ..Parameters::default() }).unwrap();
+    let without =
+        Magnet::new(MagnetParameters { pole_width: None, ..MagnetParameters::default() }).unwrap();
     let state = with.initialise(&inputs, 0.0).unwrap();
     assert!(with.outputs(&state, &inputs).unwrap().lateral_force < 0.0);
     assert_eq!(without.outputs(&state, &inputs).unwrap().lateral_force, 0.0);
@@ -162,7 +166,7 @@ fn analytic_lateral_force_can_be_switched_off() {
 /// A filter too fast for the integration step is refused where that step is used, and only there.
 #[test]
 fn analytic_integration_step_is_held_against_the_fastest_rate() {
-    let mut parameters = Parameters::default();
+    let mut parameters = MagnetParameters::default();
     parameters.filter.gap_cutoff = 2e4;
     assert!(Magnet::new(parameters).is_ok());
     parameters.law = magnet::Law::Nonlinear;
@@ -178,8 +182,8 @@ fn analytic_integration_step_is_held_against_the_fastest_rate() {
 /// Every number that leaves its range is named in the message.
 #[test]
 fn analytic_impossible_parameters_are_refused() {
-    let refused = |change: fn(&mut Parameters)| {
-        let mut parameters = Parameters::default();
+    let refused = |change: fn(&mut MagnetParameters)| {
+        let mut parameters = MagnetParameters::default();
         change(&mut parameters);
         Magnet::new(parameters).unwrap_err().to_string()
     };

@@ -4,34 +4,41 @@
 mod common;
 
 use common::{lively, nominal, stepped};
-use magnet::{Course, InputRates, Inputs, Law, Limits, Magnet, Outputs, Parameters, Range, State};
+use magnet::{
+    InputCourse, InputRates, Law, Magnet, MagnetInputs, MagnetOutputs, MagnetParameters,
+    PowerLimits, Range, State,
+};
 
 fn magnets() -> Vec<Magnet> {
-    let tight = Limits {
+    let tight = PowerLimits {
         voltage: Some(Range { min: -5.0, max: 15.0 }),
         current: Some(Range { min: 0.0, max: 16.0 }),
     };
     [
-        (Law::Linear, Limits::default()),
-        (Law::Nonlinear, Limits::default()),
-        (Law::Linear, Limits { current: None, ..tight }),
-        (Law::Nonlinear, Limits { voltage: None, ..tight }),
+        (Law::Linear, PowerLimits::default()),
+        (Law::Nonlinear, PowerLimits::default()),
+        (Law::Linear, PowerLimits { current: None, ..tight }),
+        (Law::Nonlinear, PowerLimits { voltage: None, ..tight }),
     ]
     .into_iter()
     .map(|(law, limits)| {
-        let parameters =
-            Parameters { law, limits, operating_current: 15.9, ..Parameters::default() };
+        let parameters = MagnetParameters {
+            law,
+            limits,
+            operating_current: 15.9,
+            ..MagnetParameters::default()
+        };
         Magnet::new(parameters).unwrap()
     })
     .collect()
 }
 
-fn at(course: &Course, time: f64) -> Inputs {
+fn at(course: &InputCourse, time: f64) -> MagnetInputs {
     let static_force = common::LOAD + 300.0 * time + 4e4 * time * time;
-    Inputs { lateral_offset: 0.002, static_force, ..common::at(course, time) }
+    MagnetInputs { lateral_offset: 0.002, static_force, ..common::at(course, time) }
 }
 
-fn rates_at(course: &Course, time: f64) -> InputRates {
+fn rates_at(course: &InputCourse, time: f64) -> InputRates {
     let later = course.after(time);
     InputRates {
         gap_acceleration: later.gap[2],
@@ -49,8 +56,8 @@ fn rates_at(course: &Course, time: f64) -> InputRates {
 fn analytic_rates_are_the_derivatives_of_the_course() {
     let d = 1e-5;
     for magnet in magnets() {
-        let start = magnet.initialise(&Inputs { gap: 0.0083, ..nominal() }, 0.0).unwrap();
-        let show = |time: f64| -> (State, Outputs) {
+        let start = magnet.initialise(&MagnetInputs { gap: 0.0083, ..nominal() }, 0.0).unwrap();
+        let show = |time: f64| -> (State, MagnetOutputs) {
             let state = stepped(&magnet, &start, &lively(), 0.0, time);
             (state, magnet.outputs(&state, &at(&lively(), time)).unwrap())
         };
@@ -86,11 +93,11 @@ fn analytic_rates_are_the_derivatives_of_the_course() {
 #[test]
 fn analytic_partials_are_the_derivatives_by_the_inputs() {
     for magnet in magnets() {
-        let start = magnet.initialise(&Inputs { gap: 0.0083, ..nominal() }, 0.0).unwrap();
+        let start = magnet.initialise(&MagnetInputs { gap: 0.0083, ..nominal() }, 0.0).unwrap();
         let state = stepped(&magnet, &start, &lively(), 0.0, 1e-4);
         let inputs = at(&lively(), 1e-4);
         let partials = magnet.partials(&state, &inputs).unwrap();
-        let by = |width: f64, field: &dyn Fn(&mut Inputs, f64)| {
+        let by = |width: f64, field: &dyn Fn(&mut MagnetInputs, f64)| {
             let show = |sign: f64| {
                 let mut inputs = inputs;
                 field(&mut inputs, sign * width);

@@ -4,7 +4,9 @@
 mod common;
 
 use common::{distance, lively, nominal, paper, stepped, vector};
-use magnet::{Course, Inputs, Limits, Magnet, Parameters, Range, State, Workspace};
+use magnet::{
+    InputCourse, Magnet, MagnetInputs, MagnetParameters, PowerLimits, Range, State, Workspace,
+};
 use proptest::prelude::*;
 
 /// Eqs 2, 3, 4 and 5 with table 2's numbers, written down once more, line by line, with eq. 2's
@@ -30,7 +32,7 @@ fn polynomial(u: &[f64; 4], t: f64) -> f64 {
 }
 
 /// Classical Runge-Kutta on the equations above: x₁ … x₅ and Δi, from and to x₁ … x₅ and Δλ.
-fn reference(state: &State, course: &Course, size: f64, count: usize) -> [f64; 6] {
+fn reference(state: &State, course: &InputCourse, size: f64, count: usize) -> [f64; 6] {
     let coil = *paper().electromagnet();
     let [gap, after] = [0.0, size].map(|t| polynomial(&course.gap, t));
     let mut z = vector(state);
@@ -57,7 +59,7 @@ fn reference(state: &State, course: &Course, size: f64, count: usize) -> [f64; 6
 }
 
 fn start(magnet: &Magnet) -> State {
-    let mut state = magnet.initialise(&Inputs { gap: 0.0083, ..nominal() }, 0.0).unwrap();
+    let mut state = magnet.initialise(&MagnetInputs { gap: 0.0083, ..nominal() }, 0.0).unwrap();
     state.flux_deviation += 0.2;
     state.filter[1] += 0.1;
     state
@@ -85,7 +87,7 @@ fn analytic_step_agrees_with_an_independent_reference() {
 fn analytic_one_long_step_equals_many_short_ones() {
     let magnet = paper();
     let start = start(&magnet);
-    let course = Course { gap: [0.0083, 1e-5, 2e-7, -1e-8], ..Course::default() };
+    let course = InputCourse { gap: [0.0083, 1e-5, 2e-7, -1e-8], ..InputCourse::default() };
     let mut many = start;
     let mut workspace = Workspace::default();
     for n in 0..10_000 {
@@ -132,7 +134,7 @@ proptest! {
             let mut state = magnet.initialise(&nominal(), 0.0).unwrap();
             state.filter = [x, 2.0 * x, -x, 0.5 * x, x];
             state.flux_deviation = d;
-            let course = Course {
+            let course = InputCourse {
                 gap: [0.008 + c * 1e-3, c * 0.01, 0.0, 0.0],
                 acceleration: [-c, c * 10.0, 0.0, 0.0],
             };
@@ -151,7 +153,7 @@ proptest! {
 #[test]
 fn invariant_workspace_does_not_change_a_bit() {
     let magnet = paper();
-    let mut parameters = Parameters::default();
+    let mut parameters = MagnetParameters::default();
     parameters.control.gains.velocity = 55.0;
     let other = Magnet::new(parameters).unwrap();
     let sizes: Vec<f64> = (1..=11).map(|n| f64::from(n) * 1.7e-4).collect();
@@ -175,8 +177,8 @@ fn invariant_workspace_does_not_change_a_bit() {
 #[test]
 fn invariant_limits_out_of_reach_change_nothing() {
     let far = Some(Range { min: -1e6, max: 1e6 });
-    let limits = Limits { voltage: far, current: far };
-    let limited = Magnet::new(Parameters { limits, ..Parameters::default() }).unwrap();
+    let limits = PowerLimits { voltage: far, current: far };
+    let limited = Magnet::new(MagnetParameters { limits, ..MagnetParameters::default() }).unwrap();
     assert!(!limited.is_exact());
     let magnet = paper();
     let state = start(&magnet);

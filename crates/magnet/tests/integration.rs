@@ -4,20 +4,24 @@
 mod common;
 
 use common::{at, distance, lively, nominal, paper, stepped};
-use magnet::{Course, Inputs, Law, Limits, Magnet, Parameters, Range, Sampling, State, Workspace};
+use magnet::{
+    InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, PowerLimits, Range, Sampling, State,
+    Workspace,
+};
 
-fn nonlinear(integration_step: f64, limits: Limits) -> Magnet {
+fn nonlinear(integration_step: f64, limits: PowerLimits) -> Magnet {
     let law = Law::Nonlinear;
-    Magnet::new(Parameters { law, limits, integration_step, ..Parameters::default() }).unwrap()
+    Magnet::new(MagnetParameters { law, limits, integration_step, ..MagnetParameters::default() })
+        .unwrap()
 }
 
 fn start(magnet: &Magnet) -> State {
-    magnet.initialise(&Inputs { gap: 0.0083, ..nominal() }, 0.0).unwrap()
+    magnet.initialise(&MagnetInputs { gap: 0.0083, ..nominal() }, 0.0).unwrap()
 }
 
 /// Order observed over a run when its steps shrink from 0.2 ms to a sixteenth, against one with
 /// steps of 1 µs. The steps do not divide the events' instants.
-fn observed_order(course: &Course, duration: f64, make: impl Fn(f64) -> Magnet) -> f64 {
+fn observed_order(course: &InputCourse, duration: f64, make: impl Fn(f64) -> Magnet) -> f64 {
     let run = |step: f64| {
         let magnet = make(step);
         stepped(&magnet, &start(&magnet), course, 0.0, duration)
@@ -32,7 +36,7 @@ fn observed_order(course: &Course, duration: f64, make: impl Fn(f64) -> Magnet) 
 /// Steps of up to 0.2 radian of the filter's rate still carry terms of the next order, so 4 ± 0.3.
 #[test]
 fn order_of_the_nonlinear_law_is_four() {
-    let order = observed_order(&lively(), 4e-3, |step| nonlinear(step, Limits::default()));
+    let order = observed_order(&lively(), 4e-3, |step| nonlinear(step, PowerLimits::default()));
     assert!((order - 4.0).abs() < 0.3, "{order}");
 }
 
@@ -44,9 +48,11 @@ fn order_of_the_nonlinear_law_is_four() {
 /// at the end both are free, so that the current remembers every switch.
 #[test]
 fn order_is_kept_across_the_limits() {
-    let course =
-        Course { gap: [0.0083, 0.02, -30.0, 16_000.0], acceleration: [0.0, 2000.0, -1.25e6, 0.0] };
-    let limits = Limits {
+    let course = InputCourse {
+        gap: [0.0083, 0.02, -30.0, 16_000.0],
+        acceleration: [0.0, 2000.0, -1.25e6, 0.0],
+    };
+    let limits = PowerLimits {
         voltage: Some(Range { min: 8.0, max: 12.2 }),
         current: Some(Range { min: 15.73, max: 15.738 }),
     };
@@ -73,12 +79,12 @@ fn order_is_kept_across_the_limits() {
 /// that carries the load: the difference falls with the square of the amplitude.
 #[test]
 fn order_nonlinear_magnet_tends_to_the_linear_one() {
-    let nonlinear = nonlinear(5e-5, Limits::default());
+    let nonlinear = nonlinear(5e-5, PowerLimits::default());
     let current = nonlinear.electromagnet().equilibrium_current(common::LOAD, 0.008);
-    let linear = Parameters { operating_current: current, ..Parameters::default() };
+    let linear = MagnetParameters { operating_current: current, ..MagnetParameters::default() };
     let linear = Magnet::new(linear).unwrap();
     let difference = |amplitude: f64| {
-        let course = Course {
+        let course = InputCourse {
             gap: [0.008 + 1e-4 * amplitude, 0.02 * amplitude, -3.0 * amplitude, 0.0],
             acceleration: [amplitude, 50.0 * amplitude, 0.0, 0.0],
         };
@@ -95,7 +101,7 @@ fn order_nonlinear_magnet_tends_to_the_linear_one() {
 }
 
 fn sampled(period: f64, delayed: bool) -> Magnet {
-    let mut parameters = Parameters::default();
+    let mut parameters = MagnetParameters::default();
     parameters.control.sampling = Some(Sampling { period, delayed });
     Magnet::new(parameters).unwrap()
 }
@@ -155,7 +161,7 @@ fn analytic_current_under_a_held_voltage() {
     let magnet = sampled(1e-3, false);
     let mut state = magnet.initialise(&nominal(), 0.0).unwrap();
     state.filter[0] = 2.0;
-    let end = stepped(&magnet, &state, &Course::constant(&nominal()), 0.0, 1e-3);
+    let end = stepped(&magnet, &state, &InputCourse::constant(&nominal()), 0.0, 1e-3);
     let coil = magnet.electromagnet();
     let limit = 7.0 * 2.0 / coil.resistance;
     let expected = -limit * (-coil.resistance / coil.inductance * 1e-3).exp_m1();
@@ -168,7 +174,7 @@ fn analytic_current_under_a_held_voltage() {
 /// on the gap: ∫(v·i − R·i²)dt = Δ(L·i²/2) − ∫F·ċ dt. Over a motion of 0.3 mm.
 #[test]
 fn invariant_energy_balance_of_the_nonlinear_coil() {
-    let magnet = nonlinear(5e-5, Limits::default());
+    let magnet = nonlinear(5e-5, PowerLimits::default());
     let mut state = start(&magnet);
     let begin = magnet.current(&state, 0.0083);
     let (mut supplied, mut work) = (0.0, 0.0);
@@ -208,22 +214,23 @@ fn invariant_energy_balance_of_the_nonlinear_coil() {
 fn invariant_limits_are_respected() {
     for (law, operating) in [(Law::Linear, 24.0), (Law::Nonlinear, 14.353)] {
         let (low, high) = (operating - 3.0, operating + 3.0);
-        let limits = Limits {
+        let limits = PowerLimits {
             voltage: Some(Range { min: 0.0, max: 40.0 }),
             current: Some(Range { min: low, max: high }),
         };
-        let magnet = Magnet::new(Parameters { law, limits, ..Parameters::default() }).unwrap();
+        let magnet =
+            Magnet::new(MagnetParameters { law, limits, ..MagnetParameters::default() }).unwrap();
         let mut state = magnet.initialise(&nominal(), 0.0).unwrap();
         let mut seen = [false; 4];
         for n in 0..400 {
             let (sin, cos) = (f64::from(n) * 0.05).sin_cos();
-            let inputs = Inputs {
+            let inputs = MagnetInputs {
                 gap: 0.008 + 3e-3 * sin,
                 gap_rate: 0.15 * cos,
                 acceleration: -7.5 * sin,
                 ..nominal()
             };
-            state = stepped(&magnet, &state, &Course::constant(&inputs), 0.0, 1e-3);
+            state = stepped(&magnet, &state, &InputCourse::constant(&inputs), 0.0, 1e-3);
             let outputs = magnet.outputs(&state, &inputs).unwrap();
             // The current's last bits come from adding operating current and deviation.
             let near = 1e-12;
@@ -240,9 +247,9 @@ fn invariant_limits_are_respected() {
 
 #[test]
 fn analytic_a_closing_gap_is_reported_with_its_time() {
-    let magnet = nonlinear(5e-5, Limits::default());
+    let magnet = nonlinear(5e-5, PowerLimits::default());
     let mut state = start(&magnet);
-    let course = Course { gap: [0.008, -1.0, 0.0, 0.0], ..Course::default() };
+    let course = InputCourse { gap: [0.008, -1.0, 0.0, 0.0], ..InputCourse::default() };
     let error = magnet.step(&mut state, &course, 3.0, 0.01, &mut Workspace::default());
     match error {
         Err(magnet::Error::GapClosed { time, gap }) => {
@@ -257,7 +264,7 @@ fn analytic_a_closing_gap_is_reported_with_its_time() {
 fn analytic_a_closing_gap_ends_the_exact_step_too() {
     let magnet = paper();
     let mut state = start(&magnet);
-    let course = Course { gap: [0.008, -1.0, 0.0, 0.0], ..Course::default() };
+    let course = InputCourse { gap: [0.008, -1.0, 0.0, 0.0], ..InputCourse::default() };
     let error = magnet.step(&mut state, &course, 3.0, 0.01, &mut Workspace::default());
     assert!(matches!(error, Err(magnet::Error::GapClosed { time, .. }) if time == 3.01));
     assert_eq!(state, start(&magnet));

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{LOAD, paper};
-use magnet::{Gains, Law, Magnet, Parameters};
+use magnet::{Gains, Law, Magnet, MagnetParameters};
 use nalgebra::{Complex, SMatrix};
 
 const MASS: f64 = 250.0;
@@ -53,7 +53,7 @@ fn crosstool_poles_with_coefficients_at_24_ampere() {
 
 #[test]
 fn crosstool_pair_nearest_the_axis_with_coefficients_at_14_ampere() {
-    let parameters = Parameters { operating_current: 14.353, ..Parameters::default() };
+    let parameters = MagnetParameters { operating_current: 14.353, ..MagnetParameters::default() };
     let poles = poles(&Magnet::new(parameters).unwrap());
     has(&poles, -2.18, 37.04, 0.006);
     assert!(poles.iter().all(|p| p.re < -2.17));
@@ -73,7 +73,7 @@ fn analytic_gains_in_the_order_of_eq_5_hardly_damp() {
         position: right.gap,
     };
     let damping = |gains: Gains, operating_current: f64| {
-        let mut parameters = Parameters { operating_current, ..Parameters::default() };
+        let mut parameters = MagnetParameters { operating_current, ..MagnetParameters::default() };
         parameters.control.gains = gains;
         let poles = poles(&Magnet::new(parameters).unwrap());
         poles.iter().filter(|p| p.im > 1.0).map(|p| -p.re / p.norm()).fold(1.0, f64::min)
@@ -89,7 +89,7 @@ fn analytic_gains_in_the_order_of_eq_5_hardly_damp() {
 fn analytic_without_control_the_magnet_falls_to_the_rail() {
     let none =
         Gains { acceleration: 0.0, velocity: 0.0, position: 0.0, gap_velocity: 0.0, gap: 0.0 };
-    let mut parameters = Parameters::default();
+    let mut parameters = MagnetParameters::default();
     parameters.control.gains = none;
     assert!(poles(&Magnet::new(parameters).unwrap()).iter().any(|p| p.re > 1.0));
 }
@@ -99,10 +99,10 @@ fn analytic_without_control_the_magnet_falls_to_the_rail() {
 /// 1e-4 errs by 1e-8 of a function that goes with the square.
 #[test]
 fn analytic_nonlinear_law_linearises_to_the_linear_one() {
-    let nonlinear = Parameters { law: Law::Nonlinear, ..Parameters::default() };
+    let nonlinear = MagnetParameters { law: Law::Nonlinear, ..MagnetParameters::default() };
     let nonlinear = *Magnet::new(nonlinear).unwrap().electromagnet();
     let current = nonlinear.equilibrium_current(LOAD, 0.008);
-    let linear = Parameters { operating_current: current, ..Parameters::default() };
+    let linear = MagnetParameters { operating_current: current, ..MagnetParameters::default() };
     let linear = *Magnet::new(linear).unwrap().electromagnet();
 
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-7 * b.abs(), "{a} is not {b}");

@@ -1,28 +1,28 @@
 //! What several test programs share.
 #![allow(dead_code)]
 
-use magnet::{Course, Inputs, Magnet, Parameters, State, Workspace};
+use magnet::{InputCourse, Magnet, MagnetInputs, MagnetParameters, State, Workspace};
 
 /// Load per magnet of the paper's vehicle: 64 magnets carry 38 t.
 pub const LOAD: f64 = 38_000.0 * 9.81 / 64.0;
 
 pub fn paper() -> Magnet {
-    Magnet::new(Parameters::default()).unwrap()
+    Magnet::new(MagnetParameters::default()).unwrap()
 }
 
-pub fn nominal() -> Inputs {
-    Inputs { gap: 0.008, static_force: LOAD, ..Inputs::default() }
+pub fn nominal() -> MagnetInputs {
+    MagnetInputs { gap: 0.008, static_force: LOAD, ..MagnetInputs::default() }
 }
 
 /// A lively course: 0.3 mm, 20 mm/s, 1 m/s² and derivatives that change them visibly in a few ms.
-pub fn lively() -> Course {
-    Course { gap: [0.0083, 0.02, -3.0, 400.0], acceleration: [1.0, 300.0, -4e4, 3e6] }
+pub fn lively() -> InputCourse {
+    InputCourse { gap: [0.0083, 0.02, -3.0, 400.0], acceleration: [1.0, 300.0, -4e4, 3e6] }
 }
 
 /// The inputs that a course has after `time`.
-pub fn at(course: &Course, time: f64) -> Inputs {
+pub fn at(course: &InputCourse, time: f64) -> MagnetInputs {
     let later = course.after(time);
-    Inputs {
+    MagnetInputs {
         gap: later.gap[0],
         gap_rate: later.gap[1],
         acceleration: later.acceleration[0],
@@ -43,7 +43,13 @@ pub fn distance(a: &State, b: &State) -> f64 {
     a.iter().zip(&b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / scale
 }
 
-pub fn stepped(magnet: &Magnet, start: &State, course: &Course, time: f64, size: f64) -> State {
+pub fn stepped(
+    magnet: &Magnet,
+    start: &State,
+    course: &InputCourse,
+    time: f64,
+    size: f64,
+) -> State {
     let mut state = *start;
     magnet.step(&mut state, course, time, size, &mut Workspace::default()).unwrap();
     state

@@ -64,7 +64,7 @@ impl Track {
             );
             return Ok((Self { spans: Vec::new(), irregularity: None }, POLE_LENGTH));
         };
-        let mut description = unit.layout(guideway::Description::from_json)?;
+        let mut description = unit.layout(guideway::GuidewayDescription::from_json)?;
         // only shapes are wanted; making a profile takes time
         description.irregularity.on = false;
         let modes = unit.parameter(names::MODES);

@@ -1,0 +1,53 @@
+//! A step of the magnet: exact where a closed form applies, otherwise by Runge-Kutta.
+
+use crate::{
+    Error,
+    exact::Workspace,
+    inputs::InputCourse,
+    parameters::positive,
+    runge_kutta::{self, Excitation},
+    sampling,
+    state::State,
+    system::Magnet,
+};
+
+impl Magnet {
+    /// Advances the state over `size` (s) from `time` (s), while the inputs follow `course`.
+    ///
+    /// Where [`Magnet::is_exact`] holds the result is exact to rounding for any size; otherwise it
+    /// is of fourth order in [`MagnetParameters::integration_step`]. After an error the state is as it
+    /// was before.
+    ///
+    /// # Errors
+    /// A size that is not positive, inputs that are not finite, a gap that closes, or limits that
+    /// chatter.
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut State,
+        course: &InputCourse,
+        time: f64,
+        size: f64,
+        workspace: &mut Workspace,
+    ) -> Result<(), Error> {
+        positive("step size (s)", size)?;
+        course.check(time)?;
+        if self.is_exact() {
+            let [gap, _] = course.at(size);
+            if gap <= 0.0 {
+                return Err(Error::GapClosed { time: time + size, gap });
+            }
+            workspace.step(self.linear_magnet(), state, course, size);
+            return Ok(());
+        }
+        let mut next = *state;
+        if let Some(sampling) = self.parameters().control.sampling {
+            sampling::integrate(self, sampling, &mut next, course, time, size)?;
+        } else {
+            let drive = Excitation { course, time, held: None };
+            runge_kutta::integrate(self, &mut next, &drive, 0.0, size)?;
+        }
+        *state = next;
+        Ok(())
+    }
+}

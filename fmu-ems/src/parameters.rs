@@ -1,0 +1,274 @@
+//! The unit's parameters: their handles, and the magnet that their values describe.
+
+use fmi2_export::{BooleanVar, Interface, RealVar, Row, Unit, Values};
+use magnet::{
+    Controller, FilterDesign, Gains, Law, MagnetParameters, PowerLimits, Range, Sampling,
+    filter_design_of_eq_4,
+};
+
+/// Handles of the parameters.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ParameterHandles {
+    turns: RealVar,
+    pole_area: RealVar,
+    resistance: RealVar,
+    pub nominal_gap: RealVar,
+    operating_current: RealVar,
+    nonlinear: BooleanVar,
+    /// k₁ … k₅.
+    gains: [RealVar; 5],
+    /// Gap cut-off and damping, velocity cut-off and damping, position cut-off.
+    pub filter: [RealVar; 5],
+    limit_voltage: BooleanVar,
+    voltage: [RealVar; 2],
+    limit_current: BooleanVar,
+    current: [RealVar; 2],
+    sample_time: RealVar,
+    sample_delay: BooleanVar,
+    pub lateral_guidance: BooleanVar,
+    pub pole_width: RealVar,
+    integration_step: RealVar,
+}
+
+impl ParameterHandles {
+    pub(crate) fn declare(interface: &mut Interface) -> Self {
+        let paper = MagnetParameters::default();
+        let [turns, pole_area, resistance, nominal_gap, operating_current] =
+            declare_coil(interface, &paper);
+        let nonlinear = interface
+            .boolean("nonlinear")
+            .parameter(false)
+            .description(
+                "Force and coil by the nonlinear law, about the current that carries the static \
+                 force, instead of the linear one about operating_current",
+            )
+            .done();
+        let gains = declare_gains(interface, &paper.control.gains);
+        let filter = declare_filter(interface, &filter_design_of_eq_4());
+        let (limit_voltage, voltage) =
+            declare_limit(interface, "voltage", Unit::VOLT, Range { min: -200.0, max: 200.0 });
+        let (limit_current, current) =
+            declare_limit(interface, "current", Unit::AMPERE, Range { min: 0.0, max: 60.0 });
+        let sample_time = interface
+            .real("sample_time")
+            .parameter(0.0)
+            .unit(Unit::SECOND)
+            .display("ms")
+            .min(0.0)
+            .description(
+                "Sample time of the controller, counted from initialization, its voltage held in \
+                 between; 0 means a continuous controller",
+            )
+            .done();
+        let sample_delay = interface
+            .boolean("sample_delay")
+            .parameter(false)
+            .description("A sampled controller applies each voltage one sample later")
+            .done();
+        let (lateral_guidance, pole_width) = declare_lateral(interface, &paper);
+        let integration_step = interface
+            .real("integration_step")
+            .parameter(paper.integration_step)
+            .unit(Unit::SECOND)
+            .display("ms")
+            .min(0.0)
+            .description(
+                "Longest step of the fourth-order integration used with the nonlinear law, limits \
+                 or a sampled controller; the linear continuous case is integrated exactly",
+            )
+            .done();
+        Self {
+            turns,
+            pole_area,
+            resistance,
+            nominal_gap,
+            operating_current,
+            nonlinear,
+            gains,
+            filter,
+            limit_voltage,
+            voltage,
+            limit_current,
+            current,
+            sample_time,
+            sample_delay,
+            lateral_guidance,
+            pole_width,
+            integration_step,
+        }
+    }
+
+    /// The physics' parameters out of the variables' values.
+    pub(crate) fn read(&self, values: &Values) -> MagnetParameters {
+        let [k1, k2, k3, k4, k5] = self.gains.map(|gain| values.real(gain));
+        let [gap_cutoff, gap_damping, velocity_cutoff, velocity_damping, position_cutoff] =
+            self.filter.map(|variable| values.real(variable));
+        let range = |on: BooleanVar, [min, max]: [RealVar; 2]| {
+            let range = Range { min: values.real(min), max: values.real(max) };
+            values.boolean(on).then_some(range)
+        };
+        let period = values.real(self.sample_time);
+        let delayed = values.boolean(self.sample_delay);
+        MagnetParameters {
+            turns: values.real(self.turns),
+            pole_area: values.real(self.pole_area),
+            resistance: values.real(self.resistance),
+            nominal_gap: values.real(self.nominal_gap),
+            operating_current: values.real(self.operating_current),
+            law: if values.boolean(self.nonlinear) { Law::Nonlinear } else { Law::Linear },
+            control: Controller {
+                gains: Gains {
+                    acceleration: k1,
+                    velocity: k2,
+                    position: k3,
+                    gap_velocity: k4,
+                    gap: k5,
+                },
+                sampling: (period != 0.0).then_some(Sampling { period, delayed }),
+            },
+            filter: FilterDesign {
+                gap_cutoff,
+                gap_damping,
+                velocity_cutoff,
+                velocity_damping,
+                position_cutoff,
+            },
+            limits: PowerLimits {
+                voltage: range(self.limit_voltage, self.voltage),
+                current: range(self.limit_current, self.current),
+            },
+            pole_width: values
+                .boolean(self.lateral_guidance)
+                .then_some(values.real(self.pole_width)),
+            integration_step: values.real(self.integration_step),
+        }
+    }
+
+    /// What the constants of force and coil follow from.
+    pub(crate) fn of_coil(&self) -> [Row; 4] {
+        [self.turns, self.pole_area, self.nominal_gap, self.operating_current].map(Row::from)
+    }
+
+    /// What current and voltage at rest follow from.
+    pub(crate) fn of_controller(&self) -> Vec<Row> {
+        let mut rows = self.of_coil().to_vec();
+        rows.extend([self.resistance, self.filter[4], self.sample_time].map(Row::from));
+        rows.extend(self.gains[1..].iter().map(|&gain| Row::from(gain)));
+        rows.extend(self.voltage.iter().chain(&self.current).map(|&limit| Row::from(limit)));
+        rows.extend([self.nonlinear, self.limit_voltage, self.limit_current].map(Row::from));
+        rows
+    }
+}
+
+fn declare_coil(interface: &mut Interface, paper: &MagnetParameters) -> [RealVar; 5] {
+    let mut coil = |name: &'static str, start: f64, unit: Unit, text: &'static str| {
+        interface.real(name).parameter(start).unit(unit).min(0.0).description(text).done()
+    };
+    [
+        coil("turns", paper.turns, Unit::ONE, "Number of turns N of the coil"),
+        coil("pole_area", paper.pole_area, Unit::SQUARE_METRE, "Area A of one pole face"),
+        coil("resistance", paper.resistance, Unit::OHM, "Resistance R of the coil"),
+        coil("nominal_gap", paper.nominal_gap, Unit::METRE, "Nominal gap c0"),
+        coil(
+            "operating_current",
+            paper.operating_current,
+            Unit::AMPERE,
+            "Current i0 about which the linear law is taken",
+        ),
+    ]
+}
+
+fn declare_gains(interface: &mut Interface, paper: &Gains) -> [RealVar; 5] {
+    let mut gain = |name: &'static str, start: f64, text: &'static str| {
+        interface.real(name).tunable(start).unit(Unit::VOLT).description(text).done()
+    };
+    [
+        gain("gain_acceleration", paper.acceleration, "Gain k1 on the estimated acceleration y3"),
+        gain("gain_velocity", paper.velocity, "Gain k2 on the estimated velocity y4"),
+        gain("gain_position", paper.position, "Gain k3 on the estimated position y5"),
+        gain("gain_gap_velocity", paper.gap_velocity, "Gain k4 on the estimated gap velocity y2"),
+        gain("gain_gap", paper.gap, "Gain k5 on the estimated gap y1"),
+    ]
+}
+
+fn declare_filter(interface: &mut Interface, paper: &FilterDesign) -> [RealVar; 5] {
+    let mut design = |name: &'static str, start: f64, unit: Unit, text: &'static str| {
+        interface.real(name).parameter(start).unit(unit).min(0.0).description(text).done()
+    };
+    let rate = Unit::RADIAN_PER_SECOND;
+    [
+        design(
+            "filter_gap_cutoff",
+            paper.gap_cutoff,
+            rate,
+            "Cut-off frequency of the low-pass on the gap (eq. 4: 1000 rad/s)",
+        ),
+        design(
+            "filter_gap_damping",
+            paper.gap_damping,
+            Unit::ONE,
+            "Damping ratio of the low-pass on the gap (eq. 4: 0.5)",
+        ),
+        design(
+            "filter_velocity_cutoff",
+            paper.velocity_cutoff,
+            rate,
+            "Frequency above which the velocity is integrated from the acceleration and below \
+             which it is the gap's rate (eq. 4: 10 rad/s)",
+        ),
+        design(
+            "filter_velocity_damping",
+            paper.velocity_damping,
+            Unit::ONE,
+            "Damping ratio of the velocity filter (eq. 4: 0.5)",
+        ),
+        design(
+            "filter_position_cutoff",
+            paper.position_cutoff,
+            rate,
+            "Frequency above which the position is integrated from the velocity and below which it \
+             is the gap (eq. 4: 10 rad/s)",
+        ),
+    ]
+}
+
+fn declare_limit(
+    interface: &mut Interface,
+    quantity: &str,
+    unit: Unit,
+    range: Range,
+) -> (BooleanVar, [RealVar; 2]) {
+    let on = interface
+        .boolean(format!("limit_{quantity}"))
+        .tunable(false)
+        .description(format!(
+            "Limits the coil's {quantity} to {quantity}_min ... {quantity}_max"
+        ))
+        .done();
+    let mut bound = |side: &str, word: &str, start: f64| {
+        interface
+            .real(format!("{quantity}_{side}"))
+            .tunable(start)
+            .unit(unit)
+            .description(format!("{word} limit of the coil's {quantity}"))
+            .done()
+    };
+    (on, [bound("min", "Lower", range.min), bound("max", "Upper", range.max)])
+}
+
+fn declare_lateral(interface: &mut Interface, paper: &MagnetParameters) -> (BooleanVar, RealVar) {
+    let on = interface
+        .boolean("lateral_guidance")
+        .parameter(paper.pole_width.is_some())
+        .description("A magnet displaced sideways is pulled back under its rail")
+        .done();
+    let width = interface
+        .real("pole_width")
+        .parameter(paper.pole_width.unwrap_or(0.028))
+        .unit(Unit::METRE)
+        .display("mm")
+        .min(0.0)
+        .description("Width of one pole, for the lateral force")
+        .done();
+    (on, width)
+}

@@ -1,0 +1,63 @@
+//! What depends on what, after initialization and during it.
+
+use fmi2_export::{Interface, Row};
+use multibody::{ComponentIndex, MagnetIndex, ObservedIndex, VehicleModel};
+
+use crate::table::{InputHandles, OutputHandles, ParameterHandles};
+
+/// Which outputs follow which inputs at once.
+pub(crate) fn depend(
+    interface: &mut Interface,
+    model: &VehicleModel,
+    inputs: &InputHandles,
+    outputs: &OutputHandles,
+    parameters: &ParameterHandles,
+) {
+    interface.depends_elementwise(outputs.gap, inputs.track_displacement);
+    interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
+    let magnets = model.counts().magnets;
+    // forces reach at once what is joined to their magnet: force elements need time
+    let forces_on = |component: Option<ComponentIndex>| -> Vec<Row> {
+        (0..magnets)
+            .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
+            .flat_map(|k| [inputs.force.get(k).row(), inputs.lateral_force.get(k).row()])
+            .collect()
+    };
+    let track = inputs.track_displacement.row();
+    // what the static equilibrium follows from
+    let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
+    let rest_and = |more: &[Row]| -> Vec<Row> { [&rest, more].concat() };
+    for k in 0..magnets {
+        let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
+        interface.depends(outputs.acceleration.get(k), &forces);
+        interface.initially_depends(outputs.acceleration.get(k), &rest_and(&forces));
+    }
+    for (k, body) in outputs.observed.iter().enumerate() {
+        let forces = forces_on(model.observed_component(ObservedIndex(k)));
+        for row in body.accelerations() {
+            interface.depends(row, &forces);
+            interface.initially_depends(row, &rest_and(&forces));
+        }
+        for row in body.places() {
+            interface.independent(row);
+            interface.initially_depends(row, &rest);
+        }
+    }
+    // the pose at the start is the equilibrium below the whole track, the motion is none
+    interface.initially_depends(outputs.gap, &rest);
+    interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
+    for row in
+        [outputs.lateral_offset.row(), outputs.static_load.row(), outputs.joint_opening.row()]
+    {
+        interface.independent(row);
+        interface.initially_depends(row, &rest);
+    }
+    interface.independent(outputs.position);
+    interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
+    interface.independent(outputs.speed);
+    interface.initially_depends(outputs.speed, &[parameters.travel_speed]);
+    for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
+        interface.independent(row);
+        interface.initially_independent(row);
+    }
+}

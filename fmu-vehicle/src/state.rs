@@ -1,0 +1,74 @@
+//! All that changes while the vehicle steps.
+
+use fmi2_export::Values;
+use serde::{Deserialize, Serialize};
+
+use crate::table::InputHandles;
+
+/// Everything that changes while stepping.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct State {
+    pub(crate) vehicle: multibody::State,
+    /// When the journey began, s.
+    pub(crate) start: f64,
+    /// Static load of each magnet, N.
+    pub(crate) loads: Vec<f64>,
+    /// Rates of the inputs at the end of the last step.
+    pub(crate) rates: LoadRates,
+}
+
+/// Rates of inputs, which the kit forgets at the end of a step.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LoadRates {
+    pub force: Vec<f64>,
+    pub lateral_force: Vec<f64>,
+    pub track_rate: Vec<f64>,
+}
+
+impl LoadRates {
+    pub fn zero(magnets: usize) -> Self {
+        Self {
+            force: vec![0.0; magnets],
+            lateral_force: vec![0.0; magnets],
+            track_rate: vec![0.0; magnets],
+        }
+    }
+
+    pub fn after(&mut self, inputs: &InputHandles, values: &Values, size: f64) {
+        for (rates, input) in [
+            (&mut self.force, inputs.force),
+            (&mut self.lateral_force, inputs.lateral_force),
+            (&mut self.track_rate, inputs.track_rate),
+        ] {
+            for (rate, u) in rates.iter_mut().zip(values.taylors(input)) {
+                *rate = u[1] + size * (u[2] + 0.5 * size * u[3]);
+            }
+        }
+    }
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        let LoadRates { force, lateral_force, track_rate } = &self.rates;
+        Self {
+            vehicle: self.vehicle.clone(),
+            start: self.start,
+            loads: self.loads.clone(),
+            rates: LoadRates {
+                force: force.clone(),
+                lateral_force: lateral_force.clone(),
+                track_rate: track_rate.clone(),
+            },
+        }
+    }
+
+    /// Reuses the memory, so that saving and restoring need not allocate.
+    fn clone_from(&mut self, source: &Self) {
+        self.vehicle.clone_from(&source.vehicle);
+        self.start = source.start;
+        self.loads.clone_from(&source.loads);
+        self.rates.force.clone_from(&source.rates.force);
+        self.rates.lateral_force.clone_from(&source.rates.lateral_force);
+        self.rates.track_rate.clone_from(&source.rates.track_rate);
+    }
+}
