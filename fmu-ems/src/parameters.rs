@@ -1,6 +1,6 @@
 //! The unit's parameters: their handles, and the magnet that their values describe.
 
-use fmi2_export::{BooleanVar, Interface, RealVar, Row, Unit, Values};
+use fmi2_export::{BooleanVar, Interface, RealVar, UnitOfMeasure, Values, VariableRow};
 use magnet::{
     Controller, FilterDesign, Gains, Law, MagnetParameters, PowerLimits, Range, Sampling,
     filter_design_of_eq_4,
@@ -45,14 +45,22 @@ impl ParameterHandles {
             .done();
         let gains = declare_gains(interface, &paper.control.gains);
         let filter = declare_filter(interface, &filter_design_of_eq_4());
-        let (limit_voltage, voltage) =
-            declare_limit(interface, "voltage", Unit::VOLT, Range { min: -200.0, max: 200.0 });
-        let (limit_current, current) =
-            declare_limit(interface, "current", Unit::AMPERE, Range { min: 0.0, max: 60.0 });
+        let (limit_voltage, voltage) = declare_limit(
+            interface,
+            "voltage",
+            UnitOfMeasure::VOLT,
+            Range { min: -200.0, max: 200.0 },
+        );
+        let (limit_current, current) = declare_limit(
+            interface,
+            "current",
+            UnitOfMeasure::AMPERE,
+            Range { min: 0.0, max: 60.0 },
+        );
         let sample_time = interface
             .real("sample_time")
             .parameter(0.0)
-            .unit(Unit::SECOND)
+            .unit(UnitOfMeasure::SECOND)
             .display("ms")
             .min(0.0)
             .description(
@@ -69,7 +77,7 @@ impl ParameterHandles {
         let integration_step = interface
             .real("integration_step")
             .parameter(paper.integration_step)
-            .unit(Unit::SECOND)
+            .unit(UnitOfMeasure::SECOND)
             .display("ms")
             .min(0.0)
             .description(
@@ -145,34 +153,39 @@ impl ParameterHandles {
     }
 
     /// What the constants of force and coil follow from.
-    pub(crate) fn of_coil(&self) -> [Row; 4] {
-        [self.turns, self.pole_area, self.nominal_gap, self.operating_current].map(Row::from)
+    pub(crate) fn of_coil(&self) -> [VariableRow; 4] {
+        [self.turns, self.pole_area, self.nominal_gap, self.operating_current]
+            .map(VariableRow::from)
     }
 
     /// What current and voltage at rest follow from.
-    pub(crate) fn of_controller(&self) -> Vec<Row> {
+    pub(crate) fn of_controller(&self) -> Vec<VariableRow> {
         let mut rows = self.of_coil().to_vec();
-        rows.extend([self.resistance, self.filter[4], self.sample_time].map(Row::from));
-        rows.extend(self.gains[1..].iter().map(|&gain| Row::from(gain)));
-        rows.extend(self.voltage.iter().chain(&self.current).map(|&limit| Row::from(limit)));
-        rows.extend([self.nonlinear, self.limit_voltage, self.limit_current].map(Row::from));
+        rows.extend([self.resistance, self.filter[4], self.sample_time].map(VariableRow::from));
+        rows.extend(self.gains[1..].iter().map(|&gain| VariableRow::from(gain)));
+        rows.extend(
+            self.voltage.iter().chain(&self.current).map(|&limit| VariableRow::from(limit)),
+        );
+        rows.extend(
+            [self.nonlinear, self.limit_voltage, self.limit_current].map(VariableRow::from),
+        );
         rows
     }
 }
 
 fn declare_coil(interface: &mut Interface, paper: &MagnetParameters) -> [RealVar; 5] {
-    let mut coil = |name: &'static str, start: f64, unit: Unit, text: &'static str| {
+    let mut coil = |name: &'static str, start: f64, unit: UnitOfMeasure, text: &'static str| {
         interface.real(name).parameter(start).unit(unit).min(0.0).description(text).done()
     };
     [
-        coil("turns", paper.turns, Unit::ONE, "Number of turns N of the coil"),
-        coil("pole_area", paper.pole_area, Unit::SQUARE_METRE, "Area A of one pole face"),
-        coil("resistance", paper.resistance, Unit::OHM, "Resistance R of the coil"),
-        coil("nominal_gap", paper.nominal_gap, Unit::METRE, "Nominal gap c0"),
+        coil("turns", paper.turns, UnitOfMeasure::ONE, "Number of turns N of the coil"),
+        coil("pole_area", paper.pole_area, UnitOfMeasure::SQUARE_METRE, "Area A of one pole face"),
+        coil("resistance", paper.resistance, UnitOfMeasure::OHM, "Resistance R of the coil"),
+        coil("nominal_gap", paper.nominal_gap, UnitOfMeasure::METRE, "Nominal gap c0"),
         coil(
             "operating_current",
             paper.operating_current,
-            Unit::AMPERE,
+            UnitOfMeasure::AMPERE,
             "Current i0 about which the linear law is taken",
         ),
     ]
@@ -180,7 +193,7 @@ fn declare_coil(interface: &mut Interface, paper: &MagnetParameters) -> [RealVar
 
 fn declare_gains(interface: &mut Interface, paper: &Gains) -> [RealVar; 5] {
     let mut gain = |name: &'static str, start: f64, text: &'static str| {
-        interface.real(name).tunable(start).unit(Unit::VOLT).description(text).done()
+        interface.real(name).tunable(start).unit(UnitOfMeasure::VOLT).description(text).done()
     };
     [
         gain("gain_acceleration", paper.acceleration, "Gain k1 on the estimated acceleration y3"),
@@ -192,10 +205,10 @@ fn declare_gains(interface: &mut Interface, paper: &Gains) -> [RealVar; 5] {
 }
 
 fn declare_filter(interface: &mut Interface, paper: &FilterDesign) -> [RealVar; 5] {
-    let mut design = |name: &'static str, start: f64, unit: Unit, text: &'static str| {
+    let mut design = |name: &'static str, start: f64, unit: UnitOfMeasure, text: &'static str| {
         interface.real(name).parameter(start).unit(unit).min(0.0).description(text).done()
     };
-    let rate = Unit::RADIAN_PER_SECOND;
+    let rate = UnitOfMeasure::RADIAN_PER_SECOND;
     [
         design(
             "filter_gap_cutoff",
@@ -206,7 +219,7 @@ fn declare_filter(interface: &mut Interface, paper: &FilterDesign) -> [RealVar; 
         design(
             "filter_gap_damping",
             paper.gap_damping,
-            Unit::ONE,
+            UnitOfMeasure::ONE,
             "Damping ratio of the low-pass on the gap (eq. 4: 0.5)",
         ),
         design(
@@ -219,7 +232,7 @@ fn declare_filter(interface: &mut Interface, paper: &FilterDesign) -> [RealVar; 
         design(
             "filter_velocity_damping",
             paper.velocity_damping,
-            Unit::ONE,
+            UnitOfMeasure::ONE,
             "Damping ratio of the velocity filter (eq. 4: 0.5)",
         ),
         design(
@@ -235,15 +248,13 @@ fn declare_filter(interface: &mut Interface, paper: &FilterDesign) -> [RealVar; 
 fn declare_limit(
     interface: &mut Interface,
     quantity: &str,
-    unit: Unit,
+    unit: UnitOfMeasure,
     range: Range,
 ) -> (BooleanVar, [RealVar; 2]) {
     let on = interface
         .boolean(format!("limit_{quantity}"))
         .tunable(false)
-        .description(format!(
-            "Limits the coil's {quantity} to {quantity}_min ... {quantity}_max"
-        ))
+        .description(format!("Limits the coil's {quantity} to {quantity}_min ... {quantity}_max"))
         .done();
     let mut bound = |side: &str, word: &str, start: f64| {
         interface
@@ -265,7 +276,7 @@ fn declare_lateral(interface: &mut Interface, paper: &MagnetParameters) -> (Bool
     let width = interface
         .real("pole_width")
         .parameter(paper.pole_width.unwrap_or(0.028))
-        .unit(Unit::METRE)
+        .unit(UnitOfMeasure::METRE)
         .display("mm")
         .min(0.0)
         .description("Width of one pole, for the lateral force")

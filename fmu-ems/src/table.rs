@@ -1,6 +1,6 @@
 //! The unit's variables, declared once: inputs, outputs, and what depends on what.
 
-use fmi2_export::{Info, Interface, RealVar, Unit};
+use fmi2_export::{Info, Interface, RealVar, UnitOfMeasure};
 
 use crate::parameters::ParameterHandles;
 
@@ -56,7 +56,7 @@ impl InputHandles {
             gap: interface
                 .real("gap")
                 .input(0.008)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .min(0.0)
                 .nominal(0.008)
@@ -68,7 +68,7 @@ impl InputHandles {
             gap_rate: interface
                 .real("gap_rate")
                 .input(0.0)
-                .unit(Unit::METRE_PER_SECOND)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .display("mm/s")
                 .nominal(0.01)
                 .description(
@@ -79,13 +79,13 @@ impl InputHandles {
             acceleration: interface
                 .real("acceleration")
                 .input(0.0)
-                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .unit(UnitOfMeasure::METRE_PER_SECOND_SQUARED)
                 .description("Inertial acceleration of the magnet, positive downward")
                 .done(),
             lateral_offset: interface
                 .real("lateral_offset")
                 .input(0.0)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(0.001)
                 .description("Displacement of the magnet to the left of its rail")
@@ -93,7 +93,7 @@ impl InputHandles {
             static_force: interface
                 .real("static_force")
                 .input(LOAD)
-                .unit(Unit::NEWTON)
+                .unit(UnitOfMeasure::NEWTON)
                 .display("kN")
                 .nominal(5000.0)
                 .description(
@@ -110,34 +110,39 @@ impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface) -> Self {
         // with the order up to which its time derivatives are on offer
         let mut output =
-            |name: &'static str, order, unit: Unit, nominal: f64, text: &'static str| {
+            |name: &'static str, order, unit: UnitOfMeasure, nominal: f64, text: &'static str| {
                 let output = interface.real(name).output().derivatives(order);
                 output.unit(unit).nominal(nominal).description(text).done()
             };
         let force = output(
             "force",
             2,
-            Unit::NEWTON,
+            UnitOfMeasure::NEWTON,
             5000.0,
             "Levitation force, attraction to the rail positive",
         );
         let lateral_force = output(
             "lateral_force",
             0,
-            Unit::NEWTON,
+            UnitOfMeasure::NEWTON,
             100.0,
             "Lateral force on the magnet, positive to the left; it restores",
         );
-        let current =
-            output("current", 1, Unit::AMPERE, 10.0, "Coil current, operating point included");
+        let current = output(
+            "current",
+            1,
+            UnitOfMeasure::AMPERE,
+            10.0,
+            "Coil current, operating point included",
+        );
         let voltage = output(
             "voltage",
             1,
-            Unit::VOLT,
+            UnitOfMeasure::VOLT,
             10.0,
             "Voltage applied by the controller, operating point included, within the voltage limits",
         );
-        let mut estimate = |name, text| output(name, 1, Unit::ONE, 0.1, text);
+        let mut estimate = |name, text| output(name, 1, UnitOfMeasure::ONE, 0.1, text);
         let estimates = [
             estimate("estimate_gap", "Estimate y1 of eq. 5: 250/m times the gap's deviation"),
             estimate("estimate_gap_velocity", "Estimate y2 of eq. 5: 2.5 s/m times the gap's rate"),
@@ -160,24 +165,28 @@ impl OutputHandles {
 
 impl DerivedHandles {
     pub(crate) fn declare(interface: &mut Interface) -> Self {
-        let mut derived = |name: &'static str, unit: Unit, text: &'static str| {
+        let mut derived = |name: &'static str, unit: UnitOfMeasure, text: &'static str| {
             interface.real(name).calculated_parameter().unit(unit).description(text).done()
         };
         Self {
-            inductance: derived("inductance", Unit::HENRY, "Inductance L0 at the nominal gap"),
+            inductance: derived(
+                "inductance",
+                UnitOfMeasure::HENRY,
+                "Inductance L0 at the nominal gap",
+            ),
             current_stiffness: derived(
                 "current_stiffness",
-                Unit::NEWTON_PER_AMPERE,
+                UnitOfMeasure::NEWTON_PER_AMPERE,
                 "Force per current ki at the operating current and the nominal gap",
             ),
             gap_stiffness: derived(
                 "gap_stiffness",
-                Unit::NEWTON_PER_METRE,
+                UnitOfMeasure::NEWTON_PER_METRE,
                 "Loss of force per gap kc at the operating current and the nominal gap",
             ),
             nominal_force: derived(
                 "nominal_force",
-                Unit::NEWTON,
+                UnitOfMeasure::NEWTON,
                 "Force F0 of the nonlinear law at the operating current and the nominal gap",
             ),
         }

@@ -1,7 +1,7 @@
 //! The unit through its C functions: it must be the physics, no more and no less.
 #![allow(clippy::unwrap_used)]
 
-use fmi2_export::{sys::fmi2Status, testing::Instance};
+use fmi2_export::{sys::fmi2Status, testing::TestInstance};
 use magnet::{
     FilterDesign, Gains, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, PowerLimits,
     Range, Sampling, Workspace,
@@ -43,13 +43,13 @@ fn inputs(t: f64) -> MagnetInputs {
     MagnetInputs { gap, gap_rate, acceleration, lateral_offset, static_force }
 }
 
-fn set(unit: &mut Instance, t: f64) {
+fn set(unit: &mut TestInstance, t: f64) {
     for (name, course) in INPUTS.iter().zip(swing(t)) {
         unit.set_real(name, course[0]).unwrap();
     }
 }
 
-fn step(unit: &mut Instance, t: f64, size: f64) {
+fn step(unit: &mut TestInstance, t: f64, size: f64) {
     set(unit, t);
     for (name, course) in INPUTS.iter().zip(swing(t)) {
         for order in 1..=3 {
@@ -59,7 +59,7 @@ fn step(unit: &mut Instance, t: f64, size: f64) {
     unit.step(t, size).unwrap();
 }
 
-fn outputs(unit: &mut Instance) -> [f64; 9] {
+fn outputs(unit: &mut TestInstance) -> [f64; 9] {
     OUTPUTS.map(|name| unit.real(name).unwrap())
 }
 
@@ -129,8 +129,8 @@ fn other(
     (parameters, reals, on)
 }
 
-fn unit(reals: &[(&'static str, f64)], on: &[&'static str]) -> Instance {
-    let mut unit = Instance::new::<EmsFmu>("resources").unwrap();
+fn unit(reals: &[(&'static str, f64)], on: &[&'static str]) -> TestInstance {
+    let mut unit = TestInstance::new::<EmsFmu>("resources").unwrap();
     for (name, value) in reals {
         unit.set_real(name, *value).unwrap();
     }
@@ -143,7 +143,7 @@ fn unit(reals: &[(&'static str, f64)], on: &[&'static str]) -> Instance {
     unit
 }
 
-fn units() -> Vec<(MagnetParameters, Instance)> {
+fn units() -> Vec<(MagnetParameters, TestInstance)> {
     let mut units = vec![(MagnetParameters::default(), unit(&[], &[]))];
     for (law, sampling) in [(Law::Linear, false), (Law::Nonlinear, false), (Law::Linear, true)] {
         let (parameters, reals, on) = other(law, sampling);
@@ -293,7 +293,7 @@ fn analytic_output_derivatives_are_those_of_the_course() {
 /// and in another instance that was started with other parameters.
 #[test]
 fn invariant_saved_states_are_complete() {
-    let run = |unit: &mut Instance| {
+    let run = |unit: &mut TestInstance| {
         (5..25)
             .map(|n| {
                 step(unit, f64::from(n) * 1.3e-3, 1.3e-3);
@@ -327,7 +327,7 @@ fn invariant_saved_states_are_complete() {
 /// the filter's rest.
 #[test]
 fn analytic_initial_values_follow_the_inputs() {
-    let mut unit = Instance::new::<EmsFmu>("resources").unwrap();
+    let mut unit = TestInstance::new::<EmsFmu>("resources").unwrap();
     unit.set_boolean("nonlinear", true).unwrap();
     unit.enter_initialization(0.0).unwrap();
     for (load, current) in [(5824.6875, 14.353), (4.0 * 5824.6875, 2.0 * 14.353)] {
@@ -354,7 +354,7 @@ fn analytic_refusals_say_why() {
     assert_eq!(failure.status, fmi2Status::fmi2Discard);
     assert!(failure.to_string().contains("reached the rail"), "{failure}");
 
-    let mut impossible = Instance::new::<EmsFmu>("resources").unwrap();
+    let mut impossible = TestInstance::new::<EmsFmu>("resources").unwrap();
     impossible.set_real("pole_area", 0.0).unwrap();
     let failure = impossible.initialize(0.0).unwrap_err();
     assert!(failure.to_string().contains("pole area (m²) is 0"), "{failure}");

@@ -4,12 +4,12 @@
 use std::hint::black_box;
 
 use allocation_counter::measure;
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 
 #[test]
 fn issue_stepping_saving_and_restoring_do_not_allocate() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/resources/three-spans");
-    let mut unit = Instance::new::<crate::GuidewayFmu>(folder).unwrap();
+    let mut unit = TestInstance::new::<crate::GuidewayFmu>(folder).unwrap();
     unit.enter_initialization(0.0).unwrap();
     let references = |row: &str| -> Vec<u32> {
         (1..=64).map(|k| unit.reference(&format!("{row}_{k:02}")).unwrap()).collect()

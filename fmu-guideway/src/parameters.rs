@@ -1,7 +1,8 @@
 //! The unit's parameters: every number of the layout that a study may want to vary.
 
 use fmi2_export::{
-    BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, Row, StringVar, Unit, Values,
+    BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, StringVar, UnitOfMeasure, Values,
+    VariableRow,
 };
 use guideway::description::{GuidewayDescription, Initial};
 use guideway::{Guideway, MAX_FORCES, RUN_OUT};
@@ -52,7 +53,7 @@ pub(crate) fn prefixes(layout: &GuidewayDescription) -> Vec<String> {
 }
 
 /// The unit of A in S(Ω) = A/Ω²: m²/(rad/m) times (rad/m)².
-const AMPLITUDE: Unit = Unit::new("m.rad").m(1).rad(1);
+const AMPLITUDE: UnitOfMeasure = UnitOfMeasure::new("m.rad").m(1).rad(1);
 
 impl ParameterHandles {
     pub(crate) fn declare(
@@ -82,7 +83,7 @@ impl ParameterHandles {
                 .parameter(start)
                 .min(1e-6)
                 .max(1e6)
-                .unit(Unit::ONE)
+                .unit(UnitOfMeasure::ONE)
                 .description(text)
                 .done()
         };
@@ -136,7 +137,7 @@ impl ParameterHandles {
     }
 
     /// What the modal masses depend on.
-    pub(crate) fn of_modal_mass(&self) -> [Row; 2] {
+    pub(crate) fn of_modal_mass(&self) -> [VariableRow; 2] {
         [self.mass_factor.row(), self.modes.row()]
     }
 
@@ -145,7 +146,7 @@ impl ParameterHandles {
     }
 
     /// What the irregularity at a place depends on.
-    pub(crate) fn of_irregularity(&self) -> Vec<Row> {
+    pub(crate) fn of_irregularity(&self) -> Vec<VariableRow> {
         let i = &self.irregularity;
         vec![
             self.pole_length.row(),
@@ -202,7 +203,7 @@ fn initial_to_number(initial: Initial) -> i32 {
 }
 
 fn length(interface: &mut Interface, name: &str, start: f64, text: &str) -> RealVar {
-    interface.real(name).parameter(start).unit(Unit::METRE).description(text).done()
+    interface.real(name).parameter(start).unit(UnitOfMeasure::METRE).description(text).done()
 }
 
 fn declare_modal(
@@ -216,7 +217,7 @@ fn declare_modal(
         .parameter(0.0)
         .starts(girder.frequencies().iter().copied())
         .min(0.0)
-        .unit(Unit::HERTZ)
+        .unit(UnitOfMeasure::HERTZ)
         .description("Natural frequency of mode {k}, before stiffness_factor and mass_factor")
         .done();
     let damping = interface
@@ -224,7 +225,7 @@ fn declare_modal(
         .parameter(0.0)
         .starts(modes.iter().map(|m| m.zeta))
         .min(0.0)
-        .unit(Unit::ONE)
+        .unit(UnitOfMeasure::ONE)
         .display("%")
         .description("Damping ratio of mode {k}")
         .done();
@@ -342,7 +343,7 @@ impl ChirpHandles {
             amplitude: interface
                 .real("chirp_amplitude")
                 .parameter(given.amplitude)
-                .unit(Unit::NEWTON)
+                .unit(UnitOfMeasure::NEWTON)
                 .description("Amplitude of the chirp force, down positive")
                 .done(),
             position: length(
@@ -354,14 +355,14 @@ impl ChirpHandles {
             start: interface
                 .real("chirp_start")
                 .parameter(given.start)
-                .unit(Unit::SECOND)
+                .unit(UnitOfMeasure::SECOND)
                 .description("Start t0 of the chirp")
                 .done(),
             end_frequency: interface
                 .real("chirp_end_frequency")
                 .parameter(given.end_frequency)
                 .min(0.0)
-                .unit(Unit::HERTZ)
+                .unit(UnitOfMeasure::HERTZ)
                 .description("Frequency at which the chirp ends, at the last zero before")
                 .done(),
         }

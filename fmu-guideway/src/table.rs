@@ -1,6 +1,6 @@
 //! The unit's inputs and outputs, declared once, and what depends on what.
 
-use fmi2_export::{Info, IntegerVar, Interface, RealVar, RealVars, Unit};
+use fmi2_export::{Info, IntegerVar, Interface, RealVar, RealVars, UnitOfMeasure};
 use guideway::Guideway;
 
 use crate::parameters::ParameterHandles;
@@ -32,21 +32,21 @@ impl InputHandles {
             force: interface
                 .reals("force", magnets)
                 .input(0.0)
-                .unit(Unit::NEWTON)
+                .unit(UnitOfMeasure::NEWTON)
                 .nominal(1e4)
                 .description("Levitation force of magnet {k}; attraction is positive, it pushes the guideway down")
                 .done(),
             position: interface
                 .reals("position", magnets)
                 .input(0.0)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .nominal(10.0)
                 .description("Centre of magnet {k} along the track")
                 .done(),
             speed: interface
                 .real("speed")
                 .input(0.0)
-                .unit(Unit::METRE_PER_SECOND)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .display("km/h")
                 .nominal(10.0)
                 .description("Speed of the magnets along the track")
@@ -86,7 +86,7 @@ impl OutputHandles {
                 "displacement",
                 magnets,
                 2,
-                Unit::METRE,
+                UnitOfMeasure::METRE,
                 1e-3,
                 "Track surface at magnet {k}: deflection plus irregularity, up positive",
             ),
@@ -94,7 +94,7 @@ impl OutputHandles {
                 "rate",
                 magnets,
                 1,
-                Unit::METRE_PER_SECOND,
+                UnitOfMeasure::METRE_PER_SECOND,
                 1e-2,
                 "Rate of the track surface as magnet {k}, moving over it, sees it; up positive",
             ),
@@ -102,7 +102,7 @@ impl OutputHandles {
                 "deflection",
                 magnets,
                 2,
-                Unit::METRE,
+                UnitOfMeasure::METRE,
                 1e-3,
                 "Deflection of the guideway at magnet {k}, mean over its forces, up positive",
             ),
@@ -110,7 +110,7 @@ impl OutputHandles {
                 "irregularity",
                 magnets,
                 2,
-                Unit::METRE,
+                UnitOfMeasure::METRE,
                 1e-3,
                 "Irregularity of the track at magnet {k}, up positive",
             ),
@@ -118,7 +118,7 @@ impl OutputHandles {
                 "midspan_displacement",
                 spans,
                 2,
-                Unit::METRE,
+                UnitOfMeasure::METRE,
                 1e-3,
                 "Deflection in the middle of span {k}, up positive",
             ),
@@ -126,7 +126,7 @@ impl OutputHandles {
                 "midspan_velocity",
                 spans,
                 1,
-                Unit::METRE_PER_SECOND,
+                UnitOfMeasure::METRE_PER_SECOND,
                 1e-2,
                 "Velocity of the middle of span {k}",
             ),
@@ -134,7 +134,7 @@ impl OutputHandles {
                 "midspan_acceleration",
                 spans,
                 0,
-                Unit::METRE_PER_SECOND_SQUARED,
+                UnitOfMeasure::METRE_PER_SECOND_SQUARED,
                 1.0,
                 "Acceleration of the middle of span {k}",
             ),
@@ -142,7 +142,7 @@ impl OutputHandles {
                 "quarter_displacement",
                 spans,
                 2,
-                Unit::METRE,
+                UnitOfMeasure::METRE,
                 1e-3,
                 "Deflection at a quarter of span {k} from its start, up positive; the second mode shows here",
             ),
@@ -193,8 +193,12 @@ impl DerivedHandles {
             ("track_start", start, "Where the first span begins"),
             ("track_length", end - start, "Length of all spans together"),
         ] {
-            let _: RealVar =
-                interface.real(name).constant(value).unit(Unit::METRE).description(text).done();
+            let _: RealVar = interface
+                .real(name)
+                .constant(value)
+                .unit(UnitOfMeasure::METRE)
+                .description(text)
+                .done();
         }
         let modal_mass = guideway
             .girders()
@@ -204,7 +208,7 @@ impl DerivedHandles {
                 interface
                     .reals(format!("{prefix}modal_mass"), girder.modes().len())
                     .calculated_parameter()
-                    .unit(Unit::KILOGRAM)
+                    .unit(UnitOfMeasure::KILOGRAM)
                     .nominal(1e4)
                     .description("Modal mass of mode {k}, with mass_factor; 0 for modes left out")
                     .done()

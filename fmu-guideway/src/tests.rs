@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 use guideway::{Guideway, GuidewayDescription, Load, Workspace};
 
 use crate::GuidewayFmu;
@@ -14,8 +14,8 @@ fn layout(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("resources").join(name)
 }
 
-fn unit(name: &str) -> Instance {
-    Instance::new::<GuidewayFmu>(layout(name)).unwrap()
+fn unit(name: &str) -> TestInstance {
+    TestInstance::new::<GuidewayFmu>(layout(name)).unwrap()
 }
 
 /// Place and force of magnet k (from 0) of a row, and their time derivatives.
@@ -31,7 +31,7 @@ fn force_rate(k: usize, t: f64) -> f64 {
     2700.0 * (9.0 * t + k as f64).cos()
 }
 
-fn set(unit: &mut Instance, magnets: usize, t: f64) {
+fn set(unit: &mut TestInstance, magnets: usize, t: f64) {
     for k in 0..magnets {
         unit.set_real(&format!("force_{:02}", k + 1), force(k, t)).unwrap();
         unit.set_real(&format!("position_{:02}", k + 1), place(k, t)).unwrap();
@@ -40,7 +40,7 @@ fn set(unit: &mut Instance, magnets: usize, t: f64) {
 }
 
 /// Initializes a bogie on its span, rough if `rough`, and takes `steps` of `h`, forces linear.
-fn bogie(rough: bool, steps: u32, h: f64) -> Instance {
+fn bogie(rough: bool, steps: u32, h: f64) -> TestInstance {
     let mut unit = unit("one-bogie");
     unit.set_boolean("irregularity_on", rough).unwrap();
     unit.set_boolean("chirp_on", true).unwrap();
@@ -53,7 +53,7 @@ fn bogie(rough: bool, steps: u32, h: f64) -> Instance {
     unit
 }
 
-fn step(unit: &mut Instance, t: f64, h: f64) {
+fn step(unit: &mut TestInstance, t: f64, h: f64) {
     set(unit, 8, t);
     for k in 0..8 {
         let name = format!("force_{:02}", k + 1);
@@ -63,7 +63,7 @@ fn step(unit: &mut Instance, t: f64, h: f64) {
     unit.step(t, h).unwrap();
 }
 
-fn all_outputs(unit: &mut Instance) -> Vec<f64> {
+fn all_outputs(unit: &mut TestInstance) -> Vec<f64> {
     let mut values = Vec::new();
     for name in ["displacement", "rate", "deflection", "irregularity"] {
         for k in 1..=8 {
@@ -128,7 +128,8 @@ fn invariant_the_unit_is_the_library() {
     g.accelerations(&mut work, &state, &now, 50.0 * h, &mut a);
     for (k, load) in now.iter().enumerate() {
         let s = g.surface(&mut work, &state, &a, load.position[0]);
-        let output = |name: &str, unit: &mut Instance| unit.real(&format!("{name}_{:02}", k + 1));
+        let output =
+            |name: &str, unit: &mut TestInstance| unit.real(&format!("{name}_{:02}", k + 1));
         assert_eq!(output("displacement", &mut unit).unwrap(), s.displacement());
         assert_eq!(output("rate", &mut unit).unwrap(), s.rate(SPEED));
         assert_eq!(output("deflection", &mut unit).unwrap(), s.u);
@@ -281,7 +282,7 @@ fn invariant_directional_derivatives_agree_with_differences() {
 fn invariant_saved_states_continue_bit_for_bit_in_another_instance() {
     let mut first = bogie(true, 30, 1e-3);
     let bytes = first.serialize().unwrap();
-    let go_on = |unit: &mut Instance| {
+    let go_on = |unit: &mut TestInstance| {
         for n in 30..60 {
             step(unit, f64::from(n) * 1e-3, 1e-3);
         }
@@ -303,7 +304,7 @@ fn invariant_saved_states_continue_bit_for_bit_in_another_instance() {
 #[test]
 fn invariant_derivatives_have_the_same_bits_from_a_cold_cache() {
     let mut warm = bogie(true, 0, 1e-3);
-    let ask = |unit: &mut Instance| -> Vec<u64> {
+    let ask = |unit: &mut TestInstance| -> Vec<u64> {
         let orders = [("displacement", 1), ("displacement", 2), ("rate", 1), ("irregularity", 2)];
         let names = orders
             .iter()
@@ -407,7 +408,7 @@ fn invariant_bad_parameters_and_layouts_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |text: &str| {
         std::fs::write(folder.path().join("guideway.json"), text).unwrap();
-        Instance::new::<GuidewayFmu>(folder.path()).unwrap_err().to_string()
+        TestInstance::new::<GuidewayFmu>(folder.path()).unwrap_err().to_string()
     };
     assert!(refused("{").contains("guideway.json"));
     let text = r#"{"girders": {"a": {"length": 25.0, "modes": 1, "mass_per_length": 1.0,
@@ -418,7 +419,7 @@ fn invariant_bad_parameters_and_layouts_are_refused_by_name() {
     assert!(message.contains("spans[1].girder") && message.contains('B'), "{message}");
     // Two kinds of span: their parameters carry the kind's name.
     std::fs::write(folder.path().join("guideway.json"), text.replace("\"B\"", "\"b\"")).unwrap();
-    let mut unit = Instance::new::<GuidewayFmu>(folder.path()).unwrap();
+    let mut unit = TestInstance::new::<GuidewayFmu>(folder.path()).unwrap();
     unit.initialize(0.0).unwrap();
     assert_eq!(unit.real("b_frequency_02").unwrap(), 4.0);
     assert!(unit.reference("a_frequency_02").is_err() && unit.reference("frequency_01").is_err());

@@ -1,6 +1,6 @@
 //! What depends on what, after initialization and during it.
 
-use fmi2_export::{Interface, Row};
+use fmi2_export::{Interface, VariableRow};
 use multibody::{ComponentIndex, MagnetIndex, ObservedIndex, VehicleModel};
 
 use crate::table::{InputHandles, OutputHandles, ParameterHandles};
@@ -17,7 +17,7 @@ pub(crate) fn depend(
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
     // forces reach at once what is joined to their magnet: force elements need time
-    let forces_on = |component: Option<ComponentIndex>| -> Vec<Row> {
+    let forces_on = |component: Option<ComponentIndex>| -> Vec<VariableRow> {
         (0..magnets)
             .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
             .flat_map(|k| [inputs.force.get(k).row(), inputs.lateral_force.get(k).row()])
@@ -26,7 +26,7 @@ pub(crate) fn depend(
     let track = inputs.track_displacement.row();
     // what the static equilibrium follows from
     let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
-    let rest_and = |more: &[Row]| -> Vec<Row> { [&rest, more].concat() };
+    let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest, more].concat() };
     for k in 0..magnets {
         let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
         interface.depends(outputs.acceleration.get(k), &forces);

@@ -1,6 +1,8 @@
 //! The unit's variables, declared once: inputs, outputs, parameters, constants.
 
-use fmi2_export::{BooleanVar, Info, Interface, RealVar, RealVars, Row, Unit, Values};
+use fmi2_export::{
+    BooleanVar, Info, Interface, RealVar, RealVars, UnitOfMeasure, Values, VariableRow,
+};
 use multibody::{JointKind, Loads, VehicleModel};
 
 /// What the unit says of itself.
@@ -71,21 +73,21 @@ impl InputHandles {
             force: interface
                 .reals("force", magnets)
                 .input(0.0)
-                .unit(Unit::NEWTON)
+                .unit(UnitOfMeasure::NEWTON)
                 .nominal(5e3)
                 .description("Levitation force that pulls magnet {k} up")
                 .done(),
             lateral_force: interface
                 .reals("lateral_force", magnets)
                 .input(0.0)
-                .unit(Unit::NEWTON)
+                .unit(UnitOfMeasure::NEWTON)
                 .nominal(1e3)
                 .description("Guidance force on magnet {k}, to the left")
                 .done(),
             track_displacement: interface
                 .reals("track_displacement", magnets)
                 .input(0.0)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(1e-3)
                 .description("Height of the track's surface at magnet {k}, up positive")
@@ -93,7 +95,7 @@ impl InputHandles {
             track_rate: interface
                 .reals("track_rate", magnets)
                 .input(0.0)
-                .unit(Unit::METRE_PER_SECOND)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .nominal(1e-2)
                 .description(
                     "Rate of the track's height as the moving magnet {k} sees it, up positive",
@@ -116,7 +118,7 @@ impl OutputHandles {
                 .reals("gap", magnets)
                 .output()
                 .derivatives(2)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(8e-3)
                 .description("Air gap of magnet {k}, opening positive")
@@ -125,7 +127,7 @@ impl OutputHandles {
                 .reals("gap_rate", magnets)
                 .output()
                 .derivatives(1)
-                .unit(Unit::METRE_PER_SECOND)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .nominal(1e-2)
                 .description("Rate of the air gap of magnet {k}, opening positive")
                 .done(),
@@ -133,7 +135,7 @@ impl OutputHandles {
                 .reals("acceleration", magnets)
                 .output()
                 .derivatives(1)
-                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .unit(UnitOfMeasure::METRE_PER_SECOND_SQUARED)
                 .nominal(1.0)
                 .description("Inertial acceleration of magnet {k}, down positive")
                 .done(),
@@ -141,7 +143,7 @@ impl OutputHandles {
                 .reals("lateral_offset", magnets)
                 .output()
                 .derivatives(1)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(1e-3)
                 .description("Lateral place of magnet {k} relative to the track, left positive")
@@ -150,7 +152,7 @@ impl OutputHandles {
                 .reals("static_load", magnets)
                 .output()
                 .derivatives(1)
-                .unit(Unit::NEWTON)
+                .unit(UnitOfMeasure::NEWTON)
                 .nominal(5e3)
                 .description("Force that holds magnet {k} in static equilibrium; constant")
                 .done(),
@@ -158,14 +160,14 @@ impl OutputHandles {
                 .reals("position", magnets)
                 .output()
                 .derivatives(1)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .nominal(10.0)
                 .description("Place of magnet {k} along the track")
                 .done(),
             speed: interface
                 .real("speed")
                 .output()
-                .unit(Unit::METRE_PER_SECOND)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .display("km/h")
                 .nominal(1.0)
                 .description("Speed of the vehicle along the track")
@@ -194,7 +196,7 @@ impl OutputHandles {
             kinetic_energy: interface
                 .real("kinetic_energy")
                 .output()
-                .unit(Unit::JOULE)
+                .unit(UnitOfMeasure::JOULE)
                 .nominal(1.0)
                 .description("Kinetic energy in the frame that travels with the nominal speed")
                 .done(),
@@ -208,7 +210,7 @@ impl ObservedHandles {
             interface
                 .real(format!("{name}_{way}_displacement"))
                 .output()
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(1e-3)
                 .description(format!(
@@ -221,7 +223,7 @@ impl ObservedHandles {
             interface
                 .real(format!("{name}_{what}"))
                 .output()
-                .unit(Unit::RADIAN)
+                .unit(UnitOfMeasure::RADIAN)
                 .display("deg")
                 .nominal(1e-3)
                 .description(format!("{name}: {what} angle, positive {sign}"))
@@ -231,7 +233,7 @@ impl ObservedHandles {
             interface
                 .real(format!("{name}_{way}_acceleration"))
                 .output()
-                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .unit(UnitOfMeasure::METRE_PER_SECOND_SQUARED)
                 .nominal(0.1)
                 .description(format!(
                     "{name}: {way} acceleration of the centre of mass, {sign} positive"
@@ -242,7 +244,7 @@ impl ObservedHandles {
             interface
                 .reals(format!("{name}_{way}_acceleration"), points)
                 .output()
-                .unit(Unit::METRE_PER_SECOND_SQUARED)
+                .unit(UnitOfMeasure::METRE_PER_SECOND_SQUARED)
                 .nominal(0.1)
                 .description(format!(
                     "{name}: {way} acceleration at ride comfort point {{k}}, {sign} positive"
@@ -267,14 +269,14 @@ impl ObservedHandles {
         }
     }
 
-    pub(crate) fn accelerations(&self) -> impl Iterator<Item = Row> {
+    pub(crate) fn accelerations(&self) -> impl Iterator<Item = VariableRow> {
         self.acceleration
             .into_iter()
             .map(RealVar::row)
             .chain([self.point_lateral.row(), self.point_vertical.row()])
     }
 
-    pub(crate) fn places(&self) -> impl Iterator<Item = Row> {
+    pub(crate) fn places(&self) -> impl Iterator<Item = VariableRow> {
         [self.lateral_displacement, self.vertical_displacement]
             .into_iter()
             .chain(self.attitude)
@@ -288,14 +290,14 @@ impl ParameterHandles {
             travel_speed: interface
                 .real("travel_speed")
                 .parameter(0.0)
-                .unit(Unit::METRE_PER_SECOND)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .display("km/h")
                 .description("Nominal speed along the track, held by the drive")
                 .done(),
             initial_position: interface
                 .real("initial_position")
                 .parameter(12.5)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .description(
                     "Where x = 0 of the vehicle file (the middle of a train) stands along the track \
                      at the start; 12.5 m is the middle of a first span of 25 m",
@@ -304,7 +306,7 @@ impl ParameterHandles {
             max_step: interface
                 .real("max_step")
                 .parameter(1e-3)
-                .unit(Unit::SECOND)
+                .unit(UnitOfMeasure::SECOND)
                 .display("ms")
                 .min(1e-7)
                 .max(0.1)
@@ -315,7 +317,7 @@ impl ParameterHandles {
             holding_stiffness: interface
                 .real("holding_stiffness")
                 .parameter(1e7)
-                .unit(Unit::NEWTON_PER_METRE)
+                .unit(UnitOfMeasure::NEWTON_PER_METRE)
                 .min(1e3)
                 .max(1e12)
                 .description(
@@ -334,7 +336,7 @@ impl ParameterHandles {
             pole_width: interface
                 .real("pole_width")
                 .parameter(0.028)
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .min(1e-6)
                 .description(
@@ -373,13 +375,13 @@ pub(crate) fn declare_constants(interface: &mut Interface, model: &VehicleModel)
     interface
         .real("total_mass")
         .constant(model.total_mass())
-        .unit(Unit::KILOGRAM)
+        .unit(UnitOfMeasure::KILOGRAM)
         .description("Mass of the vehicle")
         .done();
     interface
         .real("nominal_gap")
         .constant(model.nominal_gap())
-        .unit(Unit::METRE)
+        .unit(UnitOfMeasure::METRE)
         .display("mm")
         .description("Air gap of every magnet in static equilibrium on a flat track")
         .done();

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 use multibody::train;
 
 use crate::VehicleFmu;
@@ -12,22 +12,22 @@ fn resources(layout: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("resources").join(layout)
 }
 
-fn unit(layout: &str) -> Instance {
-    Instance::new::<VehicleFmu>(resources(layout)).unwrap()
+fn unit(layout: &str) -> TestInstance {
+    TestInstance::new::<VehicleFmu>(resources(layout)).unwrap()
 }
 
-fn set_row(unit: &mut Instance, name: &str, values: &[f64]) {
+fn set_row(unit: &mut TestInstance, name: &str, values: &[f64]) {
     for (k, value) in values.iter().enumerate() {
         unit.set_real(&format!("{name}_{:02}", k + 1), *value).unwrap();
     }
 }
 
-fn row(unit: &mut Instance, name: &str, count: usize) -> Vec<f64> {
+fn row(unit: &mut TestInstance, name: &str, count: usize) -> Vec<f64> {
     (1..=count).map(|k| unit.real(&format!("{name}_{k:02}")).unwrap()).collect()
 }
 
 /// Sets forces near the static loads, so that the vehicle moves.
-fn pushed(unit: &mut Instance, magnets: usize) {
+fn pushed(unit: &mut TestInstance, magnets: usize) {
     let loads = row(unit, "static_load", magnets);
     let forces: Vec<f64> =
         loads.iter().enumerate().map(|(k, l)| l + 200.0 * (k as f64).sin()).collect();
@@ -228,7 +228,7 @@ fn invariant_saved_states_give_the_same_bits() {
     let mut unit = unit("one-car");
     unit.initialize(0.0).unwrap();
     pushed(&mut unit, 32);
-    let outputs = |unit: &mut Instance| {
+    let outputs = |unit: &mut TestInstance| {
         let mut all = Vec::new();
         for name in ["gap", "gap_rate", "acceleration", "lateral_offset", "position"] {
             all.extend(row(unit, name, 32));
@@ -237,7 +237,7 @@ fn invariant_saved_states_give_the_same_bits() {
         all.push(unit.real("kinetic_energy").unwrap());
         all.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
     };
-    let step = |unit: &mut Instance, n: i32| unit.step(f64::from(n) * 1e-3, 1e-3).unwrap();
+    let step = |unit: &mut TestInstance, n: i32| unit.step(f64::from(n) * 1e-3, 1e-3).unwrap();
     (0..10).for_each(|n| step(&mut unit, n));
     unit.save().unwrap();
     let bytes = unit.serialize().unwrap();
@@ -265,7 +265,7 @@ fn invariant_derivatives_have_the_same_bits_from_a_cold_cache() {
     let mut warm = unit("one-car");
     warm.initialize(0.0).unwrap();
     pushed(&mut warm, 32);
-    let ask = |unit: &mut Instance| -> Vec<u64> {
+    let ask = |unit: &mut TestInstance| -> Vec<u64> {
         let orders = [("gap", 2), ("gap_rate", 1), ("acceleration", 1), ("lateral_offset", 1)];
         let names = orders
             .iter()
@@ -318,11 +318,11 @@ fn invariant_a_force_that_is_no_number_is_refused() {
 fn invariant_bad_layouts_are_refused_with_file_and_place() {
     let folder = std::env::temp_dir().join(format!("vehicle-layout-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let missing = Instance::new::<VehicleFmu>(folder.join("none")).unwrap_err().to_string();
+    let missing = TestInstance::new::<VehicleFmu>(folder.join("none")).unwrap_err().to_string();
     assert!(missing.contains("vehicle.json"), "{missing}");
     let text = train::one_magnet().to_json().unwrap().replace("250.0", "-250.0");
     std::fs::write(folder.join("vehicle.json"), text).unwrap();
-    let broken = Instance::new::<VehicleFmu>(&folder).unwrap_err().to_string();
+    let broken = TestInstance::new::<VehicleFmu>(&folder).unwrap_err().to_string();
     assert!(broken.contains("vehicle.json") && broken.contains("bodies[0].mass"), "{broken}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -394,11 +394,11 @@ fn invariant_wrong_requests_are_refused_with_their_reason() {
 }
 
 /// A unit of a layout that differs from a shipped one.
-fn unit_of(description: &multibody::VehicleDescription, name: &str) -> Instance {
+fn unit_of(description: &multibody::VehicleDescription, name: &str) -> TestInstance {
     let folder = std::env::temp_dir().join(format!("vehicle-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("vehicle.json"), description.to_json().unwrap()).unwrap();
-    let unit = Instance::new::<VehicleFmu>(&folder).unwrap();
+    let unit = TestInstance::new::<VehicleFmu>(&folder).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     unit
 }

@@ -60,7 +60,7 @@ fn measure(what: &str, mut body: impl FnMut(u32)) {
 }
 
 fn main() {
-    let mut unit = testing::Instance::new::<Small>("none").unwrap();
+    let mut unit = testing::TestInstance::new::<Small>("none").unwrap();
     unit.initialize(0.0).unwrap();
     let c = unit.component();
     let (inputs, outputs): (Vec<u32>, Vec<u32>) = ((40..45).collect(), (45..55).collect());
@@ -95,7 +95,7 @@ fn main() {
     }
     let start = Instant::now();
     let many: Vec<_> =
-        (0..1000).map(|_| testing::Instance::new::<Small>("none").unwrap()).collect();
+        (0..1000).map(|_| testing::TestInstance::new::<Small>("none").unwrap()).collect();
     // The driver declares once more than fmi2Instantiate, to know the names.
     let each = start.elapsed().as_secs_f64() / many.len() as f64;
     println!("{:45} {:7.1} µs", "instantiating 55 variables, twice", each * 1e6);

@@ -1,6 +1,6 @@
 //! A complete unit: Dahlquist's test equation ẋ = −k·(x − u), stepped exactly.
 
-use fmi2_export::{Error, Info, Interface, Model, RealVar, Resources, Step, Unit, Values};
+use fmi2_export::{Error, Info, Interface, Model, RealVar, Resources, Step, UnitOfMeasure, Values};
 
 struct Dahlquist {
     k: RealVar,
@@ -15,7 +15,7 @@ impl Model for Dahlquist {
 
     fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         interface.describe(Info::new("dahlquist", "Dahlquist").experiment(0.0, 10.0, 0.1));
-        let k = interface.real("k").tunable(1.0).min(0.0).unit(Unit::PER_SECOND).done();
+        let k = interface.real("k").tunable(1.0).min(0.0).unit(UnitOfMeasure::PER_SECOND).done();
         let x0 = interface.real("x0").parameter(1.0).description("x at first").done();
         let u = interface.real("u").input(0.0).done();
         let x = interface.real("x").output().done();

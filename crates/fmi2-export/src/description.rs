@@ -8,23 +8,15 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesStart, Event};
 use uuid::Uuid;
 
-use crate::interface::{BASE, Data, Dependencies, Interface, Role, Unit, Variable};
+use crate::Error;
+use crate::interface::{
+    BASE, DeclaredVariable, Dependencies, Interface, TypeAttributes, UnitOfMeasure, VariableRole,
+};
 use crate::logger::Category;
 use crate::resources::Resources;
-use crate::table::Table;
-use crate::{Error, Model};
 
 /// Highest order of derivatives of inputs that the kit takes.
 pub(crate) const INPUT_DERIVATIVES: i32 = 3;
-
-/// The description of `M` with these resources, as UTF-8 XML.
-///
-/// # Errors
-/// The model refuses the resources, or its declarations are faulty.
-pub fn describe<M: Model>(resources: &Resources) -> Result<String, Error> {
-    let (_, table) = Table::declare::<M>(resources)?;
-    print(&table.interface, Some(&table.guid))
-}
 
 /// The unit's GUID follows from everything that the description says and from the resource files
 /// read: other content, other GUID; same content, same GUID on every machine.
@@ -41,7 +33,7 @@ pub(crate) fn braced(guid: &Uuid) -> String {
     guid.braced().to_string()
 }
 
-fn print(interface: &Interface, guid: Option<&Uuid>) -> Result<String, Error> {
+pub(crate) fn print(interface: &Interface, guid: Option<&Uuid>) -> Result<String, Error> {
     let failed = |error: &dyn Display| Error::invalid(format!("model description: {error}"));
     let mut printer = Printer { writer: Writer::new_with_indent(Vec::new(), b' ', 2) };
     printer.document(interface, guid).map_err(|error| failed(&error))?;
@@ -128,9 +120,9 @@ impl Printer {
     }
 
     fn units(&mut self, interface: &Interface) -> io::Result<()> {
-        let mut used: BTreeMap<&str, &Unit> = BTreeMap::new();
+        let mut used: BTreeMap<&str, &UnitOfMeasure> = BTreeMap::new();
         for variable in &interface.variables {
-            if let Data::Real { unit: Some(unit), .. } = &variable.data {
+            if let TypeAttributes::Real { unit: Some(unit), .. } = &variable.data {
                 used.insert(unit.name, unit);
             }
         }
@@ -144,7 +136,7 @@ impl Printer {
         self.close("UnitDefinitions")
     }
 
-    fn unit(&mut self, unit: &Unit) -> io::Result<()> {
+    fn unit(&mut self, unit: &UnitOfMeasure) -> io::Result<()> {
         self.open("Unit", &[("name", text(unit.name))])?;
         let mut base: Vec<_> = BASE
             .into_iter()
@@ -218,7 +210,7 @@ impl Printer {
         self.close("VendorAnnotations")
     }
 
-    fn variable(&mut self, variable: &Variable) -> io::Result<()> {
+    fn variable(&mut self, variable: &DeclaredVariable) -> io::Result<()> {
         let (causality, variability, initial) = class(variable);
         self.open(
             "ScalarVariable",
@@ -232,7 +224,7 @@ impl Printer {
             ],
         )?;
         match &variable.data {
-            Data::Real { start, min, max, nominal, unit, display } => self.empty(
+            TypeAttributes::Real { start, min, max, nominal, unit, display } => self.empty(
                 "Real",
                 &[
                     ("unit", unit.map(|unit| unit.name.to_owned())),
@@ -243,7 +235,7 @@ impl Printer {
                     ("start", start.map(number)),
                 ],
             )?,
-            Data::Integer { start, min, max } => self.empty(
+            TypeAttributes::Integer { start, min, max } => self.empty(
                 "Integer",
                 &[
                     ("min", min.map(|min| min.to_string())),
@@ -251,18 +243,19 @@ impl Printer {
                     ("start", start.map(|start| start.to_string())),
                 ],
             )?,
-            Data::Boolean { start } => {
+            TypeAttributes::Boolean { start } => {
                 self.empty("Boolean", &[("start", start.map(|start| start.to_string()))])?;
             }
-            Data::Text { start } => self.empty("String", &[("start", start.clone())])?,
+            TypeAttributes::Text { start } => self.empty("String", &[("start", start.clone())])?,
         }
         self.close("ScalarVariable")
     }
 
     fn structure(&mut self, interface: &Interface) -> io::Result<()> {
-        let outputs = indices(interface, |role| role == Role::Output);
-        let unknowns =
-            indices(interface, |role| matches!(role, Role::Output | Role::CalculatedParameter));
+        let outputs = indices(interface, |role| role == VariableRole::Output);
+        let unknowns = indices(interface, |role| {
+            matches!(role, VariableRole::Output | VariableRole::CalculatedParameter)
+        });
         self.open("ModelStructure", &[])?;
         self.unknowns("Outputs", &outputs, &interface.depends)?;
         self.unknowns("InitialUnknowns", &unknowns, &interface.initially)?;
@@ -293,16 +286,16 @@ impl Printer {
 
 /// Causality, variability and `initial` of a variable. `initial` is left out where the standard
 /// forbids it or has the same default.
-fn class(variable: &Variable) -> (&'static str, &'static str, Option<&'static str>) {
+fn class(variable: &DeclaredVariable) -> (&'static str, &'static str, Option<&'static str>) {
     let varying = if variable.discrete { "discrete" } else { "continuous" };
     match variable.role {
-        Role::Input => ("input", varying, None),
-        Role::Parameter => ("parameter", "fixed", Some("exact")),
-        Role::Tunable => ("parameter", "tunable", Some("exact")),
-        Role::CalculatedParameter => ("calculatedParameter", "fixed", Some("calculated")),
-        Role::Output => ("output", varying, Some("calculated")),
-        Role::Local => ("local", varying, Some("calculated")),
-        Role::Constant => ("local", "constant", Some("exact")),
+        VariableRole::Input => ("input", varying, None),
+        VariableRole::Parameter => ("parameter", "fixed", Some("exact")),
+        VariableRole::Tunable => ("parameter", "tunable", Some("exact")),
+        VariableRole::CalculatedParameter => ("calculatedParameter", "fixed", Some("calculated")),
+        VariableRole::Output => ("output", varying, Some("calculated")),
+        VariableRole::Local => ("local", varying, Some("calculated")),
+        VariableRole::Constant => ("local", "constant", Some("exact")),
     }
 }
 
@@ -321,7 +314,7 @@ fn ranges(numbers: impl Iterator<Item = usize>) -> String {
     runs.iter().map(run).collect::<Vec<_>>().join(" ")
 }
 
-fn indices(interface: &Interface, wanted: impl Fn(Role) -> bool) -> Vec<usize> {
+fn indices(interface: &Interface, wanted: impl Fn(VariableRole) -> bool) -> Vec<usize> {
     let variables = interface.variables.iter().enumerate();
     variables.filter(|(_, variable)| wanted(variable.role)).map(|(index, _)| index).collect()
 }

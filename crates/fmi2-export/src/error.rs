@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 /// Which FMI status an [`Error`] becomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ErrorKind {
     /// `fmi2Error`: this call failed.
     Invalid,
     /// `fmi2Discard`: not possible this way; a smaller step or another value may be.
@@ -15,19 +15,19 @@ pub enum Kind {
 
 /// Why a call failed, in words for the person who runs the simulation.
 ///
-/// The kit hands the text to the importer's logger and maps the [`Kind`] on the status. A good
+/// The kit hands the text to the importer's logger and maps the [`ErrorKind`] on the status. A good
 /// text says what, where, when and how to mend it.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{message}")]
 pub struct Error {
-    kind: Kind,
+    kind: ErrorKind,
     message: String,
 }
 
 impl Error {
     /// An error that the importer sees as `fmi2Error`.
     pub fn invalid(message: impl Display) -> Self {
-        Self { kind: Kind::Invalid, message: message.to_string() }
+        Self { kind: ErrorKind::Invalid, message: message.to_string() }
     }
 
     /// A refusal that the importer sees as `fmi2Discard`: it may try a smaller step.
@@ -35,12 +35,12 @@ impl Error {
     /// A [`Model::step`](crate::Model::step) that answers so must leave its state as it was at the
     /// beginning of the step.
     pub fn discard(message: impl Display) -> Self {
-        Self { kind: Kind::Discard, message: message.to_string() }
+        Self { kind: ErrorKind::Discard, message: message.to_string() }
     }
 
     /// A failure that corrupted every instance in the process (`fmi2Fatal`). Hardly ever right.
     pub fn fatal(message: impl Display) -> Self {
-        Self { kind: Kind::Fatal, message: message.to_string() }
+        Self { kind: ErrorKind::Fatal, message: message.to_string() }
     }
 
     /// An `fmi2Error` out of another error with all of its causes: `what: cause: cause of that`.
@@ -53,7 +53,7 @@ impl Error {
             message.push_str(&cause.to_string());
             source = cause.source();
         }
-        Self { kind: Kind::Invalid, message }
+        Self { kind: ErrorKind::Invalid, message }
     }
 
     /// The same error with a place in front: `context: message`.
@@ -65,7 +65,7 @@ impl Error {
 
     /// The kind.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 

@@ -16,14 +16,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use fmi2_sys::*;
 
-use crate::guard::{ERROR, OK, dropped, enter, null, panic_text, slice, slice_out, string, text};
-use crate::instance::{Instance, unknown};
-use crate::interface::Type;
+use crate::erased::ModelWithState;
+use crate::guard::{ERROR, OK, enter, null, slice, slice_out, string, text};
+use crate::instance::{ExportedInstance, unknown};
 use crate::logger::{Category, Logger};
+use crate::panics::{dropped, panic_text};
+use crate::per_type::VariableType;
 use crate::snapshot::Snapshot;
-use crate::state::{self, Call};
-use crate::table::Table;
-use crate::unit::Holder;
+use crate::state::{self, FmiCall};
+use crate::table::VariableTable;
 use crate::values::CText;
 use crate::{Error, Model, Resources, description, location};
 
@@ -75,7 +76,7 @@ unsafe fn make<M: Model>(
     guid: fmi2String,
     location: fmi2String,
     logger: Logger,
-) -> Result<Instance, Error> {
+) -> Result<ExportedInstance, Error> {
     // SAFETY: passed on to the caller, also below.
     if unsafe { text(name, "the instance name") }?.trim().is_empty() {
         return Err(Error::invalid("the instance name is empty"));
@@ -92,7 +93,7 @@ unsafe fn make<M: Model>(
         unsafe { CStr::from_ptr(location) }.to_str().ok()
     };
     let resources = Resources::new(location::resources(location));
-    let (model, table) = Table::declare::<M>(&resources)?;
+    let (model, table) = VariableTable::declare::<M>(&resources)?;
     let own = description::braced(&table.guid);
     if guid != own {
         return Err(Error::invalid(format!(
@@ -100,8 +101,8 @@ unsafe fn make<M: Model>(
              the library or a file in resources was changed; package the unit again"
         )));
     }
-    let unit = Box::new(Holder::<M> { model, state: None });
-    Ok(Instance::new(unit, table, resources, logger))
+    let model_with_state = Box::new(ModelWithState::<M> { model, state: None });
+    Ok(ExportedInstance::new(model_with_state, table, resources, logger))
 }
 
 /// `fmi2FreeInstance`; null is let pass.
@@ -110,7 +111,7 @@ pub unsafe extern "C" fn free_instance(component: fmi2Component) {
         return;
     }
     // SAFETY: comes from `instantiate` and is freed once.
-    let instance = unsafe { Box::from_raw(component.cast::<Instance>()) };
+    let instance = unsafe { Box::from_raw(component.cast::<ExportedInstance>()) };
     dropped(instance);
 }
 
@@ -121,7 +122,7 @@ pub unsafe extern "C" fn set_debug_logging(
     count: usize,
     categories: *const fmi2String,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: arrays and strings are the importer's word, also below.
         let categories = unsafe { slice(categories, count, "categories") }?;
         let mut logger = instance.logger.clone();
@@ -163,7 +164,7 @@ pub unsafe extern "C" fn setup_experiment(
 
 /// `fmi2EnterInitializationMode`.
 pub unsafe extern "C" fn enter_initialization_mode(component: fmi2Component) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         instance.enter_initialization();
         Ok(())
     };
@@ -174,12 +175,12 @@ pub unsafe extern "C" fn enter_initialization_mode(component: fmi2Component) -> 
 /// `fmi2ExitInitializationMode`.
 pub unsafe extern "C" fn exit_initialization_mode(component: fmi2Component) -> fmi2Status {
     // SAFETY: the component is the importer's word.
-    unsafe { enter(component, &state::EXIT_INITIALIZATION, Instance::exit_initialization) }
+    unsafe { enter(component, &state::EXIT_INITIALIZATION, ExportedInstance::exit_initialization) }
 }
 
 /// `fmi2Terminate`.
 pub unsafe extern "C" fn terminate(component: fmi2Component) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         instance.terminate();
         Ok(())
     };
@@ -190,7 +191,7 @@ pub unsafe extern "C" fn terminate(component: fmi2Component) -> fmi2Status {
 /// `fmi2Reset`.
 pub unsafe extern "C" fn reset(component: fmi2Component) -> fmi2Status {
     // SAFETY: the component is the importer's word.
-    unsafe { enter(component, &state::RESET, Instance::reset) }
+    unsafe { enter(component, &state::RESET, ExportedInstance::reset) }
 }
 
 /// `fmi2GetReal`.
@@ -200,7 +201,7 @@ pub unsafe extern "C" fn get_real(
     count: usize,
     out: *mut fmi2Real,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, out) =
             unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
@@ -219,9 +220,15 @@ pub unsafe extern "C" fn get_integer(
 ) -> fmi2Status {
     // SAFETY: everything is the importer's word.
     unsafe {
-        get(component, &state::GET_INTEGER, Type::Integer, references, count, out, |instance, k| {
-            instance.values.integers.get(k).copied()
-        })
+        get(
+            component,
+            &state::GET_INTEGER,
+            VariableType::Integer,
+            references,
+            count,
+            out,
+            |instance, k| instance.values.arrays.integers.get(k).copied(),
+        )
     }
 }
 
@@ -234,9 +241,17 @@ pub unsafe extern "C" fn get_boolean(
 ) -> fmi2Status {
     // SAFETY: everything is the importer's word.
     unsafe {
-        get(component, &state::GET_BOOLEAN, Type::Boolean, references, count, out, |instance, k| {
-            instance.values.booleans.get(k).map(|&value| fmi2Boolean::from(value))
-        })
+        get(
+            component,
+            &state::GET_BOOLEAN,
+            VariableType::Boolean,
+            references,
+            count,
+            out,
+            |instance, k| {
+                instance.values.arrays.booleans.get(k).map(|&value| fmi2Boolean::from(value))
+            },
+        )
     }
 }
 
@@ -249,22 +264,28 @@ pub unsafe extern "C" fn get_string(
 ) -> fmi2Status {
     // SAFETY: everything is the importer's word.
     unsafe {
-        get(component, &state::GET_STRING, Type::Text, references, count, out, |instance, k| {
-            instance.values.strings.get(k).map(CText::as_ptr)
-        })
+        get(
+            component,
+            &state::GET_STRING,
+            VariableType::Text,
+            references,
+            count,
+            out,
+            |instance, k| instance.values.arrays.strings.get(k).map(CText::as_ptr),
+        )
     }
 }
 
 unsafe fn get<T>(
     component: fmi2Component,
-    call: &'static Call,
-    kind: Type,
+    call: &'static FmiCall,
+    kind: VariableType,
     references: *const fmi2ValueReference,
     count: usize,
     out: *mut T,
-    read: impl Fn(&Instance, usize) -> Option<T>,
+    read: impl Fn(&ExportedInstance, usize) -> Option<T>,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, out) =
             unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
@@ -286,7 +307,7 @@ pub unsafe extern "C" fn set_real(
     count: usize,
     new: *const fmi2Real,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
@@ -303,7 +324,7 @@ pub unsafe extern "C" fn set_integer(
     count: usize,
     new: *const fmi2Integer,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
@@ -320,7 +341,7 @@ pub unsafe extern "C" fn set_boolean(
     count: usize,
     new: *const fmi2Boolean,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
@@ -337,7 +358,7 @@ pub unsafe extern "C" fn set_string(
     count: usize,
     new: *const fmi2String,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
@@ -358,7 +379,7 @@ pub unsafe extern "C" fn get_fmu_state(
     component: fmi2Component,
     saved: *mut fmi2FMUstate,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: null or a place for a pointer.
         let place = unsafe { saved.as_mut() }.ok_or_else(|| null("FMUstate"))?;
         // SAFETY: null or a saved state of this library that was not freed.
@@ -377,7 +398,7 @@ pub unsafe extern "C" fn set_fmu_state(
     component: fmi2Component,
     saved: fmi2FMUstate,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: null or a saved state of this library that was not freed.
         let snapshot = unsafe { saved.cast::<Snapshot>().as_ref() };
         snapshot.ok_or_else(|| null("FMUstate"))?.restore(instance)
@@ -391,7 +412,7 @@ pub unsafe extern "C" fn free_fmu_state(
     component: fmi2Component,
     saved: *mut fmi2FMUstate,
 ) -> fmi2Status {
-    let body = |_: &mut Instance| {
+    let body = |_: &mut ExportedInstance| {
         // SAFETY: null or a place for a pointer.
         let Some(place) = (unsafe { saved.as_mut() }) else { return Ok(()) };
         let pointer = std::mem::replace(place, std::ptr::null_mut()).cast::<Snapshot>();
@@ -411,7 +432,7 @@ pub unsafe extern "C" fn serialized_fmu_state_size(
     saved: fmi2FMUstate,
     size: *mut usize,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: null or a saved state of this library that was not freed.
         let snapshot = unsafe { saved.cast::<Snapshot>().as_mut() };
         let bytes = snapshot.ok_or_else(|| null("FMUstate"))?.serialize(instance)?;
@@ -430,7 +451,7 @@ pub unsafe extern "C" fn serialize_fmu_state(
     out: *mut fmi2Byte,
     size: usize,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: null or a saved state of this library that was not freed.
         let snapshot = unsafe { saved.cast::<Snapshot>().as_mut() };
         let bytes = snapshot.ok_or_else(|| null("FMUstate"))?.serialize(instance)?;
@@ -456,7 +477,7 @@ pub unsafe extern "C" fn deserialize_fmu_state(
     size: usize,
     saved: *mut fmi2FMUstate,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the array is the importer's word.
         let bytes = unsafe { slice(bytes.cast::<u8>(), size, "serializedState") }?;
         // SAFETY: null or a place for a pointer.
@@ -483,7 +504,7 @@ pub unsafe extern "C" fn get_directional_derivative(
     direction: *const fmi2Real,
     out: *mut fmi2Real,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (unknowns, knowns, direction, out) = unsafe {
             (
@@ -507,7 +528,7 @@ pub unsafe extern "C" fn set_real_input_derivatives(
     orders: *const fmi2Integer,
     new: *const fmi2Real,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, orders, new) = unsafe {
             (
@@ -530,7 +551,7 @@ pub unsafe extern "C" fn get_real_output_derivatives(
     orders: *const fmi2Integer,
     out: *mut fmi2Real,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: the arrays are the importer's word.
         let (references, orders, out) = unsafe {
             (
@@ -583,7 +604,7 @@ pub unsafe extern "C" fn get_real_status(
     kind: fmi2StatusKind,
     out: *mut fmi2Real,
 ) -> fmi2Status {
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         if kind != fmi2StatusKind::fmi2LastSuccessfulTime {
             return Err(no_status());
         }
@@ -611,7 +632,7 @@ pub unsafe extern "C" fn get_boolean_status(
     kind: fmi2StatusKind,
     out: *mut fmi2Boolean,
 ) -> fmi2Status {
-    let body = |_: &mut Instance| {
+    let body = |_: &mut ExportedInstance| {
         if kind != fmi2StatusKind::fmi2Terminated {
             return Err(no_status());
         }
@@ -649,7 +670,7 @@ pub unsafe extern "C" fn describe<M: Model>(
             // SAFETY: not null; the caller vouches for the NUL at the end.
             unsafe { text(resource_dir, "the resource folder") }?
         };
-        description::describe::<M>(&Resources::new(folder))
+        crate::describe::<M>(&Resources::new(folder))
     };
     let (length, bytes) = match catch_unwind(AssertUnwindSafe(make)) {
         Ok(Ok(xml)) => (xml.len(), xml.into_bytes()),
@@ -675,7 +696,7 @@ pub unsafe extern "C" fn report(
     capacity: usize,
 ) -> usize {
     let mut length = 0;
-    let body = |instance: &mut Instance| {
+    let body = |instance: &mut ExportedInstance| {
         // SAFETY: strings and arrays are the importer's word, also below.
         let request = unsafe { text(request, "the request") }?;
         // SAFETY: see above.

@@ -6,24 +6,25 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use fmi2_sys::{fmi2Component, fmi2Status, fmi2String};
 
-use crate::instance::Instance;
+use crate::instance::ExportedInstance;
 use crate::logger::{Category, Logger};
-use crate::state::{Call, Mode};
-use crate::{Error, Kind};
+use crate::panics::panic_text;
+use crate::state::{FmiCall, InstanceMode};
+use crate::{Error, ErrorKind};
 
 pub(crate) const OK: fmi2Status = fmi2Status::fmi2OK;
 pub(crate) const ERROR: fmi2Status = fmi2Status::fmi2Error;
 
-type Outcome = std::thread::Result<Result<(), Error>>;
+type CallOutcome = std::thread::Result<Result<(), Error>>;
 
 /// Runs the body of a call on an instance, guarded.
 #[inline]
 pub(crate) unsafe fn enter(
     component: fmi2Component,
-    call: &'static Call,
-    body: impl FnOnce(&mut Instance) -> Result<(), Error>,
+    call: &'static FmiCall,
+    body: impl FnOnce(&mut ExportedInstance) -> Result<(), Error>,
 ) -> fmi2Status {
-    let pointer = component.cast::<Instance>();
+    let pointer = component.cast::<ExportedInstance>();
     // SAFETY: the importer hands over a live instance and lets no two calls run at a time.
     let Some(instance) = (unsafe { pointer.as_mut() }) else { return ERROR };
     let mode = instance.progress.mode;
@@ -39,13 +40,13 @@ pub(crate) unsafe fn enter(
 }
 
 /// What a call has to say once the instance is no longer borrowed: a logger may call back.
-struct Report {
+struct CallReport {
     logger: Logger,
     events: Vec<String>,
     failure: Option<(fmi2Status, Category, String)>,
 }
 
-impl Report {
+impl CallReport {
     fn send(self) -> fmi2Status {
         for event in &self.events {
             self.logger.send(OK, Category::Events, event);
@@ -57,18 +58,18 @@ impl Report {
 }
 
 #[cold]
-fn conclude(instance: &mut Instance, call: &Call, outcome: Outcome) -> Report {
+fn conclude(instance: &mut ExportedInstance, call: &FmiCall, outcome: CallOutcome) -> CallReport {
     let failure = match outcome {
         Ok(Ok(())) => None,
         Ok(Err(error)) => {
-            if error.kind() == Kind::Fatal {
-                instance.progress.mode = Mode::Poisoned;
+            if error.kind() == ErrorKind::Fatal {
+                instance.progress.mode = InstanceMode::Poisoned;
             }
             let (status, category) = classify(error.kind());
             Some((status, category, format!("{}: {error}", call.name)))
         }
         Err(panic) => {
-            instance.progress.mode = Mode::Poisoned;
+            instance.progress.mode = InstanceMode::Poisoned;
             let text = format!(
                 "{}: the model panicked at t = {} s: {}. Only fmi2Reset and fmi2FreeInstance are \
                  possible now. This is a fault of the unit",
@@ -80,36 +81,14 @@ fn conclude(instance: &mut Instance, call: &Call, outcome: Outcome) -> Report {
         }
     };
     let events = std::mem::take(&mut instance.events);
-    Report { logger: instance.logger.clone(), events, failure }
+    CallReport { logger: instance.logger.clone(), events, failure }
 }
 
-fn classify(kind: Kind) -> (fmi2Status, Category) {
+fn classify(kind: ErrorKind) -> (fmi2Status, Category) {
     match kind {
-        Kind::Invalid => (ERROR, Category::Error),
-        Kind::Discard => (fmi2Status::fmi2Discard, Category::Discard),
-        Kind::Fatal => (fmi2Status::fmi2Fatal, Category::Fatal),
-    }
-}
-
-/// Drops what a panic may have left half-written, as unwinding would: that is sound, but its
-/// destructor may panic again, and what that leaves is leaked.
-pub(crate) fn dropped<T>(value: T) {
-    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value))) {
-        drop(panic_text(panic));
-    }
-}
-
-pub(crate) fn panic_text(panic: Box<dyn std::any::Any + Send>) -> String {
-    match panic.downcast::<String>() {
-        Ok(text) => *text,
-        Err(other) => match other.downcast::<&'static str>() {
-            Ok(text) => (*text).to_owned(),
-            Err(other) => {
-                // The destructor of an unknown payload may panic itself.
-                std::mem::forget(other);
-                "(no message)".to_owned()
-            }
-        },
+        ErrorKind::Invalid => (ERROR, Category::Error),
+        ErrorKind::Discard => (fmi2Status::fmi2Discard, Category::Discard),
+        ErrorKind::Fatal => (fmi2Status::fmi2Fatal, Category::Fatal),
     }
 }
 

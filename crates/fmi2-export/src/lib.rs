@@ -1,8 +1,12 @@
 //! Export a Rust model as an FMI 2.0 co-simulation unit.
 #![doc = include_str!("../README.md")]
 
-mod derivative;
+mod access;
+mod derivatives;
+mod describe;
 mod description;
+mod directional;
+mod erased;
 mod error;
 mod export;
 pub mod ffi;
@@ -12,19 +16,24 @@ mod interface;
 mod location;
 mod logger;
 mod model;
+mod panics;
+mod per_type;
 mod resources;
+mod scratch;
 mod snapshot;
 mod state;
 mod state_space;
+mod step;
 mod table;
 pub mod testing;
-mod unit;
 mod values;
 
-pub use description::describe;
-pub use error::{Error, Kind};
+pub use describe::describe;
+pub use error::{Error, ErrorKind};
 pub use fmi2_sys as sys;
-pub use interface::{Declaration, DisplayUnit, Experiment, Info, Interface, Row, Unit};
+pub use interface::{
+    Declaration, DefaultExperiment, DisplayUnit, Info, Interface, UnitOfMeasure, VariableRow,
+};
 pub use model::{Model, Seed, Sensitivity, Step};
 pub use resources::Resources;
 pub use state_space::StateSpace;

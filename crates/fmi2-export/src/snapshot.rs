@@ -4,17 +4,17 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use crate::Error;
-use crate::instance::{Instance, Progress};
-use crate::state::Mode;
-use crate::unit::Saved;
+use crate::erased::SavedModelState;
+use crate::instance::{ExportedInstance, InstanceProgress};
+use crate::state::InstanceMode;
 use crate::values::Values;
 
 /// A saved state of an instance: everything that changes. Valid for every instance of the unit.
 pub(crate) struct Snapshot {
     guid: Uuid,
-    progress: Progress,
+    progress: InstanceProgress,
     values: Values,
-    saved: Saved,
+    saved: SavedModelState,
     /// The serialised form, kept between the question for its size and the one for itself.
     bytes: Option<Vec<u8>>,
 }
@@ -28,13 +28,13 @@ const TRAILER: usize = 8;
 
 #[derive(Serialize, Deserialize)]
 struct Payload<V> {
-    progress: Progress,
+    progress: InstanceProgress,
     values: V,
     state: Vec<u8>,
 }
 
 impl Snapshot {
-    pub(crate) fn take(instance: &Instance) -> Self {
+    pub(crate) fn take(instance: &ExportedInstance) -> Self {
         let mut snapshot = Self {
             guid: instance.guid(),
             progress: instance.progress,
@@ -42,31 +42,31 @@ impl Snapshot {
             saved: None,
             bytes: None,
         };
-        instance.unit.save(&mut snapshot.saved);
+        instance.model.save(&mut snapshot.saved);
         snapshot
     }
 
     /// Takes the state anew in the same memory.
-    pub(crate) fn retake(&mut self, instance: &Instance) {
+    pub(crate) fn retake(&mut self, instance: &ExportedInstance) {
         self.guid = instance.guid();
         self.progress = instance.progress;
         self.values.clone_from(&instance.values);
-        instance.unit.save(&mut self.saved);
+        instance.model.save(&mut self.saved);
         self.bytes = None;
     }
 
-    pub(crate) fn restore(&self, instance: &mut Instance) -> Result<(), Error> {
+    pub(crate) fn restore(&self, instance: &mut ExportedInstance) -> Result<(), Error> {
         if self.guid != instance.guid() {
             return Err(Error::invalid("the saved state belongs to another unit"));
         }
-        instance.unit.restore(&self.saved)?;
+        instance.model.restore(&self.saved)?;
         instance.values.clone_from(&self.values);
         instance.progress = self.progress;
         Ok(())
     }
 
     /// The state as bytes, valid in another process with the same unit.
-    pub(crate) fn serialize(&mut self, instance: &Instance) -> Result<&[u8], Error> {
+    pub(crate) fn serialize(&mut self, instance: &ExportedInstance) -> Result<&[u8], Error> {
         if self.guid != instance.guid() {
             return Err(Error::invalid("the saved state belongs to another unit"));
         }
@@ -76,8 +76,8 @@ impl Snapshot {
         Ok(self.bytes.as_deref().unwrap_or_default())
     }
 
-    fn to_bytes(&self, instance: &Instance) -> Result<Vec<u8>, Error> {
-        let state = instance.unit.serialize(&self.saved)?;
+    fn to_bytes(&self, instance: &ExportedInstance) -> Result<Vec<u8>, Error> {
+        let state = instance.model.serialize(&self.saved)?;
         let payload = Payload { progress: self.progress, values: &self.values, state };
         let payload = postcard::to_stdvec(&payload)
             .map_err(|error| Error::caused(&error).context("serialising"))?;
@@ -90,15 +90,15 @@ impl Snapshot {
         Ok(bytes)
     }
 
-    pub(crate) fn deserialize(bytes: &[u8], instance: &Instance) -> Result<Self, Error> {
+    pub(crate) fn deserialize(bytes: &[u8], instance: &ExportedInstance) -> Result<Self, Error> {
         let payload = payload(bytes, &instance.guid())?;
         let payload: Payload<Values> = postcard::from_bytes(payload)
             .map_err(|error| Error::caused(&error).context("the serialised state is damaged"))?;
         let Payload { progress, values, state } = payload;
-        if !instance.table.fits(&values) || progress.mode == Mode::Poisoned {
+        if !instance.table.fits(&values) || progress.mode == InstanceMode::Poisoned {
             return Err(Error::invalid("the serialised state does not fit the unit's variables"));
         }
-        let saved = instance.unit.deserialize(&state)?;
+        let saved = instance.model.deserialize(&state)?;
         Ok(Self { guid: instance.guid(), progress, values, saved, bytes: None })
     }
 }

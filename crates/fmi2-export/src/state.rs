@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Where an instance stands (FMI 2.0.5, section 4.2.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Mode {
+pub(crate) enum InstanceMode {
     Instantiated,
     Initialization,
     /// Between steps.
@@ -19,7 +19,7 @@ pub(crate) enum Mode {
     Poisoned,
 }
 
-impl Mode {
+impl InstanceMode {
     pub(crate) const fn bit(self) -> u8 {
         1 << self as u8
     }
@@ -39,27 +39,27 @@ impl Mode {
 
 /// A C function of an instance with the modes that it is allowed in.
 #[derive(Debug)]
-pub(crate) struct Call {
+pub(crate) struct FmiCall {
     pub(crate) name: &'static str,
     allowed: u8,
 }
 
-impl Call {
+impl FmiCall {
     const fn new(name: &'static str, allowed: u8) -> Self {
         Self { name, allowed }
     }
 
     #[inline]
-    pub(crate) fn allows(&self, mode: Mode) -> bool {
+    pub(crate) fn allows(&self, mode: InstanceMode) -> bool {
         self.allowed & mode.bit() != 0
     }
 
     /// The refusal, with what the call is for.
     #[cold]
-    pub(crate) fn refusal(&self, mode: Mode) -> String {
+    pub(crate) fn refusal(&self, mode: InstanceMode) -> String {
         let hint = match mode {
-            Mode::Poisoned => "; only fmi2Reset and fmi2FreeInstance are possible",
-            Mode::Error | Mode::StepFailed => {
+            InstanceMode::Poisoned => "; only fmi2Reset and fmi2FreeInstance are possible",
+            InstanceMode::Error | InstanceMode::StepFailed => {
                 "; get values, set a saved state, reset, terminate or free"
             }
             _ => "",
@@ -68,22 +68,22 @@ impl Call {
     }
 }
 
-const NEW: u8 = Mode::Instantiated.bit();
-const INIT: u8 = Mode::Initialization.bit();
-const STEP: u8 = Mode::Step.bit();
-const DISCARDED: u8 = Mode::StepFailed.bit();
-const ENDED: u8 = Mode::Terminated.bit();
-const BROKEN: u8 = Mode::Error.bit();
-const POISONED: u8 = Mode::Poisoned.bit();
+const NEW: u8 = InstanceMode::Instantiated.bit();
+const INIT: u8 = InstanceMode::Initialization.bit();
+const STEP: u8 = InstanceMode::Step.bit();
+const DISCARDED: u8 = InstanceMode::StepFailed.bit();
+const ENDED: u8 = InstanceMode::Terminated.bit();
+const BROKEN: u8 = InstanceMode::Error.bit();
+const POISONED: u8 = InstanceMode::Poisoned.bit();
 const SOUND: u8 = NEW | INIT | STEP | DISCARDED | ENDED | BROKEN;
 const READABLE: u8 = INIT | STEP | DISCARDED | ENDED | BROKEN;
 
 macro_rules! calls {
     ($($constant:ident $name:ident $allowed:expr;)*) => {
-        $(pub(crate) static $constant: Call = Call::new(stringify!($name), $allowed);)*
+        $(pub(crate) static $constant: FmiCall = FmiCall::new(stringify!($name), $allowed);)*
         /// Every function of an instance.
         #[cfg(test)]
-        pub(crate) static ALL: &[&Call] = &[$(&$constant),*];
+        pub(crate) static ALL: &[&FmiCall] = &[$(&$constant),*];
     };
 }
 
@@ -167,12 +167,12 @@ mod tests {
         ];
         assert_eq!(ALL.len(), table.len());
         let modes = [
-            Mode::Instantiated,
-            Mode::Initialization,
-            Mode::Step,
-            Mode::StepFailed,
-            Mode::Terminated,
-            Mode::Error,
+            InstanceMode::Instantiated,
+            InstanceMode::Initialization,
+            InstanceMode::Step,
+            InstanceMode::StepFailed,
+            InstanceMode::Terminated,
+            InstanceMode::Error,
         ];
         for (call, (name, allowed)) in ALL.iter().zip(table) {
             assert_eq!(call.name, name);

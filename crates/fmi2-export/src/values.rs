@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::per_type::PerType;
+
 /// FMI's type `Real`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Real;
@@ -166,34 +168,22 @@ impl CText {
 ///
 /// A model reads inputs and parameters here and writes outputs, calculated parameters and locals.
 /// Inputs are the importer's: a model must not write them.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
-    pub(crate) reals: Vec<f64>,
-    pub(crate) integers: Vec<i32>,
-    pub(crate) booleans: Vec<bool>,
-    pub(crate) strings: Vec<CText>,
+    pub(crate) arrays: PerType<Vec<f64>, Vec<i32>, Vec<bool>, Vec<CText>>,
     /// Per real input `[u, u̇, ü, u⃛]` at the communication point; the first entry always equals
-    /// the value in `reals`.
+    /// the value in the array of reals.
     pub(crate) taylor: Vec<[f64; 4]>,
 }
 
 impl Clone for Values {
     fn clone(&self) -> Self {
-        Self {
-            reals: self.reals.clone(),
-            integers: self.integers.clone(),
-            booleans: self.booleans.clone(),
-            strings: self.strings.clone(),
-            taylor: self.taylor.clone(),
-        }
+        Self { arrays: self.arrays.clone(), taylor: self.taylor.clone() }
     }
 
     /// Reuses the memory: saving and restoring states must not allocate.
     fn clone_from(&mut self, source: &Self) {
-        self.reals.clone_from(&source.reals);
-        self.integers.clone_from(&source.integers);
-        self.booleans.clone_from(&source.booleans);
-        self.strings.clone_from(&source.strings);
+        self.arrays.clone_from(&source.arrays);
         self.taylor.clone_from(&source.taylor);
     }
 }
@@ -203,28 +193,28 @@ impl Values {
     #[inline]
     #[must_use]
     pub fn real(&self, variable: RealVar) -> f64 {
-        self.reals[variable.at()]
+        self.arrays.reals[variable.at()]
     }
 
     /// Values of a row of real variables.
     #[inline]
     #[must_use]
     pub fn reals(&self, row: RealVars) -> &[f64] {
-        &self.reals[row.range()]
+        &self.arrays.reals[row.range()]
     }
 
     /// Values of a row of real variables, to be written.
     #[inline]
     pub fn reals_mut(&mut self, row: RealVars) -> &mut [f64] {
         debug_assert!(row.slot == NO_SLOT, "a model must not write inputs");
-        &mut self.reals[row.range()]
+        &mut self.arrays.reals[row.range()]
     }
 
     /// Writes a real output, calculated parameter or local.
     #[inline]
     pub fn set_real(&mut self, variable: RealVar, value: f64) {
         debug_assert!(variable.slot == NO_SLOT, "a model must not write inputs");
-        self.reals[variable.at()] = value;
+        self.arrays.reals[variable.at()] = value;
     }
 
     /// `[u, u̇, ü, u⃛]` of a real input at the current communication point: the value and its time
@@ -253,47 +243,47 @@ impl Values {
     #[inline]
     #[must_use]
     pub fn integer(&self, variable: IntegerVar) -> i32 {
-        self.integers[variable.at()]
+        self.arrays.integers[variable.at()]
     }
 
     /// Writes an integer variable.
     #[inline]
     pub fn set_integer(&mut self, variable: IntegerVar, value: i32) {
-        self.integers[variable.at()] = value;
+        self.arrays.integers[variable.at()] = value;
     }
 
     /// Value of a boolean variable.
     #[inline]
     #[must_use]
     pub fn boolean(&self, variable: BooleanVar) -> bool {
-        self.booleans[variable.at()]
+        self.arrays.booleans[variable.at()]
     }
 
     /// Writes a boolean variable.
     #[inline]
     pub fn set_boolean(&mut self, variable: BooleanVar, value: bool) {
-        self.booleans[variable.at()] = value;
+        self.arrays.booleans[variable.at()] = value;
     }
 
     /// Value of a string variable.
     #[inline]
     #[must_use]
     pub fn string(&self, variable: StringVar) -> &str {
-        self.strings[variable.at()].as_str()
+        self.arrays.strings[variable.at()].as_str()
     }
 
     /// Writes a string variable. C ends a string at its first NUL, so a text is cut there.
     pub fn set_string(&mut self, variable: StringVar, value: &str) {
         let text = value.split('\0').next().unwrap_or_default();
         if let Some(text) = CText::new(text) {
-            self.strings[variable.at()] = text;
+            self.arrays.strings[variable.at()] = text;
         }
     }
 
     /// Sets a real variable as the importer does: an input's Taylor coefficients follow.
     #[inline]
     pub(crate) fn put_real(&mut self, index: usize, slot: u32, value: f64) {
-        self.reals[index] = value;
+        self.arrays.reals[index] = value;
         if slot != NO_SLOT {
             self.taylor[slot as usize][0] = value;
         }

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use allocation_counter::measure;
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 use fmi2_export::*;
 
 /// ẋ_k = u_k.
@@ -44,7 +44,7 @@ impl Model for Integrators {
 
 #[test]
 fn issue_stepping_saving_and_restoring_do_not_allocate() {
-    let mut one = Instance::new::<Integrators>("none").unwrap();
+    let mut one = TestInstance::new::<Integrators>("none").unwrap();
     one.initialize(0.0).unwrap();
     let (inputs, outputs): (Vec<u32>, Vec<u32>) = ((0..8).collect(), (8..16).collect());
     let mut values = [0.0; 8];

@@ -9,17 +9,17 @@ use std::ptr::{null, null_mut};
 use common::{Everything, NONE};
 use fmi2_export::ffi;
 use fmi2_export::sys::*;
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 
 const OK: fmi2Status = fmi2Status::fmi2OK;
 const ERROR: fmi2Status = fmi2Status::fmi2Error;
 const DISCARD: fmi2Status = fmi2Status::fmi2Discard;
 
-fn instance() -> Instance {
-    Instance::new::<Everything>(NONE).unwrap()
+fn instance() -> TestInstance {
+    TestInstance::new::<Everything>(NONE).unwrap()
 }
 
-fn initialized() -> Instance {
+fn initialized() -> TestInstance {
     let mut one = instance();
     one.initialize(0.0).unwrap();
     one
@@ -176,7 +176,7 @@ fn issue_unknown_references_and_refused_values_set_nothing() {
 #[test]
 fn issue_instantiation_is_refused_with_a_reason() {
     let reason = |name: &str, guid: &str| {
-        let failure = Instance::instantiate::<Everything>(name, guid, NONE).unwrap_err();
+        let failure = TestInstance::instantiate::<Everything>(name, guid, NONE).unwrap_err();
         assert_eq!(failure.messages[0].category, "logStatusError");
         failure.to_string()
     };

@@ -6,11 +6,11 @@ mod common;
 
 use common::{Everything, NONE};
 use fmi2_export::sys::fmi2Status;
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 use fmi2_export::{Error, Info, Interface, Model, RealVar, RealVars, Resources, Step, Values};
 
-fn initialized() -> Instance {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+fn initialized() -> TestInstance {
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.initialize(0.0).unwrap();
     // Take the history's wobble out: sin(0) = 0.
     for name in ["v_01", "v_02", "v_03"] {
@@ -120,7 +120,7 @@ impl Model for Prepared {
 /// A row of derivatives is prepared once, however long it is; a refused one is not prepared.
 #[test]
 fn invariant_a_row_of_output_derivatives_is_prepared_once() {
-    let mut one = Instance::new::<Prepared>(NONE).unwrap();
+    let mut one = TestInstance::new::<Prepared>(NONE).unwrap();
     one.initialize(0.0).unwrap();
     let row = ["y_01", "y_02", "y_03", "y_01"].map(|name| one.reference(name).unwrap());
     for (count, orders) in [(1.0, [1, 1, 1, 2]), (1.0, [1, 1, 3, 1]), (2.0, [2, 2, 1, 1])] {
@@ -144,7 +144,7 @@ fn invariant_a_row_of_output_derivatives_is_prepared_once() {
 #[test]
 fn analytic_directional_derivatives_between_steps() {
     for own in [true, false] {
-        let mut one = Instance::new::<Everything>(NONE).unwrap();
+        let mut one = TestInstance::new::<Everything>(NONE).unwrap();
         one.set_boolean("analytic", own).unwrap();
         one.initialize(0.0).unwrap();
         one.step(0.0, 1.0).unwrap();
@@ -170,7 +170,7 @@ fn analytic_directional_derivatives_between_steps() {
 /// In initialization mode parameters are known too, and what `initialise` computes counts.
 #[test]
 fn analytic_directional_derivatives_in_initialization_mode() {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.enter_initialization(0.0).unwrap();
     let (y, power) = (one.real("y").unwrap(), one.real("power").unwrap());
     let tolerance = 5e-10;

@@ -220,10 +220,11 @@ fn issue_the_guid_follows_the_content() {
     assert_ne!(first, guid(&xml()));
     assert_eq!(of("one"), first);
     // An instance goes with the resources that it finds.
-    assert!(testing::Instance::new::<Everything>(folder.path()).is_ok());
+    assert!(testing::TestInstance::new::<Everything>(folder.path()).is_ok());
     std::fs::write(&path, "changed").unwrap();
     let location = folder.path().to_str().unwrap();
-    let failure = testing::Instance::instantiate::<Everything>("x", &first, location).unwrap_err();
+    let failure =
+        testing::TestInstance::instantiate::<Everything>("x", &first, location).unwrap_err();
     assert!(failure.to_string().contains("a file in resources was changed"), "{failure}");
 }
 
@@ -252,7 +253,7 @@ fn issue_resources_are_found_by_odd_uris() {
         path.to_owned(),
     ] {
         // With other resources the GUID would not fit.
-        testing::Instance::instantiate::<Everything>("x", guid, &location).unwrap();
+        testing::TestInstance::instantiate::<Everything>("x", guid, &location).unwrap();
     }
 }
 
@@ -304,8 +305,8 @@ fn issue_faulty_declarations_are_named() {
         (faulty!(t => t.reals("x", 2).input(0.0).starts([1.0]).done()), "1 start values for 2"),
         (
             faulty!(t => {
-                t.real("x").output().unit(Unit::new("N").m(1)).done();
-                t.real("y").output().unit(Unit::NEWTON).done()
+                t.real("x").output().unit(UnitOfMeasure::new("N").m(1)).done();
+                t.real("y").output().unit(UnitOfMeasure::NEWTON).done()
             }),
             "y: unit \"N\" is defined twice, differently",
         ),

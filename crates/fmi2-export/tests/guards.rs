@@ -7,24 +7,24 @@ mod common;
 use common::{Everything, NONE, trouble};
 use fmi2_export::ffi;
 use fmi2_export::sys::fmi2Status;
-use fmi2_export::testing::{Failure, Instance};
+use fmi2_export::testing::{CallFailure, TestInstance};
 
-fn troubled(kind: i32) -> Instance {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+fn troubled(kind: i32) -> TestInstance {
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.initialize(0.0).unwrap();
     one.step(0.0, 0.1).unwrap();
     one.set_integer("trouble", kind).unwrap();
     one
 }
 
-fn failed_step(one: &mut Instance, size: f64) -> Failure {
+fn failed_step(one: &mut TestInstance, size: f64) -> CallFailure {
     one.messages();
     one.step(0.1, size).unwrap_err()
 }
 
 /// The same steps without trouble, for comparison.
 fn reference() -> f64 {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.initialize(0.0).unwrap();
     one.step(0.0, 0.1).unwrap();
     one.step(0.1, 0.1).unwrap();
@@ -60,7 +60,7 @@ fn issue_a_panic_while_looking_or_initialising_is_caught_too() {
     let mut one = troubled(trouble::PANIC_IN_OUTPUTS);
     assert!(one.real("y").unwrap_err().to_string().contains("asked to panic in outputs"));
     assert!(one.real("u").is_err());
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.set_integer("trouble", trouble::PANIC_IN_INITIALISE).unwrap();
     one.messages();
     let failure = one.initialize(0.0).unwrap_err();
@@ -140,7 +140,7 @@ fn issue_fatal_comes_through_and_ends_the_instance() {
 
 #[test]
 fn issue_failing_to_initialise_can_be_mended_in_place() {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.set_integer("trouble", trouble::ERROR_IN_INITIALISE).unwrap();
     assert!(one.initialize(0.0).is_err());
     one.set_integer("trouble", 0).unwrap();
@@ -150,7 +150,7 @@ fn issue_failing_to_initialise_can_be_mended_in_place() {
 
 #[test]
 fn issue_events_are_logged_on_request_and_errors_always() {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     let component = one.component();
     one.initialize(2.5).unwrap();
     let events = one.messages();

@@ -8,7 +8,7 @@ mod common;
 use common::{Everything, NONE};
 use fmi2_export::ffi;
 use fmi2_export::sys::*;
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 use proptest::prelude::*;
 
 #[derive(Debug, Clone)]
@@ -79,14 +79,14 @@ fn action() -> impl Strategy<Value = Action> {
 
 /// An importer that keeps time and one saved state.
 struct Importer {
-    unit: Instance,
+    unit: TestInstance,
     saved: fmi2FMUstate,
     bytes: Vec<u8>,
 }
 
 impl Importer {
     fn new() -> Self {
-        let unit = Instance::new::<Everything>(NONE).unwrap();
+        let unit = TestInstance::new::<Everything>(NONE).unwrap();
         Self { unit, saved: std::ptr::null_mut(), bytes: Vec::new() }
     }
 

@@ -6,10 +6,10 @@ mod common;
 
 use common::{Everything, NONE};
 use fmi2_export::ffi;
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 
-fn stepped() -> Instance {
-    let mut one = Instance::new::<Everything>(NONE).unwrap();
+fn stepped() -> TestInstance {
+    let mut one = TestInstance::new::<Everything>(NONE).unwrap();
     one.initialize(0.0).unwrap();
     one.step(0.0, 0.1).unwrap();
     one
@@ -26,7 +26,7 @@ fn invariant_a_report_sees_state_and_values_and_changes_nothing() {
     other.step(0.1, 0.1).unwrap();
     assert_eq!(one.serialize().unwrap(), other.serialize().unwrap());
     // before initialization there is no state to report on
-    let early = Instance::new::<Everything>(NONE).unwrap().report("x").unwrap_err().to_string();
+    let early = TestInstance::new::<Everything>(NONE).unwrap().report("x").unwrap_err().to_string();
     assert!(early.contains("not allowed before initialization"), "{early}");
 }
 

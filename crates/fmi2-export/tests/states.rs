@@ -7,14 +7,14 @@ mod common;
 use common::{Everything, NONE};
 use fmi2_export::ffi;
 use fmi2_export::sys::{fmi2FMUstate, fmi2Status};
-use fmi2_export::testing::Instance;
+use fmi2_export::testing::TestInstance;
 
-fn instance() -> Instance {
-    Instance::new::<Everything>(NONE).unwrap()
+fn instance() -> TestInstance {
+    TestInstance::new::<Everything>(NONE).unwrap()
 }
 
 /// One step with inputs of its own, and every bit that can be seen after it.
-fn step(one: &mut Instance, k: u32) -> Vec<u64> {
+fn step(one: &mut TestInstance, k: u32) -> Vec<u64> {
     let t = f64::from(k) * 0.01;
     one.set_real("u", (3.0 * t).sin()).unwrap();
     one.set_real("v_02", t * t).unwrap();
@@ -29,7 +29,7 @@ fn step(one: &mut Instance, k: u32) -> Vec<u64> {
     seen(one)
 }
 
-fn seen(one: &mut Instance) -> Vec<u64> {
+fn seen(one: &mut TestInstance) -> Vec<u64> {
     let references: Vec<u32> = (0..13).collect();
     let mut values = [0.0; 13];
     one.reals(&references, &mut values).unwrap();
@@ -40,7 +40,7 @@ fn seen(one: &mut Instance) -> Vec<u64> {
     bits
 }
 
-fn started(steps: u32) -> Instance {
+fn started(steps: u32) -> TestInstance {
     let mut one = instance();
     one.set_real("gain", 3.0).unwrap();
     one.set_string("label", "grüße").unwrap();
@@ -51,7 +51,7 @@ fn started(steps: u32) -> Instance {
     one
 }
 
-fn tail(one: &mut Instance, from: u32) -> Vec<Vec<u64>> {
+fn tail(one: &mut TestInstance, from: u32) -> Vec<Vec<u64>> {
     (from..from + 20).map(|k| step(one, k)).collect()
 }
 

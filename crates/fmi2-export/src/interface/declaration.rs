@@ -1,16 +1,16 @@
 //! The builder that declares one variable or one row of variables.
 
-use super::{Data, Interface, Role, Unit, Variable};
+use super::{DeclaredVariable, Interface, TypeAttributes, UnitOfMeasure, VariableRole};
 use crate::values::{Boolean, Integer, NO_SLOT, Real, Text, Var, Vars};
 
 pub(crate) mod sealed {
-    use super::{Data, Draft, Var, Vars};
+    use super::{Draft, TypeAttributes, Var, Vars};
 
     /// What a declaration has to know of a type.
-    pub trait Type: Copy {
+    pub trait Declarable: Copy {
         const SELF: Self;
         type Value: Clone + std::fmt::Debug;
-        fn data(draft: &Draft<Self>, start: Option<Self::Value>) -> Data;
+        fn data(draft: &Draft<Self>, start: Option<Self::Value>) -> TypeAttributes;
     }
 
     /// A handle that `done` can return.
@@ -18,59 +18,59 @@ pub(crate) mod sealed {
         fn new(first: u32, count: u32, slot: u32) -> Self;
     }
 
-    impl<T: Type> Handle<T> for Var<T> {
+    impl<T: Declarable> Handle<T> for Var<T> {
         fn new(first: u32, _: u32, slot: u32) -> Self {
             Self { index: first, slot, of: T::SELF }
         }
     }
 
-    impl<T: Type> Handle<T> for Vars<T> {
+    impl<T: Declarable> Handle<T> for Vars<T> {
         fn new(first: u32, count: u32, slot: u32) -> Self {
             Self { first, count, slot, of: T::SELF }
         }
     }
 }
 
-impl sealed::Type for Real {
+impl sealed::Declarable for Real {
     const SELF: Self = Self;
     type Value = f64;
-    fn data(draft: &Draft<Self>, start: Option<f64>) -> Data {
+    fn data(draft: &Draft<Self>, start: Option<f64>) -> TypeAttributes {
         let Draft { min, max, nominal, unit, display, .. } = *draft;
-        Data::Real { start, min, max, nominal, unit, display }
+        TypeAttributes::Real { start, min, max, nominal, unit, display }
     }
 }
 
-impl sealed::Type for Integer {
+impl sealed::Declarable for Integer {
     const SELF: Self = Self;
     type Value = i32;
-    fn data(draft: &Draft<Self>, start: Option<i32>) -> Data {
-        Data::Integer { start, min: draft.min, max: draft.max }
+    fn data(draft: &Draft<Self>, start: Option<i32>) -> TypeAttributes {
+        TypeAttributes::Integer { start, min: draft.min, max: draft.max }
     }
 }
 
-impl sealed::Type for Boolean {
+impl sealed::Declarable for Boolean {
     const SELF: Self = Self;
     type Value = bool;
-    fn data(_: &Draft<Self>, start: Option<bool>) -> Data {
-        Data::Boolean { start }
+    fn data(_: &Draft<Self>, start: Option<bool>) -> TypeAttributes {
+        TypeAttributes::Boolean { start }
     }
 }
 
-impl sealed::Type for Text {
+impl sealed::Declarable for Text {
     const SELF: Self = Self;
     type Value = String;
-    fn data(_: &Draft<Self>, start: Option<String>) -> Data {
-        Data::Text { start }
+    fn data(_: &Draft<Self>, start: Option<String>) -> TypeAttributes {
+        TypeAttributes::Text { start }
     }
 }
 
 /// A declaration as far as it has got.
 #[doc(hidden)]
-pub struct Draft<T: sealed::Type> {
+pub struct Draft<T: sealed::Declarable> {
     name: String,
     /// `None` for a single variable.
     count: Option<usize>,
-    role: Option<Role>,
+    role: Option<VariableRole>,
     discrete: bool,
     derivatives: u32,
     description: String,
@@ -79,7 +79,7 @@ pub struct Draft<T: sealed::Type> {
     min: Option<T::Value>,
     max: Option<T::Value>,
     nominal: Option<f64>,
-    unit: Option<Unit>,
+    unit: Option<UnitOfMeasure>,
     display: Option<&'static str>,
 }
 
@@ -88,13 +88,13 @@ pub struct Draft<T: sealed::Type> {
 /// Says first what the variable is (`input`, `parameter`, `tunable`, `calculated_parameter`,
 /// `output`, `local` or `constant`), then anything else.
 #[must_use = "a declaration counts once `done` is called"]
-pub struct Declaration<'i, T: sealed::Type, H> {
+pub struct Declaration<'i, T: sealed::Declarable, H> {
     interface: &'i mut Interface,
     draft: Draft<T>,
     handle: std::marker::PhantomData<H>,
 }
 
-impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
+impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
     pub(super) fn new(interface: &'i mut Interface, name: String, count: Option<usize>) -> Self {
         let draft = Draft {
             name,
@@ -114,7 +114,7 @@ impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
         Self { interface, draft, handle: std::marker::PhantomData }
     }
 
-    fn role(mut self, role: Role, start: Option<T::Value>) -> Self {
+    fn role(mut self, role: VariableRole, start: Option<T::Value>) -> Self {
         if self.draft.role.is_some() {
             let text = format!("{} is declared to be two things at once", self.draft.name);
             self.interface.fault(text);
@@ -126,37 +126,37 @@ impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
 
     /// An input with its start value. Real inputs are continuous unless [`Declaration::discrete`].
     pub fn input(self, start: impl Into<T::Value>) -> Self {
-        self.role(Role::Input, Some(start.into()))
+        self.role(VariableRole::Input, Some(start.into()))
     }
 
     /// A parameter that is fixed after initialization.
     pub fn parameter(self, start: impl Into<T::Value>) -> Self {
-        self.role(Role::Parameter, Some(start.into()))
+        self.role(VariableRole::Parameter, Some(start.into()))
     }
 
     /// A parameter that may be changed between steps.
     pub fn tunable(self, start: impl Into<T::Value>) -> Self {
-        self.role(Role::Tunable, Some(start.into()))
+        self.role(VariableRole::Tunable, Some(start.into()))
     }
 
     /// A number that follows from parameters in initialization mode and stays.
     pub fn calculated_parameter(self) -> Self {
-        self.role(Role::CalculatedParameter, None)
+        self.role(VariableRole::CalculatedParameter, None)
     }
 
     /// An output, calculated by the model.
     pub fn output(self) -> Self {
-        self.role(Role::Output, None)
+        self.role(VariableRole::Output, None)
     }
 
     /// A value to look at that is not meant to be connected.
     pub fn local(self) -> Self {
-        self.role(Role::Local, None)
+        self.role(VariableRole::Local, None)
     }
 
     /// A number that never changes.
     pub fn constant(self, value: impl Into<T::Value>) -> Self {
-        self.role(Role::Constant, Some(value.into()))
+        self.role(VariableRole::Constant, Some(value.into()))
     }
 
     /// The variable changes at communication points only. Inputs, outputs and locals that are not
@@ -188,7 +188,7 @@ impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
                  and constant",
                 draft.name
             ));
-            Role::Local
+            VariableRole::Local
         });
         if let Some(starts) = &draft.starts
             && (starts.len() != count || draft.start.is_none())
@@ -198,12 +198,13 @@ impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
         }
         let kind = T::data(&draft, None);
         let first = match kind {
-            Data::Real { .. } => interface.by_type[0].len(),
-            Data::Integer { .. } => interface.by_type[1].len(),
-            Data::Boolean { .. } => interface.by_type[2].len(),
-            Data::Text { .. } => interface.by_type[3].len(),
+            TypeAttributes::Real { .. } => interface.by_type.reals.len(),
+            TypeAttributes::Integer { .. } => interface.by_type.integers.len(),
+            TypeAttributes::Boolean { .. } => interface.by_type.booleans.len(),
+            TypeAttributes::Text { .. } => interface.by_type.strings.len(),
         };
-        let is_real_input = matches!(kind, Data::Real { .. }) && role == Role::Input;
+        let is_real_input =
+            matches!(kind, TypeAttributes::Real { .. }) && role == VariableRole::Input;
         let slot = if is_real_input { interface.real_inputs } else { NO_SLOT };
         for k in 0..count {
             interface.push(element(&draft, role, k));
@@ -213,7 +214,11 @@ impl<'i, T: sealed::Type, H: sealed::Handle<T>> Declaration<'i, T, H> {
 }
 
 /// The `k`-th variable (from zero) of a declaration.
-fn element<T: sealed::Type>(draft: &Draft<T>, role: Role, k: usize) -> Variable {
+fn element<T: sealed::Declarable>(
+    draft: &Draft<T>,
+    role: VariableRole,
+    k: usize,
+) -> DeclaredVariable {
     let (name, description) = match draft.count {
         None => (draft.name.clone(), draft.description.clone()),
         Some(count) => {
@@ -227,8 +232,8 @@ fn element<T: sealed::Type>(draft: &Draft<T>, role: Role, k: usize) -> Variable 
     };
     let own = draft.starts.as_ref().and_then(|starts| starts.get(k).cloned());
     let data = T::data(draft, own.or_else(|| draft.start.clone()));
-    let continuous = matches!(data, Data::Real { .. });
-    Variable {
+    let continuous = matches!(data, TypeAttributes::Real { .. });
+    DeclaredVariable {
         name,
         description,
         role,
@@ -241,7 +246,7 @@ fn element<T: sealed::Type>(draft: &Draft<T>, role: Role, k: usize) -> Variable 
 
 impl<H> Declaration<'_, Real, H> {
     /// The unit.
-    pub fn unit(mut self, unit: Unit) -> Self {
+    pub fn unit(mut self, unit: UnitOfMeasure) -> Self {
         self.draft.unit = Some(unit);
         self
     }

@@ -10,12 +10,12 @@ pub struct Info {
     pub(crate) author: String,
     pub(crate) copyright: String,
     pub(crate) license: String,
-    pub(crate) experiment: Option<Experiment>,
+    pub(crate) experiment: Option<DefaultExperiment>,
 }
 
 /// Default experiment: times in s, and a relative tolerance where the model uses one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Experiment {
+pub struct DefaultExperiment {
     /// Start time, s.
     pub start: f64,
     /// Stop time, s.
@@ -80,7 +80,7 @@ impl Info {
     /// Default experiment: start, stop and communication step in s.
     #[must_use]
     pub fn experiment(mut self, start: f64, stop: f64, step: f64) -> Self {
-        self.experiment = Some(Experiment { start, stop, step, tolerance: None });
+        self.experiment = Some(DefaultExperiment { start, stop, step, tolerance: None });
         self
     }
 

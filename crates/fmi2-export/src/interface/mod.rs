@@ -3,16 +3,17 @@
 mod declaration;
 mod info;
 mod rules;
-mod unit;
+mod unit_of_measure;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 pub use declaration::Declaration;
-pub use info::{Experiment, Info};
-pub(crate) use unit::BASE;
-pub use unit::{DisplayUnit, Unit};
+pub use info::{DefaultExperiment, Info};
+pub(crate) use unit_of_measure::BASE;
+pub use unit_of_measure::{DisplayUnit, UnitOfMeasure};
 
 use crate::Error;
+use crate::per_type::{PerType, VariableType};
 use crate::values::{
     Boolean, BooleanVar, BooleanVars, Integer, IntegerVar, IntegerVars, Real, RealVar, RealVars,
     StringVar, StringVars, Text, Var, Vars,
@@ -20,7 +21,7 @@ use crate::values::{
 
 /// FMI's causality together with variability and `initial`, as far as a unit needs them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
+pub(crate) enum VariableRole {
     Input,
     Parameter,
     Tunable,
@@ -32,13 +33,13 @@ pub(crate) enum Role {
 
 /// What depends on a variable's type.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Data {
+pub enum TypeAttributes {
     Real {
         start: Option<f64>,
         min: Option<f64>,
         max: Option<f64>,
         nominal: Option<f64>,
-        unit: Option<Unit>,
+        unit: Option<UnitOfMeasure>,
         display: Option<&'static str>,
     },
     Integer {
@@ -54,83 +55,63 @@ pub enum Data {
     },
 }
 
-/// FMI's four types, as indices of per-type arrays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) enum Type {
-    Real = 0,
-    Integer = 1,
-    Boolean = 2,
-    Text = 3,
-}
-
-impl Type {
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Real => "Real",
-            Self::Integer => "Integer",
-            Self::Boolean => "Boolean",
-            Self::Text => "String",
-        }
-    }
-}
-
 /// One declared variable.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Variable {
+pub(crate) struct DeclaredVariable {
     pub(crate) name: String,
     pub(crate) description: String,
-    pub(crate) role: Role,
+    pub(crate) role: VariableRole,
     /// Changes at communication points only.
     pub(crate) discrete: bool,
     /// Index into the array of its type.
     pub(crate) reference: u32,
     /// Up to which order its time derivatives are on offer; 0: none.
     pub(crate) derivatives: u32,
-    pub(crate) data: Data,
+    pub(crate) data: TypeAttributes,
 }
 
-impl Variable {
-    pub(crate) fn kind(&self) -> Type {
+impl DeclaredVariable {
+    pub(crate) fn kind(&self) -> VariableType {
         match self.data {
-            Data::Real { .. } => Type::Real,
-            Data::Integer { .. } => Type::Integer,
-            Data::Boolean { .. } => Type::Boolean,
-            Data::Text { .. } => Type::Text,
+            TypeAttributes::Real { .. } => VariableType::Real,
+            TypeAttributes::Integer { .. } => VariableType::Integer,
+            TypeAttributes::Boolean { .. } => VariableType::Boolean,
+            TypeAttributes::Text { .. } => VariableType::Text,
         }
     }
 }
 
 /// A row of declared variables of any type, for the dependency lists. Handles convert into it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Row {
-    kind: Type,
+pub struct VariableRow {
+    kind: VariableType,
     first: u32,
     count: u32,
 }
 
 macro_rules! row {
     ($($type:ident)*) => {$(
-        impl From<Var<$type>> for Row {
+        impl From<Var<$type>> for VariableRow {
             fn from(one: Var<$type>) -> Self {
-                Self { kind: Type::$type, first: one.index, count: 1 }
+                Self { kind: VariableType::$type, first: one.index, count: 1 }
             }
         }
-        impl From<Vars<$type>> for Row {
+        impl From<Vars<$type>> for VariableRow {
             fn from(row: Vars<$type>) -> Self {
-                Self { kind: Type::$type, first: row.first, count: row.count }
+                Self { kind: VariableType::$type, first: row.first, count: row.count }
             }
         }
         impl Var<$type> {
-            /// As a [`Row`], to list variables of different kinds together.
+            /// As a [`VariableRow`], to list variables of different kinds together.
             #[must_use]
-            pub fn row(self) -> Row {
+            pub fn row(self) -> VariableRow {
                 self.into()
             }
         }
         impl Vars<$type> {
-            /// As a [`Row`], to list variables of different kinds together.
+            /// As a [`VariableRow`], to list variables of different kinds together.
             #[must_use]
-            pub fn row(self) -> Row {
+            pub fn row(self) -> VariableRow {
                 self.into()
             }
         }
@@ -148,9 +129,9 @@ pub(crate) type Dependencies = BTreeMap<usize, BTreeSet<usize>>;
 #[derive(Debug)]
 pub struct Interface {
     pub(crate) info: Info,
-    pub(crate) variables: Vec<Variable>,
+    pub(crate) variables: Vec<DeclaredVariable>,
     /// Per type: index in `variables` of each value reference.
-    pub(crate) by_type: [Vec<usize>; 4],
+    pub(crate) by_type: PerType<Vec<usize>>,
     /// How many real inputs there are.
     pub(crate) real_inputs: u32,
     pub(crate) depends: Dependencies,
@@ -164,7 +145,7 @@ impl Interface {
         Self {
             info: Info::new("", ""),
             variables: Vec::new(),
-            by_type: Default::default(),
+            by_type: PerType::default(),
             real_inputs: 0,
             depends: BTreeMap::new(),
             initially: BTreeMap::new(),
@@ -245,7 +226,11 @@ impl Interface {
     /// depends on everything, as far as an importer can know.
     ///
     /// Handles of different types are listed as `&[gap.row(), forces.row()]`.
-    pub fn depends<I: Into<Row> + Copy>(&mut self, outputs: impl Into<Row>, inputs: &[I]) {
+    pub fn depends<I: Into<VariableRow> + Copy>(
+        &mut self,
+        outputs: impl Into<VariableRow>,
+        inputs: &[I],
+    ) {
         let (unknowns, knowns) = self.resolve(outputs.into(), inputs);
         for unknown in unknowns {
             self.depends.entry(unknown).or_default().extend(&knowns);
@@ -253,12 +238,16 @@ impl Interface {
     }
 
     /// After initialization `outputs` depend directly on no input: only on the state and time.
-    pub fn independent(&mut self, outputs: impl Into<Row>) {
-        self.depends::<Row>(outputs, &[]);
+    pub fn independent(&mut self, outputs: impl Into<VariableRow>) {
+        self.depends::<VariableRow>(outputs, &[]);
     }
 
     /// The k-th of `outputs` depends directly on the k-th of `inputs`, after initialization.
-    pub fn depends_elementwise(&mut self, outputs: impl Into<Row>, inputs: impl Into<Row>) {
+    pub fn depends_elementwise(
+        &mut self,
+        outputs: impl Into<VariableRow>,
+        inputs: impl Into<VariableRow>,
+    ) {
         let pairs = self.pairs(outputs.into(), inputs.into());
         for (unknown, known) in pairs {
             self.depends.entry(unknown).or_default().insert(known);
@@ -267,9 +256,9 @@ impl Interface {
 
     /// In initialization mode each of `unknowns` (outputs, calculated parameters) depends on all
     /// of `knowns` (inputs, parameters), and beyond further such calls on nothing else.
-    pub fn initially_depends<I: Into<Row> + Copy>(
+    pub fn initially_depends<I: Into<VariableRow> + Copy>(
         &mut self,
-        unknowns: impl Into<Row>,
+        unknowns: impl Into<VariableRow>,
         knowns: &[I],
     ) {
         let (unknowns, knowns) = self.resolve(unknowns.into(), knowns);
@@ -279,15 +268,15 @@ impl Interface {
     }
 
     /// In initialization mode `unknowns` depend on no input and no parameter.
-    pub fn initially_independent(&mut self, unknowns: impl Into<Row>) {
-        self.initially_depends::<Row>(unknowns, &[]);
+    pub fn initially_independent(&mut self, unknowns: impl Into<VariableRow>) {
+        self.initially_depends::<VariableRow>(unknowns, &[]);
     }
 
     /// In initialization mode the k-th of `unknowns` depends on the k-th of `knowns`.
     pub fn initially_depends_elementwise(
         &mut self,
-        unknowns: impl Into<Row>,
-        knowns: impl Into<Row>,
+        unknowns: impl Into<VariableRow>,
+        knowns: impl Into<VariableRow>,
     ) {
         let pairs = self.pairs(unknowns.into(), knowns.into());
         for (unknown, known) in pairs {
@@ -306,8 +295,8 @@ impl Interface {
     }
 
     /// Indices of declaration of a row.
-    fn indices(&mut self, row: Row) -> Vec<usize> {
-        let table = &self.by_type[row.kind as usize];
+    fn indices(&mut self, row: VariableRow) -> Vec<usize> {
+        let table = self.by_type.get(row.kind);
         let range = row.first as usize..row.first as usize + row.count as usize;
         if let Some(indices) = table.get(range) {
             return indices.to_vec();
@@ -316,16 +305,16 @@ impl Interface {
         Vec::new()
     }
 
-    fn resolve<I: Into<Row> + Copy>(
+    fn resolve<I: Into<VariableRow> + Copy>(
         &mut self,
-        unknowns: Row,
+        unknowns: VariableRow,
         knowns: &[I],
     ) -> (Vec<usize>, Vec<usize>) {
         let knowns = knowns.iter().flat_map(|&row| self.indices(row.into())).collect();
         (self.indices(unknowns), knowns)
     }
 
-    fn pairs(&mut self, unknowns: Row, knowns: Row) -> Vec<(usize, usize)> {
+    fn pairs(&mut self, unknowns: VariableRow, knowns: VariableRow) -> Vec<(usize, usize)> {
         if unknowns.count != knowns.count {
             self.fault(format!(
                 "element by element dependency of {} variables on {}",
@@ -337,13 +326,13 @@ impl Interface {
     }
 
     /// Takes up a variable and returns its value reference.
-    fn push(&mut self, mut variable: Variable) -> u32 {
+    fn push(&mut self, mut variable: DeclaredVariable) -> u32 {
         let index = self.variables.len();
-        let table = &mut self.by_type[variable.kind() as usize];
+        let table = self.by_type.get_mut(variable.kind());
         let reference = table.len() as u32;
         table.push(index);
         variable.reference = reference;
-        if variable.kind() == Type::Real && variable.role == Role::Input {
+        if variable.kind() == VariableType::Real && variable.role == VariableRole::Input {
             self.real_inputs += 1;
         }
         rules::check_variable(&variable, &mut self.faults);

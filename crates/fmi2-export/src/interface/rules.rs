@@ -2,14 +2,16 @@
 
 use std::collections::HashMap;
 
-use super::{Data, Dependencies, Interface, Role, Unit, Variable};
+use super::{
+    DeclaredVariable, Dependencies, Interface, TypeAttributes, UnitOfMeasure, VariableRole,
+};
 
 /// Longest name that every importer takes.
 const LONGEST_NAME: usize = 55;
 
 /// Checks one variable by itself.
-pub(super) fn check_variable(variable: &Variable, faults: &mut Vec<String>) {
-    let Variable { name, data, .. } = variable;
+pub(super) fn check_variable(variable: &DeclaredVariable, faults: &mut Vec<String>) {
+    let DeclaredVariable { name, data, .. } = variable;
     let mut fault = |text: String| faults.push(format!("{name}: {text}"));
     if !is_identifier(name) {
         fault("a name is a letter or _ followed by letters, digits and _".into());
@@ -20,11 +22,11 @@ pub(super) fn check_variable(variable: &Variable, faults: &mut Vec<String>) {
     if !is_printable(&variable.description) {
         fault("the description has a control character".into());
     }
-    if variable.derivatives > 0 && (variable.role != Role::Output || variable.discrete) {
+    if variable.derivatives > 0 && (variable.role != VariableRole::Output || variable.discrete) {
         fault("only continuous outputs offer derivatives".into());
     }
     match data {
-        Data::Real { start, min, max, nominal, unit, display } => {
+        TypeAttributes::Real { start, min, max, nominal, unit, display } => {
             if [start, min, max, nominal].into_iter().flatten().any(|value| !value.is_finite()) {
                 fault("start, min, max and nominal must be finite".into());
             }
@@ -38,9 +40,9 @@ pub(super) fn check_variable(variable: &Variable, faults: &mut Vec<String>) {
                 fault(format!("its unit has no display unit {display:?}"));
             }
         }
-        Data::Integer { start, min, max } => check_range(*start, *min, *max, &mut fault),
-        Data::Boolean { .. } => {}
-        Data::Text { start } => {
+        TypeAttributes::Integer { start, min, max } => check_range(*start, *min, *max, &mut fault),
+        TypeAttributes::Boolean { .. } => {}
+        TypeAttributes::Text { start } => {
             if start.as_ref().is_some_and(|start| !is_printable(start)) {
                 fault("the start value has a control character".into());
             }
@@ -76,19 +78,21 @@ fn check_range<V: PartialOrd + std::fmt::Debug + Copy>(
 pub(super) fn check_table(interface: &Interface, faults: &mut Vec<String>) {
     check_info(interface, faults);
     check_units(interface, faults);
-    check_dependencies(interface, &interface.depends, faults, |known| known.role == Role::Input);
+    check_dependencies(interface, &interface.depends, faults, |known| {
+        known.role == VariableRole::Input
+    });
     check_dependencies(interface, &interface.initially, faults, |known| {
-        matches!(known.role, Role::Input | Role::Parameter | Role::Tunable)
+        matches!(known.role, VariableRole::Input | VariableRole::Parameter | VariableRole::Tunable)
     });
     for &unknown in interface.depends.keys() {
         let variable = &interface.variables[unknown];
-        if variable.role != Role::Output {
+        if variable.role != VariableRole::Output {
             faults.push(format!("{}: only outputs have dependencies", variable.name));
         }
     }
     for &unknown in interface.initially.keys() {
         let variable = &interface.variables[unknown];
-        if !matches!(variable.role, Role::Output | Role::CalculatedParameter) {
+        if !matches!(variable.role, VariableRole::Output | VariableRole::CalculatedParameter) {
             faults.push(format!(
                 "{}: only outputs and calculated parameters are unknown at first",
                 variable.name
@@ -131,9 +135,9 @@ fn check_info(interface: &Interface, faults: &mut Vec<String>) {
 
 /// One name must not mean two units.
 fn check_units(interface: &Interface, faults: &mut Vec<String>) {
-    let mut known: HashMap<&str, Unit> = HashMap::new();
+    let mut known: HashMap<&str, UnitOfMeasure> = HashMap::new();
     for variable in &interface.variables {
-        let Data::Real { unit: Some(unit), .. } = &variable.data else { continue };
+        let TypeAttributes::Real { unit: Some(unit), .. } = &variable.data else { continue };
         let first = known.entry(unit.name).or_insert(*unit);
         if first != unit {
             faults.push(format!(
@@ -155,7 +159,7 @@ fn check_dependencies(
     interface: &Interface,
     dependencies: &Dependencies,
     faults: &mut Vec<String>,
-    is_known: impl Fn(&Variable) -> bool,
+    is_known: impl Fn(&DeclaredVariable) -> bool,
 ) {
     for (&unknown, knowns) in dependencies {
         for known in knowns.iter().map(|&known| &interface.variables[known]) {

@@ -69,25 +69,30 @@ impl Model for Everything {
         if let Some(name) = extra {
             t.set_model_name(String::from_utf8_lossy(&name));
         }
-        let stiffness = Unit::NEWTON_PER_METRE;
+        let stiffness = UnitOfMeasure::NEWTON_PER_METRE;
         let this = Self {
             gain: t.real("gain").parameter(2.0).min(0.0).max(10.0).unit(stiffness).done(),
-            offset: t.real("offset").tunable(0.5).unit(Unit::KELVIN).display("degC").done(),
+            offset: t
+                .real("offset")
+                .tunable(0.5)
+                .unit(UnitOfMeasure::KELVIN)
+                .display("degC")
+                .done(),
             count: t.integer("count").parameter(3).min(1).max(9).description("how many").done(),
             analytic: t.boolean("analytic").parameter(false).done(),
             label: t.string("label").parameter("a & <b> \"c\" % #").done(),
             trouble: t.integer("trouble").tunable(0).done(),
-            u: t.real("u").input(0.25).unit(Unit::METRE).display("mm").nominal(0.1).done(),
+            u: t.real("u").input(0.25).unit(UnitOfMeasure::METRE).display("mm").nominal(0.1).done(),
             v: t.reals("v", 3)
                 .input(0.0)
                 .starts([1.0, 2.0, 3.0])
                 .description("input {k}")
-                .unit(Unit::METRE)
+                .unit(UnitOfMeasure::METRE)
                 .done(),
             mode: t.integer("mode").input(0).done(),
             switch: t.boolean("switch").input(false).done(),
             note: t.string("note").input("none").done(),
-            y: t.real("y").output().derivatives(2).unit(Unit::NEWTON).done(),
+            y: t.real("y").output().derivatives(2).unit(UnitOfMeasure::NEWTON).done(),
             z: t.reals("z", 3).output().description("output {k}").done(),
             steps: t.integer("steps").output().done(),
             odd: t.boolean("odd").output().done(),

@@ -2,18 +2,18 @@
 
 use std::any::Any;
 
-use crate::guard::dropped;
 use crate::model::{Model, Seed, Sensitivity, Step};
-use crate::table::Table;
+use crate::panics::dropped;
+use crate::table::VariableTable;
 use crate::values::{RealVar, Values};
 use crate::{Error, Resources};
 
 /// A model's state apart from the model, as saved by `fmi2GetFMUstate`; `None` before
 /// initialization.
-pub(crate) type Saved = Option<Box<dyn Any + Send>>;
+pub(crate) type SavedModelState = Option<Box<dyn Any + Send>>;
 
 /// A [`Model`] with its state.
-pub(crate) trait Unit: Send {
+pub(crate) trait ErasedModel: Send {
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
     fn outputs(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
     fn step(&mut self, values: &mut Values, step: Step) -> Result<(), Error>;
@@ -34,15 +34,15 @@ pub(crate) trait Unit: Send {
     fn report(&mut self, values: &Values, request: &str) -> Result<Option<String>, Error>;
     /// Forgets the state, as before initialization.
     fn forget(&mut self);
-    fn save(&self, saved: &mut Saved);
-    fn restore(&mut self, saved: &Saved) -> Result<(), Error>;
-    fn serialize(&self, saved: &Saved) -> Result<Vec<u8>, Error>;
-    fn deserialize(&self, bytes: &[u8]) -> Result<Saved, Error>;
+    fn save(&self, saved: &mut SavedModelState);
+    fn restore(&mut self, saved: &SavedModelState) -> Result<(), Error>;
+    fn serialize(&self, saved: &SavedModelState) -> Result<Vec<u8>, Error>;
+    fn deserialize(&self, bytes: &[u8]) -> Result<SavedModelState, Error>;
     /// Builds the model anew out of the resources, in place of one that panicked.
-    fn rebuild(&mut self, resources: &Resources) -> Result<Table, Error>;
+    fn rebuild(&mut self, resources: &Resources) -> Result<VariableTable, Error>;
 }
 
-pub(crate) struct Holder<M: Model> {
+pub(crate) struct ModelWithState<M: Model> {
     pub(crate) model: M,
     pub(crate) state: Option<M::State>,
 }
@@ -55,7 +55,7 @@ fn foreign_state() -> Error {
     Error::invalid("the saved state belongs to another unit")
 }
 
-impl<M: Model> Unit for Holder<M> {
+impl<M: Model> ErasedModel for ModelWithState<M> {
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<(), Error> {
         self.state = Some(self.model.initialise(values, time)?);
         Ok(())
@@ -110,7 +110,7 @@ impl<M: Model> Unit for Holder<M> {
         self.state = None;
     }
 
-    fn save(&self, saved: &mut Saved) {
+    fn save(&self, saved: &mut SavedModelState) {
         let Some(state) = &self.state else {
             *saved = None;
             return;
@@ -121,7 +121,7 @@ impl<M: Model> Unit for Holder<M> {
         }
     }
 
-    fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
+    fn restore(&mut self, saved: &SavedModelState) -> Result<(), Error> {
         let Some(saved) = saved else {
             self.state = None;
             return Ok(());
@@ -134,7 +134,7 @@ impl<M: Model> Unit for Holder<M> {
         Ok(())
     }
 
-    fn serialize(&self, saved: &Saved) -> Result<Vec<u8>, Error> {
+    fn serialize(&self, saved: &SavedModelState) -> Result<Vec<u8>, Error> {
         let state = match saved {
             None => None,
             Some(saved) => Some(saved.downcast_ref::<M::State>().ok_or_else(foreign_state)?),
@@ -142,14 +142,14 @@ impl<M: Model> Unit for Holder<M> {
         postcard::to_stdvec(&state).map_err(|error| Error::caused(&error).context("serialising"))
     }
 
-    fn deserialize(&self, bytes: &[u8]) -> Result<Saved, Error> {
+    fn deserialize(&self, bytes: &[u8]) -> Result<SavedModelState, Error> {
         let state: Option<M::State> = postcard::from_bytes(bytes)
             .map_err(|error| Error::caused(&error).context("the serialised state is damaged"))?;
         Ok(state.map(|state| Box::new(state) as Box<dyn Any + Send>))
     }
 
-    fn rebuild(&mut self, resources: &Resources) -> Result<Table, Error> {
-        let (model, table) = Table::declare::<M>(resources)?;
+    fn rebuild(&mut self, resources: &Resources) -> Result<VariableTable, Error> {
+        let (model, table) = VariableTable::declare::<M>(resources)?;
         let old = std::mem::replace(self, Self { model, state: None });
         dropped(old);
         Ok(table)

@@ -3,7 +3,7 @@
 /// A physical unit, as FMI describes it: exponents of the SI base units, and
 /// base value = `factor`·value + `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
+pub struct UnitOfMeasure {
     pub(crate) name: &'static str,
     /// kg, m, s, A, K, mol, cd, rad.
     pub(crate) exponents: [i8; 8],
@@ -35,11 +35,11 @@ impl DisplayUnit {
     }
 }
 
-/// The names of the base units in the order of [`Unit::exponents`].
+/// The names of the base units in the order of [`UnitOfMeasure::exponents`].
 pub(crate) const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
-impl Unit {
-    /// A unit without dimension yet; add exponents with [`Unit::kg`], [`Unit::m`], ….
+impl UnitOfMeasure {
+    /// A unit without dimension yet; add exponents with [`UnitOfMeasure::kg`], [`UnitOfMeasure::m`], ….
     #[must_use]
     pub const fn new(name: &'static str) -> Self {
         Self { name, exponents: [0; 8], factor: 1.0, offset: 0.0, displays: &[] }

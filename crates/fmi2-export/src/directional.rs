@@ -3,20 +3,14 @@
 use std::mem::MaybeUninit;
 
 use crate::Error;
-use crate::instance::{Instance, unknown};
-use crate::interface::{Role, Type};
+use crate::instance::{ExportedInstance, unknown};
+use crate::interface::VariableRole;
 use crate::model::{Seed, Sensitivity};
-use crate::state::Mode;
-use crate::values::Values;
+use crate::per_type::VariableType;
+use crate::scratch::DerivativeScratch;
+use crate::state::InstanceMode;
 
-/// Memory for directional derivatives, made when they are first asked for.
-pub(crate) struct Scratch {
-    seed: Seed,
-    result: Sensitivity,
-    values: Values,
-}
-
-impl Instance {
+impl ExportedInstance {
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: &[u32],
@@ -41,16 +35,20 @@ impl Instance {
         done
     }
 
-    fn new_scratch(&self) -> Box<Scratch> {
-        let zeros = vec![0.0; self.values.reals.len()];
+    fn new_scratch(&self) -> Box<DerivativeScratch> {
+        let zeros = vec![0.0; self.values.arrays.reals.len()];
         let values = self.values.clone();
-        Box::new(Scratch { seed: Seed(zeros.clone()), result: Sensitivity(zeros), values })
+        Box::new(DerivativeScratch {
+            seed: Seed(zeros.clone()),
+            result: Sensitivity(zeros),
+            values,
+        })
     }
 
-    fn derive(&mut self, scratch: &mut Scratch, knowns: &[u32]) -> Result<(), Error> {
-        let Scratch { seed, result, .. } = scratch;
-        let own = self.progress.mode != Mode::Initialization
-            && self.unit.directional_derivative(&self.values, seed, result)?;
+    fn derive(&mut self, scratch: &mut DerivativeScratch, knowns: &[u32]) -> Result<(), Error> {
+        let DerivativeScratch { seed, result, .. } = scratch;
+        let own = self.progress.mode != InstanceMode::Initialization
+            && self.model.directional_derivative(&self.values, seed, result)?;
         if own {
             return Ok(());
         }
@@ -64,7 +62,7 @@ impl Instance {
             None => Ok(()),
             Some(unknown) => Err(Error::invalid(format!(
                 "the directional derivative of {} is {} at t = {} s",
-                self.table.name(Type::Real, *unknown as usize),
+                self.table.name(VariableType::Real, *unknown as usize),
                 value(unknown),
                 self.progress.time
             ))),
@@ -74,10 +72,14 @@ impl Instance {
     /// Central differences (f(v + δd) − f(v − δd))/2δ. Their error is δ²·f⃛/6 + ε·f/δ, least near
     /// δ = ∛ε of the size of the variables; a linear model only has the second part, about 4e-11
     /// of f's size.
-    fn differences(&mut self, scratch: &mut Scratch, knowns: &[u32]) -> Result<(), Error> {
+    fn differences(
+        &mut self,
+        scratch: &mut DerivativeScratch,
+        knowns: &[u32],
+    ) -> Result<(), Error> {
         let relative = |&known: &u32| {
             let (value, component) =
-                (self.values.reals[known as usize], scratch.seed.0[known as usize]);
+                (self.values.arrays.reals[known as usize], scratch.seed.0[known as usize]);
             component.abs() / value.abs().max(self.table.nominal(known as usize))
         };
         let largest = knowns.iter().map(relative).fold(0.0, f64::max);
@@ -88,7 +90,7 @@ impl Instance {
         scratch.values.clone_from(&self.values);
         let done = self.difference(scratch, knowns, delta);
         self.values.clone_from(&scratch.values);
-        if self.progress.mode == Mode::Initialization {
+        if self.progress.mode == InstanceMode::Initialization {
             // The unit now holds the state of a displaced point.
             self.progress.state_stale = true;
         }
@@ -97,31 +99,36 @@ impl Instance {
 
     fn difference(
         &mut self,
-        scratch: &mut Scratch,
+        scratch: &mut DerivativeScratch,
         knowns: &[u32],
         delta: f64,
     ) -> Result<(), Error> {
         self.displaced(scratch, knowns, delta)?;
-        scratch.result.0.copy_from_slice(&self.values.reals);
+        scratch.result.0.copy_from_slice(&self.values.arrays.reals);
         self.displaced(scratch, knowns, -delta)?;
-        for (result, value) in scratch.result.0.iter_mut().zip(&self.values.reals) {
+        for (result, value) in scratch.result.0.iter_mut().zip(&self.values.arrays.reals) {
             *result = (*result - value) / (2.0 * delta);
         }
         Ok(())
     }
 
     /// Computes all outputs at v + δd.
-    fn displaced(&mut self, scratch: &Scratch, knowns: &[u32], delta: f64) -> Result<(), Error> {
+    fn displaced(
+        &mut self,
+        scratch: &DerivativeScratch,
+        knowns: &[u32],
+        delta: f64,
+    ) -> Result<(), Error> {
         for &known in knowns {
             let known = known as usize;
-            let value = scratch.values.reals[known] + delta * scratch.seed.0[known];
-            self.values.put_real(known, self.table.reals[known].slot, value);
+            let value = scratch.values.arrays.reals[known] + delta * scratch.seed.0[known];
+            self.values.put_real(known, self.table.rules.reals[known].slot, value);
         }
         let time = self.progress.time;
-        if self.progress.mode == Mode::Initialization {
-            self.unit.initialise(&mut self.values, time)?;
+        if self.progress.mode == InstanceMode::Initialization {
+            self.model.initialise(&mut self.values, time)?;
         }
-        self.unit.outputs(&mut self.values, time)
+        self.model.outputs(&mut self.values, time)
     }
 
     fn check_derivative(
@@ -130,21 +137,23 @@ impl Instance {
         knowns: &[u32],
         direction: &[f64],
     ) -> Result<(), Error> {
-        let initial = self.progress.mode == Mode::Initialization;
+        let initial = self.progress.mode == InstanceMode::Initialization;
         for &reference in unknowns {
-            let role = self.table.role(Type::Real, reference as usize);
-            let role = role.ok_or_else(|| unknown(Type::Real, reference))?;
-            if role != Role::Output && !(initial && role == Role::CalculatedParameter) {
-                let name = self.table.name(Type::Real, reference as usize);
+            let role = self.table.role(VariableType::Real, reference as usize);
+            let role = role.ok_or_else(|| unknown(VariableType::Real, reference))?;
+            if role != VariableRole::Output
+                && !(initial && role == VariableRole::CalculatedParameter)
+            {
+                let name = self.table.name(VariableType::Real, reference as usize);
                 return Err(Error::invalid(format!("{name} is not an unknown of the model")));
             }
         }
         for (&known, &component) in knowns.iter().zip(direction) {
-            let role = self.table.role(Type::Real, known as usize);
-            let role = role.ok_or_else(|| unknown(Type::Real, known))?;
-            let name = self.table.name(Type::Real, known as usize);
-            let fits =
-                role == Role::Input || (initial && matches!(role, Role::Parameter | Role::Tunable));
+            let role = self.table.role(VariableType::Real, known as usize);
+            let role = role.ok_or_else(|| unknown(VariableType::Real, known))?;
+            let name = self.table.name(VariableType::Real, known as usize);
+            let fits = role == VariableRole::Input
+                || (initial && matches!(role, VariableRole::Parameter | VariableRole::Tunable));
             if !fits {
                 return Err(Error::invalid(format!("{name} is not known to derive by")));
             }

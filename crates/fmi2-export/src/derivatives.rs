@@ -1,0 +1,106 @@
+//! Time derivatives: of inputs, as the importer sets them, and of outputs, as the model gives them.
+
+use crate::Error;
+use crate::description::INPUT_DERIVATIVES;
+use crate::instance::{ExportedInstance, unknown};
+use crate::per_type::VariableType;
+use crate::values::{NO_SLOT, Real, Var};
+
+impl ExportedInstance {
+    pub(crate) fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        new: &[f64],
+    ) -> Result<(), Error> {
+        for ((&reference, &order), &value) in references.iter().zip(orders).zip(new) {
+            let rule = self.table.rules.reals.get(reference as usize);
+            let rule = rule.ok_or_else(|| unknown(VariableType::Real, reference))?;
+            let name = self.table.name(VariableType::Real, reference as usize);
+            if !rule.continuous {
+                let text = format!("{name} is no continuous input and so has no derivative");
+                return Err(Error::invalid(text));
+            }
+            if !(1..=INPUT_DERIVATIVES).contains(&order) {
+                let text = format!(
+                    "{name}: derivatives of order 1 to {INPUT_DERIVATIVES} are used, not {order}"
+                );
+                return Err(Error::invalid(text));
+            }
+            if !value.is_finite() {
+                let text = format!("derivative {order} of {name} cannot be {value}");
+                return Err(Error::invalid(text));
+            }
+        }
+        for ((&reference, &order), &value) in references.iter().zip(orders).zip(new) {
+            let slot = self.table.rules.reals[reference as usize].slot;
+            self.values.taylor[slot as usize][order as usize] = value;
+            self.progress.derivatives_set = true;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn output_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        out: &mut [std::mem::MaybeUninit<f64>],
+    ) -> Result<(), Error> {
+        self.refresh()?;
+        for (&reference, &order) in references.iter().zip(orders) {
+            let rule = self.table.rules.reals.get(reference as usize);
+            let rule = rule.ok_or_else(|| unknown(VariableType::Real, reference))?;
+            if !rule.output {
+                let name = self.table.name(VariableType::Real, reference as usize);
+                return Err(Error::invalid(format!("{name} is not an output")));
+            }
+            let highest = self.table.derivatives[reference as usize];
+            if !u32::try_from(order).is_ok_and(|order| (1..=highest).contains(&order)) {
+                return Err(self.refuse_derivative(reference, order, highest));
+            }
+        }
+        if references.is_empty() {
+            return Ok(());
+        }
+        self.model.prepare_derivatives(&self.values)?;
+        for ((&reference, &order), out) in references.iter().zip(orders).zip(out) {
+            let output = Var { index: reference, slot: NO_SLOT, of: Real };
+            let value = self.model.output_derivative(&self.values, output, order.unsigned_abs())?;
+            out.write(self.check_derivative_value(reference, order, value)?);
+        }
+        Ok(())
+    }
+
+    /// Of an order that other outputs have, or of none: the instance goes on either way.
+    #[cold]
+    fn refuse_derivative(&self, reference: u32, order: i32, highest: u32) -> Error {
+        let name = self.table.name(VariableType::Real, reference as usize);
+        let most = self.table.interface.max_output_derivative_order();
+        if u32::try_from(order).is_ok_and(|order| (1..=most).contains(&order)) {
+            return Error::discard(format!(
+                "derivative {order} of {name} is not offered, only up to order {highest}"
+            ));
+        }
+        Error::invalid(format!("{name}: derivatives of order 1 to {most} are offered"))
+    }
+
+    #[inline]
+    fn check_derivative_value(
+        &self,
+        reference: u32,
+        order: i32,
+        value: Option<f64>,
+    ) -> Result<f64, Error> {
+        if let Some(value) = value.filter(|value| value.is_finite()) {
+            return Ok(value);
+        }
+        let name = self.table.name(VariableType::Real, reference as usize);
+        Err(match value {
+            None => Error::discard(format!("derivative {order} of {name} is not offered")),
+            Some(value) => {
+                let time = self.progress.time;
+                Error::invalid(format!("derivative {order} of {name} is {value} at t = {time} s"))
+            }
+        })
+    }
+}

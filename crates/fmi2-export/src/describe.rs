@@ -1,0 +1,14 @@
+//! The description of a model, as its library prints it.
+
+use crate::description::print;
+use crate::table::VariableTable;
+use crate::{Error, Model, Resources};
+
+/// The description of `M` with these resources, as UTF-8 XML.
+///
+/// # Errors
+/// The model refuses the resources, or its declarations are faulty.
+pub fn describe<M: Model>(resources: &Resources) -> Result<String, Error> {
+    let (_, table) = VariableTable::declare::<M>(resources)?;
+    print(&table.interface, Some(&table.guid))
+}

@@ -1,0 +1,11 @@
+//! Memory for directional derivatives.
+
+use crate::model::{Seed, Sensitivity};
+use crate::values::Values;
+
+/// Memory for directional derivatives; made when they are first asked for.
+pub(crate) struct DerivativeScratch {
+    pub(crate) seed: Seed,
+    pub(crate) result: Sensitivity,
+    pub(crate) values: Values,
+}

@@ -1,0 +1,85 @@
+//! A communication step of an instance.
+
+use crate::instance::ExportedInstance;
+use crate::model::Step;
+use crate::state::InstanceMode;
+use crate::{Error, ErrorKind};
+
+/// How far a communication point may be off from where the last step ended: rounding of an
+/// importer that adds steps up, and nothing that matters beside a step.
+fn slack(time: f64, size: f64) -> f64 {
+    (1e-6 * size).max(8.0 * f64::EPSILON * time.abs())
+}
+
+impl ExportedInstance {
+    pub(crate) fn do_step(&mut self, time: f64, size: f64) -> Result<(), Error> {
+        let slack = slack(time, size);
+        let end = time + size;
+        let past_stop = self.progress.stop.is_some_and(|stop| end > stop + slack);
+        let expected = (time - self.progress.time).abs() <= slack;
+        // NaN fails each of these comparisons.
+        let sound = size > 0.0 && end > time && end.is_finite() && expected;
+        if !sound || past_stop {
+            return Err(self.wrong_step(time, size));
+        }
+        self.advance(Step { time, size }).map_err(|error| {
+            if error.kind() != ErrorKind::Discard {
+                self.progress.mode = InstanceMode::Error;
+                return error;
+            }
+            if self.progress.time == end {
+                // The step is done, only its outputs are not: there is no way back.
+                self.progress.mode = InstanceMode::Error;
+                return Error::invalid(error);
+            }
+            self.progress.mode = InstanceMode::StepFailed;
+            error
+        })
+    }
+
+    fn advance(&mut self, step: Step) -> Result<(), Error> {
+        self.tell_parameters()?;
+        self.model.step(&mut self.values, step)?;
+        self.progress.time = step.end();
+        if self.progress.derivatives_set {
+            self.extrapolate_inputs(step.size);
+        }
+        self.model.outputs(&mut self.values, step.end())?;
+        self.check_finite()?;
+        self.progress.outputs_stale = false;
+        Ok(())
+    }
+
+    /// Sets each input to the end of its polynomial and forgets the derivatives.
+    fn extrapolate_inputs(&mut self, h: f64) {
+        let inputs = self.table.real_inputs.iter();
+        for (&reference, taylor) in inputs.zip(&mut self.values.taylor) {
+            let [u, first, second, third] = *taylor;
+            let end = u + h * (first + h / 2.0 * (second + h / 3.0 * third));
+            self.values.arrays.reals[reference as usize] = end;
+            *taylor = [end, 0.0, 0.0, 0.0];
+        }
+        self.progress.derivatives_set = false;
+    }
+
+    #[cold]
+    fn wrong_step(&self, time: f64, size: f64) -> Error {
+        let now = self.progress.time;
+        let expected = (time - now).abs() <= slack(time, size);
+        let moves = time + size > time;
+        let text = if size <= 0.0 || !size.is_finite() {
+            format!("communication step size {size} s is not greater than 0")
+        } else if !expected {
+            format!(
+                "communication point {time} s is not where the instance stands, t = {now} s; \
+                 steps must follow each other, or a saved state be set first"
+            )
+        } else if !moves {
+            format!("communication step size {size} s vanishes beside t = {time} s in rounding")
+        } else {
+            let stop = self.progress.stop.unwrap_or(f64::INFINITY);
+            format!("the step from {time} s by {size} s ends after the stop time {stop} s")
+        };
+        Error::invalid(text)
+    }
+}
