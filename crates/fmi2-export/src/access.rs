@@ -122,7 +122,7 @@ impl ExportedInstance {
         Ok(())
     }
 
-    /// `new` may point into this instance's own strings, so the caller has copied them.
+    /// The caller passes copies, because the pointers may refer to this instance's own strings.
     pub(crate) fn set_strings(&mut self, references: &[u32], new: Vec<CText>) -> Result<(), Error> {
         for &reference in references {
             self.check(VariableType::Text, reference, None)?;

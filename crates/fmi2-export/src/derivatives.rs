@@ -71,7 +71,7 @@ impl ExportedInstance {
         Ok(())
     }
 
-    /// Of an order that other outputs have, or of none: the instance goes on either way.
+    /// Discard for an order that other outputs offer, error for an order that no output offers.
     #[cold]
     fn refuse_derivative(&self, reference: u32, order: i32, highest: u32) -> Error {
         let name = self.table.name(VariableType::Real, reference as usize);

@@ -1,4 +1,4 @@
-//! The description of a model, as its library prints it.
+//! The description of a model, printed from its declarations.
 
 use crate::description::print;
 use crate::table::VariableTable;
@@ -7,7 +7,7 @@ use crate::{Error, Model, Resources};
 /// The description of `M` with these resources, as UTF-8 XML.
 ///
 /// # Errors
-/// The model refuses the resources, or its declarations are faulty.
+/// The resources or the declarations are invalid.
 pub fn describe<M: Model>(resources: &Resources) -> Result<String, Error> {
     let (_, table) = VariableTable::declare::<M>(resources)?;
     print(&table.interface, Some(&table.guid))

@@ -18,17 +18,17 @@ use crate::resources::Resources;
 /// Highest order of derivatives of inputs that the kit takes.
 pub(crate) const INPUT_DERIVATIVES: i32 = 3;
 
-/// The unit's GUID follows from everything that the description says and from the resource files
-/// read: other content, other GUID; same content, same GUID on every machine.
+/// The GUID is computed from the content of the description and from the resource files that were
+/// read. The same content gives the same GUID on every machine.
 pub(crate) fn guid(interface: &Interface, resources: &Resources) -> Uuid {
-    // A failing print yields the same failure in `describe`; the hash then does not matter.
+    // If printing fails, `describe` fails in the same way, so the hash does not matter.
     let mut content = print(interface, None).unwrap_or_default().into_bytes();
     content.extend(resources.fingerprint());
     let kit = Uuid::new_v5(&Uuid::NAMESPACE_URL, b"urn:fmi2-export:guid");
     Uuid::new_v5(&kit, &content)
 }
 
-/// How the GUID is written, in the description and when instantiating.
+/// The GUID as text, in the description and for instantiation.
 pub(crate) fn braced(guid: &Uuid) -> String {
     guid.braced().to_string()
 }
@@ -108,7 +108,7 @@ impl Printer {
                 ("canHandleVariableCommunicationStepSize", text("true")),
                 ("canInterpolateInputs", text("true")),
                 ("maxOutputDerivativeOrder", text(order)),
-                // The standard spells it so.
+                // The standard spells it this way.
                 ("canRunAsynchronuously", text("false")),
                 ("canBeInstantiatedOnlyOncePerProcess", text("false")),
                 ("canNotUseMemoryManagementFunctions", text("true")),
@@ -182,10 +182,10 @@ impl Printer {
         )
     }
 
-    /// What the standard has no words for: how many derivatives of inputs are taken, in one call for
-    /// all orders, and which outputs offer derivatives up to which order. Without it an importer would
-    /// have to try, and after `fmi2Error` an instance may not be continued. What a unit computes does
-    /// not follow from it, so it does not count for the GUID.
+    /// Capabilities that the standard cannot express: the highest order of input derivatives,
+    /// accepted in one call for all orders, and the outputs that offer derivatives, by order.
+    /// Without them an importer would have to try, and after `fmi2Error` an instance must not be
+    /// continued. They do not change what a unit computes, so they are not part of the GUID.
     fn annotations(&mut self, interface: &Interface) -> io::Result<()> {
         self.open("VendorAnnotations", &[])?;
         self.open("Tool", &[("name", text("fmi2-export"))])?;

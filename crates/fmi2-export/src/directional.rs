@@ -91,7 +91,7 @@ impl ExportedInstance {
         let done = self.difference(scratch, knowns, delta);
         self.values.clone_from(&scratch.values);
         if self.progress.mode == InstanceMode::Initialization {
-            // The unit now holds the state of a displaced point.
+            // The model now holds the state of a displaced point.
             self.progress.state_stale = true;
         }
         done

@@ -1,4 +1,5 @@
-//! A model behind an interface without type parameters, so that the C functions are compiled once.
+//! A model behind an interface without type parameters, so that the C functions are compiled only
+//! once.
 
 use std::any::Any;
 
@@ -38,7 +39,7 @@ pub(crate) trait ErasedModel: Send {
     fn restore(&mut self, saved: &SavedModelState) -> Result<(), Error>;
     fn serialize(&self, saved: &SavedModelState) -> Result<Vec<u8>, Error>;
     fn deserialize(&self, bytes: &[u8]) -> Result<SavedModelState, Error>;
-    /// Builds the model anew out of the resources, in place of one that panicked.
+    /// Rebuilds the model from the resources after a panic.
     fn rebuild(&mut self, resources: &Resources) -> Result<VariableTable, Error>;
 }
 

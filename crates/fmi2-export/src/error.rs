@@ -1,4 +1,4 @@
-//! The one error type of a unit: what the importer's log gets to read, and which status it sees.
+//! The error type of a unit: the text for the importer's log, and the status that it gets.
 
 use std::fmt::Display;
 
@@ -7,16 +7,16 @@ use std::fmt::Display;
 pub enum ErrorKind {
     /// `fmi2Error`: this call failed.
     Invalid,
-    /// `fmi2Discard`: not possible this way; a smaller step or another value may be.
+    /// `fmi2Discard`: not possible now; a smaller step or another value may work.
     Discard,
     /// `fmi2Fatal`: every instance of the unit is unusable from now on.
     Fatal,
 }
 
-/// Why a call failed, in words for the person who runs the simulation.
+/// Reason of a failed call, as a message for the user of the simulation.
 ///
 /// The kit hands the text to the importer's logger and maps the [`ErrorKind`] on the status. A good
-/// text says what, where, when and how to mend it.
+/// message says what failed, where, when, and how to fix it.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{message}")]
 pub struct Error {
@@ -32,18 +32,18 @@ impl Error {
 
     /// A refusal that the importer sees as `fmi2Discard`: it may try a smaller step.
     ///
-    /// A [`Model::step`](crate::Model::step) that answers so must leave its state as it was at the
+    /// A [`Model::step`](crate::Model::step) that returns it must leave its state as it was at the
     /// beginning of the step.
     pub fn discard(message: impl Display) -> Self {
         Self { kind: ErrorKind::Discard, message: message.to_string() }
     }
 
-    /// A failure that corrupted every instance in the process (`fmi2Fatal`). Hardly ever right.
+    /// A failure that corrupted every instance in the process (`fmi2Fatal`). Rarely appropriate.
     pub fn fatal(message: impl Display) -> Self {
         Self { kind: ErrorKind::Fatal, message: message.to_string() }
     }
 
-    /// An `fmi2Error` out of another error with all of its causes: `what: cause: cause of that`.
+    /// An `fmi2Error` from another error with all of its causes: `what: cause: cause of that`.
     #[must_use]
     pub fn caused(error: &(dyn std::error::Error + 'static)) -> Self {
         let mut message = error.to_string();
@@ -56,20 +56,20 @@ impl Error {
         Self { kind: ErrorKind::Invalid, message }
     }
 
-    /// The same error with a place in front: `context: message`.
+    /// Adds a context in front: `context: message`.
     #[must_use]
     pub fn context(mut self, context: impl Display) -> Self {
         self.message = format!("{context}: {}", self.message);
         self
     }
 
-    /// The kind.
+    /// Which FMI status the error becomes.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
-    /// The text.
+    /// The message for the log.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.message

@@ -1,8 +1,8 @@
-//! The macro that gives a unit crate its C symbols.
+//! The macro that defines the C functions of a unit crate.
 
 /// Defines the 34 C functions of an FMI 2.0 co-simulation unit for one [`Model`](crate::Model),
-/// `fmi2_export_describe`, which prints `modelDescription.xml`, and `fmi2_export_report`, which hands
-/// over what [`Model::report`](crate::Model::report) answers. Once per library.
+/// `fmi2_export_describe`, which prints `modelDescription.xml`, and `fmi2_export_report`, which
+/// returns the answer of [`Model::report`](crate::Model::report). Use it once per library.
 ///
 /// Each function is checked against the C header's type when it is compiled.
 #[macro_export]
@@ -125,7 +125,7 @@ macro_rules! export {
     };
 }
 
-/// Defines C functions that hand over to [`ffi`](crate::ffi), and checks their types.
+/// Defines C functions that call [`ffi`](crate::ffi), and checks their types.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __functions {

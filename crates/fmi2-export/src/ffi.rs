@@ -1,10 +1,10 @@
 //! The 34 C functions of an FMI 2.0 co-simulation unit, as [`export!`](crate::export) wires them.
 //!
-//! Every function of an instance goes through one guard (`guard.rs`): null check, allowed-state
-//! check, panics caught, reason logged, status mapped. Nothing else crosses the C border.
+//! Every function of an instance passes through one guard (`guard.rs`): it checks for null and for
+//! the allowed mode, catches panics, logs the reason and maps the status.
 //!
 //! # Safety
-//! All functions ask what the FMI standard asks of an importer: a component comes from
+//! All functions require what the FMI standard requires of an importer: a component comes from
 //! [`instantiate`] and was not freed, no two calls on one instance run at a time, arrays have the
 //! length stated, strings end with NUL, and a saved state comes from the same library.
 
@@ -55,11 +55,11 @@ pub unsafe extern "C" fn instantiate<M: Model>(
     let called = if name.is_null() {
         CString::default()
     } else {
-        // SAFETY: not null; the importer vouches for the NUL at the end.
+        // SAFETY: not null; the importer guarantees the NUL at the end.
         unsafe { CStr::from_ptr(name) }.to_owned()
     };
     let logger = Logger::new(functions, called, logging_on != 0);
-    // SAFETY: passed on to the caller.
+    // SAFETY: the caller guarantees it.
     let make = || unsafe { make::<M>(name, kind, guid, location, logger.clone()) };
     let message = match catch_unwind(AssertUnwindSafe(make)) {
         Ok(Ok(instance)) => return Box::into_raw(Box::new(instance)).cast(),
@@ -77,7 +77,7 @@ unsafe fn make<M: Model>(
     location: fmi2String,
     logger: Logger,
 ) -> Result<ExportedInstance, Error> {
-    // SAFETY: passed on to the caller, also below.
+    // SAFETY: the caller guarantees it, also below.
     if unsafe { text(name, "the instance name") }?.trim().is_empty() {
         return Err(Error::invalid("the instance name is empty"));
     }
@@ -105,7 +105,7 @@ unsafe fn make<M: Model>(
     Ok(ExportedInstance::new(model_with_state, table, resources, logger))
 }
 
-/// `fmi2FreeInstance`; null is let pass.
+/// `fmi2FreeInstance`; null is ignored.
 pub unsafe extern "C" fn free_instance(component: fmi2Component) {
     if component.is_null() {
         return;
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn set_debug_logging(
     categories: *const fmi2String,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: arrays and strings are the importer's word, also below.
+        // SAFETY: the importer guarantees arrays and strings, also below.
         let categories = unsafe { slice(categories, count, "categories") }?;
         let mut logger = instance.logger.clone();
         logger.disable_all();
@@ -143,7 +143,7 @@ pub unsafe extern "C" fn set_debug_logging(
         instance.logger = logger;
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_DEBUG_LOGGING, body) }
 }
 
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn setup_experiment(
 ) -> fmi2Status {
     let tolerance = (tolerance_defined != 0).then_some(tolerance);
     let stop = (stop_defined != 0).then_some(stop);
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SETUP_EXPERIMENT, |it| it.setup(tolerance, start, stop)) }
 }
 
@@ -168,13 +168,13 @@ pub unsafe extern "C" fn enter_initialization_mode(component: fmi2Component) -> 
         instance.enter_initialization();
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::ENTER_INITIALIZATION, body) }
 }
 
 /// `fmi2ExitInitializationMode`.
 pub unsafe extern "C" fn exit_initialization_mode(component: fmi2Component) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::EXIT_INITIALIZATION, ExportedInstance::exit_initialization) }
 }
 
@@ -184,13 +184,13 @@ pub unsafe extern "C" fn terminate(component: fmi2Component) -> fmi2Status {
         instance.terminate();
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::TERMINATE, body) }
 }
 
 /// `fmi2Reset`.
 pub unsafe extern "C" fn reset(component: fmi2Component) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::RESET, ExportedInstance::reset) }
 }
 
@@ -202,12 +202,12 @@ pub unsafe extern "C" fn get_real(
     out: *mut fmi2Real,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, out) =
             unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
         instance.get_reals(references, out)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_REAL, body) }
 }
 
@@ -218,7 +218,7 @@ pub unsafe extern "C" fn get_integer(
     count: usize,
     out: *mut fmi2Integer,
 ) -> fmi2Status {
-    // SAFETY: everything is the importer's word.
+    // SAFETY: the importer guarantees all arguments.
     unsafe {
         get(
             component,
@@ -239,7 +239,7 @@ pub unsafe extern "C" fn get_boolean(
     count: usize,
     out: *mut fmi2Boolean,
 ) -> fmi2Status {
-    // SAFETY: everything is the importer's word.
+    // SAFETY: the importer guarantees all arguments.
     unsafe {
         get(
             component,
@@ -262,7 +262,7 @@ pub unsafe extern "C" fn get_string(
     count: usize,
     out: *mut fmi2String,
 ) -> fmi2Status {
-    // SAFETY: everything is the importer's word.
+    // SAFETY: the importer guarantees all arguments.
     unsafe {
         get(
             component,
@@ -286,7 +286,7 @@ unsafe fn get<T>(
     read: impl Fn(&ExportedInstance, usize) -> Option<T>,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, out) =
             unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
         instance.refresh()?;
@@ -296,7 +296,7 @@ unsafe fn get<T>(
         }
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, call, body) }
 }
 
@@ -308,12 +308,12 @@ pub unsafe extern "C" fn set_real(
     new: *const fmi2Real,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
         instance.set_reals(references, new)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_REAL, body) }
 }
 
@@ -325,12 +325,12 @@ pub unsafe extern "C" fn set_integer(
     new: *const fmi2Integer,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
         instance.set_integers(references, new)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_INTEGER, body) }
 }
 
@@ -342,12 +342,12 @@ pub unsafe extern "C" fn set_boolean(
     new: *const fmi2Boolean,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
         instance.set_booleans(references, new)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_BOOLEAN, body) }
 }
 
@@ -359,22 +359,22 @@ pub unsafe extern "C" fn set_string(
     new: *const fmi2String,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, new) =
             unsafe { (slice(references, count, "vr")?, slice(new, count, "value")?) };
         let copy = |&pointer: &fmi2String| {
-            // SAFETY: the strings are the importer's word.
+            // SAFETY: the importer guarantees the strings.
             let text = unsafe { text(pointer, "a string value") }?;
             CText::new(text).ok_or_else(|| null("a string value"))
         };
         let copies = new.iter().map(copy).collect::<Result<Vec<_>, Error>>()?;
         instance.set_strings(references, copies)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_STRING, body) }
 }
 
-/// `fmi2GetFMUstate`: makes a saved state, or takes it anew in the memory of an older one.
+/// `fmi2GetFMUstate`: creates a saved state, or overwrites an older one in its memory.
 pub unsafe extern "C" fn get_fmu_state(
     component: fmi2Component,
     saved: *mut fmi2FMUstate,
@@ -389,7 +389,7 @@ pub unsafe extern "C" fn get_fmu_state(
         }
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_STATE, body) }
 }
 
@@ -403,11 +403,11 @@ pub unsafe extern "C" fn set_fmu_state(
         let snapshot = unsafe { saved.cast::<Snapshot>().as_ref() };
         snapshot.ok_or_else(|| null("FMUstate"))?.restore(instance)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_STATE, body) }
 }
 
-/// `fmi2FreeFMUstate`; null is let pass, and the pointer becomes null.
+/// `fmi2FreeFMUstate`; null is ignored, and the pointer becomes null.
 pub unsafe extern "C" fn free_fmu_state(
     component: fmi2Component,
     saved: *mut fmi2FMUstate,
@@ -422,7 +422,7 @@ pub unsafe extern "C" fn free_fmu_state(
         }
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::FREE_STATE, body) }
 }
 
@@ -440,11 +440,12 @@ pub unsafe extern "C" fn serialized_fmu_state_size(
         *unsafe { size.as_mut() }.ok_or_else(|| null("size"))? = bytes.len();
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::STATE_SIZE, body) }
 }
 
-/// `fmi2SerializeFMUstate`; the array must have at least the size asked for before.
+/// `fmi2SerializeFMUstate`; the array must have at least the size that `fmi2SerializedFMUstateSize`
+/// returned.
 pub unsafe extern "C" fn serialize_fmu_state(
     component: fmi2Component,
     saved: fmi2FMUstate,
@@ -459,14 +460,14 @@ pub unsafe extern "C" fn serialize_fmu_state(
             let text = format!("the state has {} bytes, the array only {size}", bytes.len());
             return Err(Error::invalid(text));
         }
-        // SAFETY: the array is the importer's word.
+        // SAFETY: the importer guarantees the array.
         let out = unsafe { slice_out(out.cast::<u8>(), size, "serializedState") }?;
         for (out, &byte) in out.iter_mut().zip(bytes) {
             out.write(byte);
         }
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SERIALIZE, body) }
 }
 
@@ -478,7 +479,7 @@ pub unsafe extern "C" fn deserialize_fmu_state(
     saved: *mut fmi2FMUstate,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the array is the importer's word.
+        // SAFETY: the importer guarantees the array.
         let bytes = unsafe { slice(bytes.cast::<u8>(), size, "serializedState") }?;
         // SAFETY: null or a place for a pointer.
         let place = unsafe { saved.as_mut() }.ok_or_else(|| null("FMUstate"))?;
@@ -490,7 +491,7 @@ pub unsafe extern "C" fn deserialize_fmu_state(
         }
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::DESERIALIZE, body) }
 }
 
@@ -505,7 +506,7 @@ pub unsafe extern "C" fn get_directional_derivative(
     out: *mut fmi2Real,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (unknowns, knowns, direction, out) = unsafe {
             (
                 slice(unknowns, unknown_count, "vUnknown_ref")?,
@@ -516,7 +517,7 @@ pub unsafe extern "C" fn get_directional_derivative(
         };
         instance.directional_derivative(unknowns, knowns, direction, out)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::DIRECTIONAL, body) }
 }
 
@@ -529,7 +530,7 @@ pub unsafe extern "C" fn set_real_input_derivatives(
     new: *const fmi2Real,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, orders, new) = unsafe {
             (
                 slice(references, count, "vr")?,
@@ -539,7 +540,7 @@ pub unsafe extern "C" fn set_real_input_derivatives(
         };
         instance.set_input_derivatives(references, orders, new)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::SET_INPUT_DERIVATIVES, body) }
 }
 
@@ -552,7 +553,7 @@ pub unsafe extern "C" fn get_real_output_derivatives(
     out: *mut fmi2Real,
 ) -> fmi2Status {
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: the arrays are the importer's word.
+        // SAFETY: the importer guarantees the arrays.
         let (references, orders, out) = unsafe {
             (
                 slice(references, count, "vr")?,
@@ -562,7 +563,7 @@ pub unsafe extern "C" fn get_real_output_derivatives(
         };
         instance.output_derivatives(references, orders, out)
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_OUTPUT_DERIVATIVES, body) }
 }
 
@@ -573,17 +574,17 @@ pub unsafe extern "C" fn do_step(
     size: fmi2Real,
     _no_set_state_prior: fmi2Boolean,
 ) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::DO_STEP, |instance| instance.do_step(time, size)) }
 }
 
 /// `fmi2CancelStep`: steps are never pending, so there is nothing to cancel.
 pub unsafe extern "C" fn cancel_step(component: fmi2Component) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::CANCEL_STEP, |_| Ok(())) }
 }
 
-/// A status kind that is only asked for after `fmi2Pending`, which this kit never returns.
+/// Error for a status kind that only exists after `fmi2Pending`, which this kit never returns.
 fn no_status() -> Error {
     Error::discard("no such status: steps are never pending here")
 }
@@ -594,7 +595,7 @@ pub unsafe extern "C" fn get_status(
     _kind: fmi2StatusKind,
     _out: *mut fmi2Status,
 ) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_STATUS, |_| Err(no_status())) }
 }
 
@@ -612,21 +613,22 @@ pub unsafe extern "C" fn get_real_status(
         *unsafe { out.as_mut() }.ok_or_else(|| null("value"))? = instance.progress.time;
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_REAL_STATUS, body) }
 }
 
-/// `fmi2GetIntegerStatus`: there is none.
+/// `fmi2GetIntegerStatus`: always discarded.
 pub unsafe extern "C" fn get_integer_status(
     component: fmi2Component,
     _kind: fmi2StatusKind,
     _out: *mut fmi2Integer,
 ) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_INTEGER_STATUS, |_| Err(no_status())) }
 }
 
-/// `fmi2GetBooleanStatus`: whether the unit wants the simulation to end, which it never does.
+/// `fmi2GetBooleanStatus`: whether the unit requests the end of the simulation, which it never
+/// does.
 pub unsafe extern "C" fn get_boolean_status(
     component: fmi2Component,
     kind: fmi2StatusKind,
@@ -640,24 +642,24 @@ pub unsafe extern "C" fn get_boolean_status(
         *unsafe { out.as_mut() }.ok_or_else(|| null("value"))? = 0;
         Ok(())
     };
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_BOOLEAN_STATUS, body) }
 }
 
-/// `fmi2GetStringStatus`: there is none.
+/// `fmi2GetStringStatus`: always discarded.
 pub unsafe extern "C" fn get_string_status(
     component: fmi2Component,
     _kind: fmi2StatusKind,
     _out: *mut fmi2String,
 ) -> fmi2Status {
-    // SAFETY: the component is the importer's word.
+    // SAFETY: the importer guarantees the component.
     unsafe { enter(component, &state::GET_STRING_STATUS, |_| Err(no_status())) }
 }
 
-/// Not of the standard: writes `modelDescription.xml` of `M` with the resources in
+/// Not part of the standard: writes `modelDescription.xml` of `M` with the resources in
 /// `resource_dir` (a path in UTF-8, null for none) into `buffer` and returns its length in bytes.
-/// At most `capacity` bytes are written, so a first call may ask for the length. On failure
-/// returns 0 and writes the reason, ended by NUL.
+/// At most `capacity` bytes are written, so a first call may determine the length. On failure it
+/// returns 0 and writes the reason, terminated by NUL.
 pub unsafe extern "C" fn describe<M: Model>(
     resource_dir: *const c_char,
     buffer: *mut c_char,
@@ -667,7 +669,7 @@ pub unsafe extern "C" fn describe<M: Model>(
         let folder = if resource_dir.is_null() {
             "resources"
         } else {
-            // SAFETY: not null; the caller vouches for the NUL at the end.
+            // SAFETY: not null; the caller guarantees the NUL at the end.
             unsafe { text(resource_dir, "the resource folder") }?
         };
         crate::describe::<M>(&Resources::new(folder))
@@ -677,7 +679,7 @@ pub unsafe extern "C" fn describe<M: Model>(
         Ok(Err(error)) => (0, ended(error.to_string(), capacity)),
         Err(panic) => (0, ended(format!("the model panicked: {}", panic_text(panic)), capacity)),
     };
-    // SAFETY: the buffer is the caller's word.
+    // SAFETY: the caller guarantees the buffer.
     if let Ok(out) = unsafe { slice_out(buffer.cast::<u8>(), capacity, "buffer") } {
         for (out, byte) in out.iter_mut().zip(bytes) {
             out.write(byte);
@@ -686,9 +688,9 @@ pub unsafe extern "C" fn describe<M: Model>(
     length
 }
 
-/// Not of the standard: writes the model's answer to `request` (UTF-8) into `buffer` and returns its
-/// length in bytes. At most `capacity` bytes are written. Returns 0 where there is no answer, with the
-/// reason in the log.
+/// Not part of the standard: writes the model's answer to `request` (UTF-8) into `buffer` and
+/// returns its length in bytes. At most `capacity` bytes are written. Returns 0 if there is no
+/// answer, with the reason in the log.
 pub unsafe extern "C" fn report(
     component: fmi2Component,
     request: fmi2String,
@@ -697,7 +699,7 @@ pub unsafe extern "C" fn report(
 ) -> usize {
     let mut length = 0;
     let body = |instance: &mut ExportedInstance| {
-        // SAFETY: strings and arrays are the importer's word, also below.
+        // SAFETY: the importer guarantees strings and arrays, also below.
         let request = unsafe { text(request, "the request") }?;
         // SAFETY: see above.
         let out = unsafe { slice_out(buffer.cast::<u8>(), capacity, "buffer") }?;
@@ -708,12 +710,12 @@ pub unsafe extern "C" fn report(
         length = answer.len();
         Ok(())
     };
-    // SAFETY: passed on to the caller.
+    // SAFETY: the caller guarantees it.
     let status = unsafe { enter(component, &state::REPORT, body) };
     if status == OK { length } else { 0 }
 }
 
-/// A message cut to the buffer, with its NUL.
+/// A message truncated to the buffer, with its NUL.
 fn ended(message: String, capacity: usize) -> Vec<u8> {
     let mut bytes = message.into_bytes();
     bytes.truncate(capacity.saturating_sub(1));

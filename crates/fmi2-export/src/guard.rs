@@ -1,4 +1,5 @@
-//! The guard at the C border: what a call of an instance may do, and what becomes of its failure.
+//! The guard at the C interface: checks whether a call is allowed, catches panics, and reports
+//! failures.
 
 use core::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -25,7 +26,7 @@ pub(crate) unsafe fn enter(
     body: impl FnOnce(&mut ExportedInstance) -> Result<(), Error>,
 ) -> fmi2Status {
     let pointer = component.cast::<ExportedInstance>();
-    // SAFETY: the importer hands over a live instance and lets no two calls run at a time.
+    // SAFETY: the importer passes a live instance and makes no two calls at the same time.
     let Some(instance) = (unsafe { pointer.as_mut() }) else { return ERROR };
     let mode = instance.progress.mode;
     let outcome = if call.allows(mode) {
@@ -39,7 +40,8 @@ pub(crate) unsafe fn enter(
     conclude(instance, call, outcome).send()
 }
 
-/// What a call has to say once the instance is no longer borrowed: a logger may call back.
+/// Messages of a call, sent when the instance is no longer borrowed, because a logger may call
+/// back.
 struct CallReport {
     logger: Logger,
     events: Vec<String>,
@@ -92,7 +94,7 @@ fn classify(kind: ErrorKind) -> (fmi2Status, Category) {
     }
 }
 
-/// A C array to read; null is as good as empty when `length` is 0.
+/// A C array to read; null is accepted when `length` is 0.
 #[inline]
 pub(crate) unsafe fn slice<'a, T>(
     pointer: *const T,
@@ -103,11 +105,11 @@ pub(crate) unsafe fn slice<'a, T>(
         return Ok(&[]);
     }
     check_array(pointer, length, what)?;
-    // SAFETY: not null, aligned and not too long; the importer vouches for the length.
+    // SAFETY: not null, aligned and not too long; the importer guarantees the length.
     Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
 }
 
-/// A C array to write, perhaps not initialised yet.
+/// A C array to write, possibly uninitialised.
 #[inline]
 pub(crate) unsafe fn slice_out<'a, T>(
     pointer: *mut T,
@@ -118,7 +120,7 @@ pub(crate) unsafe fn slice_out<'a, T>(
         return Ok(&mut []);
     }
     check_array(pointer, length, what)?;
-    // SAFETY: as above; MaybeUninit asks nothing of the content.
+    // SAFETY: as above; MaybeUninit requires nothing of the content.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer.cast(), length) })
 }
 
@@ -139,12 +141,12 @@ pub(crate) unsafe fn string<'a>(pointer: fmi2String, what: &str) -> Result<&'a C
     if pointer.is_null() {
         return Err(null(what));
     }
-    // SAFETY: not null; the importer vouches for the NUL at the end.
+    // SAFETY: not null; the importer guarantees the NUL at the end.
     Ok(unsafe { CStr::from_ptr(pointer) })
 }
 
 pub(crate) unsafe fn text<'a>(pointer: fmi2String, what: &str) -> Result<&'a str, Error> {
-    // SAFETY: passed on to the caller.
+    // SAFETY: the caller guarantees it.
     let string = unsafe { string(pointer, what) }?;
     string.to_str().map_err(|_| Error::invalid(format!("{what} is not UTF-8")))
 }

@@ -1,4 +1,4 @@
-//! One instance of a unit: its values, its mode and time, and what the calls do.
+//! One instance of a unit: its values, mode and time, initialization and evaluation.
 
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
@@ -12,18 +12,18 @@ use crate::table::VariableTable;
 use crate::values::Values;
 use crate::{Error, Resources};
 
-/// Everything of an instance that changes, apart from values and the model's state.
+/// The part of an instance that changes, apart from the values and the model's state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InstanceProgress {
     pub(crate) mode: InstanceMode,
     /// Current communication point, s.
     pub(crate) time: f64,
     pub(crate) stop: Option<f64>,
-    /// Something that the initial state follows from was set since it was computed.
+    /// A value that the initial state depends on was set after it was computed.
     pub(crate) state_stale: bool,
-    /// A tunable parameter was set since the model was told.
+    /// A tunable parameter was set and the model has not been notified yet.
     pub(crate) parameters_stale: bool,
-    /// Something that outputs follow from was set since they were computed.
+    /// A value that outputs depend on was set after they were computed.
     pub(crate) outputs_stale: bool,
     /// Some input has derivatives.
     pub(crate) derivatives_set: bool,
@@ -66,7 +66,7 @@ impl ExportedInstance {
         Self { progress, values, model, table, logger, events, resources, scratch }
     }
 
-    /// Notes a message on an event, when such are wanted.
+    /// Queues a message about an event if these are enabled.
     pub(crate) fn event(&mut self, text: impl FnOnce(&Self) -> String) {
         if self.logger.wants_events() {
             let text = text(self);
@@ -119,7 +119,7 @@ impl ExportedInstance {
         self.event(|this| format!("terminated at t = {} s", this.progress.time));
     }
 
-    /// As freshly instantiated, bit for bit.
+    /// Back to the state after instantiation, bit for bit.
     pub(crate) fn reset(&mut self) -> Result<(), Error> {
         if self.progress.mode == InstanceMode::Poisoned {
             let table = self.model.rebuild(&Resources::new(self.resources.path()))?;
@@ -137,7 +137,7 @@ impl ExportedInstance {
         Ok(())
     }
 
-    /// Brings everything that can be read up to date with everything that was set.
+    /// Recomputes everything that depends on values set since the last evaluation.
     #[inline]
     pub(crate) fn refresh(&mut self) -> Result<(), Error> {
         let progress = &self.progress;
@@ -156,7 +156,7 @@ impl ExportedInstance {
                 }
             }
             InstanceMode::Step | InstanceMode::StepFailed => self.tell_parameters()?,
-            // Nothing is computed any more; what is there may be looked at.
+            // Nothing is computed any more; the existing values may be read.
             _ => return Ok(()),
         }
         self.model.outputs(&mut self.values, time)?;
@@ -194,7 +194,7 @@ impl ExportedInstance {
         ))
     }
 
-    /// What setting something makes stale.
+    /// Marks what becomes stale when a value is set.
     #[inline]
     pub(crate) fn touched(&mut self, tunable: bool) {
         self.progress.outputs_stale = true;

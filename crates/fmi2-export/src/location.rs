@@ -1,13 +1,13 @@
-//! Where the unit's resources lie: what the importer says, or beside the library itself.
+//! Location of the unit's resources: from the importer, or relative to the library itself.
 
 use std::path::{Path, PathBuf};
 
 use percent_encoding::percent_decode_str;
 
-/// The folder of the resources: from the importer's `fmuResourceLocation` when that names a folder
-/// that exists, otherwise `<unit>/resources` found from the place of this library,
-/// `<unit>/binaries/<platform>/<library>`. Where neither exists the importer's word stays, so that
-/// reading a resource fails with a path that the user can recognise.
+/// The folder of the resources: from the importer's `fmuResourceLocation` if that folder exists,
+/// otherwise `<unit>/resources` relative to this library, `<unit>/binaries/<platform>/<library>`.
+/// If neither exists the importer's path is used, so that the error of reading a resource names a
+/// path that the user can recognise.
 pub(crate) fn resources(location: Option<&str>) -> PathBuf {
     let given = location.and_then(|text| path_of_uri(text, cfg!(windows)));
     if let Some(given) = &given
@@ -24,8 +24,8 @@ pub(crate) fn resources(location: Option<&str>) -> PathBuf {
     }
 }
 
-/// The path that a URI means: `file:/x`, `file:///x`, `file://localhost/x`, percent-encoded UTF-8,
-/// on Windows `file:///C:/x` and `file://server/share`. A plain path is taken as it is.
+/// The path of a URI: `file:/x`, `file:///x`, `file://localhost/x`, percent-encoded UTF-8, on
+/// Windows `file:///C:/x` and `file://server/share`. A plain path is taken as it is.
 fn path_of_uri(text: &str, windows: bool) -> Option<PathBuf> {
     let text = text.trim();
     if text.is_empty() {
@@ -41,7 +41,7 @@ fn path_of_uri(text: &str, windows: bool) -> Option<PathBuf> {
         None => ("", rest),
         Some(rest) => rest.split_at(rest.find('/')?),
     };
-    // A `?` or `#` would have to be encoded in a path, so what follows is not part of it.
+    // A `?` or `#` must be encoded in a path, so the path ends before it.
     let path = path.split(['?', '#']).next().unwrap_or_default();
     let path = percent_decode_str(path).decode_utf8().ok()?;
     if path.contains('\0') {
@@ -76,15 +76,15 @@ fn beside(library: &Path) -> Option<PathBuf> {
     (binaries.file_name()? == "binaries").then(|| binaries.with_file_name("resources"))
 }
 
-/// The file of the library that this code is in.
+/// The library file that contains this code.
 #[cfg(unix)]
 fn library() -> Option<PathBuf> {
     use std::os::unix::ffi::OsStrExt as _;
 
     let mut info = std::mem::MaybeUninit::<libc::Dl_info>::zeroed();
     let own = library as fn() -> Option<PathBuf>;
-    // SAFETY: any address may be asked about; `info` is written when the answer is not 0, and is
-    // valid (null pointers) otherwise.
+    // SAFETY: any address is permitted; `info` is written if the result is not 0, and is valid
+    // (null pointers) otherwise.
     let (found, info) = unsafe {
         (libc::dladdr(own as *const libc::c_void, info.as_mut_ptr()), info.assume_init())
     };
@@ -96,7 +96,7 @@ fn library() -> Option<PathBuf> {
     Some(PathBuf::from(std::ffi::OsStr::from_bytes(name.to_bytes())))
 }
 
-/// The file of the library that this code is in.
+/// The library file that contains this code.
 #[cfg(windows)]
 fn library() -> Option<PathBuf> {
     use std::os::windows::ffi::OsStringExt as _;
@@ -113,9 +113,9 @@ fn library() -> Option<PathBuf> {
     if unsafe { GetModuleHandleExW(flags, own as *const u16, &mut module) } == 0 {
         return None;
     }
-    // The longest path that Windows knows.
+    // The longest path of Windows.
     let mut name = vec![0_u16; 32_768];
-    // SAFETY: the length handed over is the buffer's.
+    // SAFETY: the length is that of the buffer.
     let length = unsafe { GetModuleFileNameW(module, name.as_mut_ptr(), name.len() as u32) };
     let name = name.get(..length as usize).filter(|name| !name.is_empty())?;
     Some(PathBuf::from(std::ffi::OsString::from_wide(name)))
@@ -156,7 +156,7 @@ mod tests {
         let library = Path::new("/units/x y/binaries/linux64/x.so");
         assert_eq!(beside(library), Some(PathBuf::from("/units/x y/resources")));
         assert_eq!(beside(Path::new("/usr/lib/x.so")), None);
-        // The test program itself answers for the library.
+        // Here the test program takes the place of the library.
         assert!(super::library().unwrap().is_file());
     }
 

@@ -1,4 +1,4 @@
-//! Messages to the importer, through the logger that it handed over.
+//! Messages to the importer, through the logger that it provides.
 
 use std::ffi::{CStr, CString};
 
@@ -58,7 +58,7 @@ pub(crate) struct Logger {
 unsafe impl Send for Logger {}
 
 impl Logger {
-    /// Copies what is needed: the struct is only valid during instantiation.
+    /// Copies the callbacks: the struct is only valid during instantiation.
     pub(crate) fn new(functions: &fmi2CallbackFunctions, instance: CString, on: bool) -> Self {
         let mut logger = Self {
             callback: functions.logger,
@@ -80,7 +80,7 @@ impl Logger {
         self.enabled = 0;
     }
 
-    /// Switches a category on; `false` when there is none of this name.
+    /// Enables a category; `false` if there is none of this name.
     pub(crate) fn enable(&mut self, name: &CStr) -> bool {
         let category = Category::ALL.into_iter().find(|category| category.name() == name);
         match category {
@@ -91,7 +91,7 @@ impl Logger {
         true
     }
 
-    /// Whether messages on events are wanted, so that none is made in vain.
+    /// Whether event messages are enabled, so that none is formatted without need.
     #[inline]
     pub(crate) fn wants_events(&self) -> bool {
         self.enabled & Category::Events.bit() != 0
@@ -102,8 +102,8 @@ impl Logger {
     pub(crate) fn send(&self, status: fmi2Status, category: Category, message: &str) {
         let Some(callback) = self.callback else { return };
         let Ok(text) = CString::new(escape(message)) else { return };
-        // SAFETY: the importer vouches for its function; all strings end with NUL and live
-        // through the call. The message needs no further arguments: `%` is doubled.
+        // SAFETY: the importer guarantees its function; all strings end with NUL and live through
+        // the call. The message needs no further arguments: `%` is doubled.
         unsafe {
             callback(
                 self.environment,
@@ -116,8 +116,8 @@ impl Logger {
     }
 }
 
-/// The message is a printf format in which `#r1#` means a variable: both marks are doubled. A NUL
-/// would end the text early.
+/// The message is a printf format in which `#r1#` refers to a variable, so `%` and `#` are doubled.
+/// A NUL would end the text early and is replaced.
 fn escape(message: &str) -> String {
     let mut text = String::with_capacity(message.len() + 8);
     for character in message.chars() {

@@ -1,4 +1,4 @@
-//! What a unit crate writes: one implementation of [`Model`].
+//! The trait that a unit crate implements.
 
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -9,14 +9,14 @@ use crate::{Error, Resources};
 /// One communication step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Where the step begins, s.
+    /// Start of the step, s.
     pub time: f64,
-    /// How long it is, s; greater than 0.
+    /// Length of the step, s; greater than 0.
     pub size: f64,
 }
 
 impl Step {
-    /// Where the step ends, s.
+    /// End of the step, s.
     #[must_use]
     pub fn end(&self) -> f64 {
         self.time + self.size
@@ -27,14 +27,14 @@ impl Step {
 ///
 /// `Self` is the immutable model with its variable handles (and scratch memory or caches, which
 /// must never influence a result). Everything that changes in time is in [`Model::State`] and in
-/// the [`Values`], which the kit keeps. So saving, restoring, serialising and resetting are the
-/// kit's work alone. The kit never calls a model from two threads at a time; two instances are two
-/// models, which must share nothing.
+/// the [`Values`], which the kit keeps. So the kit alone saves, restores, serialises and resets.
+/// The kit never calls a model from two threads at the same time. Two instances are two models,
+/// which must not share anything.
 pub trait Model: Sized + Send + 'static {
     /// Everything that changes while stepping, beyond the variables' values.
     ///
-    /// Where saving must not allocate, implement `Clone::clone_from` by hand so that it reuses the
-    /// memory (for a struct of plain numbers and arrays the derived one is as good).
+    /// If saving must not allocate, implement `Clone::clone_from` so that it reuses the memory (for
+    /// a struct of plain numbers and arrays the derived one does so already).
     type State: Clone + Send + Serialize + DeserializeOwned + 'static;
 
     /// Reads the resources, declares every variable once and keeps the returned handles.
@@ -43,27 +43,27 @@ pub trait Model: Sized + Send + 'static {
     /// must give the same declarations.
     ///
     /// # Errors
-    /// A resource is missing or wrong.
+    /// A resource is missing or invalid.
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error>;
 
     /// The state at `time` as a pure function of the values of parameters and inputs. Also sets
     /// the calculated parameters.
     ///
-    /// Called in initialization mode when a value is asked for after something was set, and at its
-    /// end; [`Model::outputs`] follows at once.
+    /// Called in initialization mode when a value is read after another was set, and at its end;
+    /// [`Model::outputs`] follows immediately.
     ///
     /// # Errors
-    /// The values admit no initial state.
+    /// There is no initial state for these values.
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<Self::State, Error>;
 
     /// Computes all outputs from the state and the inputs at `time`.
     ///
     /// # Errors
-    /// An output has no value here.
+    /// An output has no value at this point.
     fn outputs(&mut self, state: &Self::State, values: &mut Values, time: f64)
     -> Result<(), Error>;
 
-    /// Advances the state from `step.time` to exactly `step.end()`, with the inputs varying as the
+    /// Advances the state from `step.time` to exactly `step.end()`, with inputs that vary as the
     /// polynomials [`Values::taylor`].
     ///
     /// Afterwards the kit sets each input to its extrapolated end value, zeroes the derivatives
@@ -83,7 +83,7 @@ pub trait Model: Sized + Send + 'static {
     /// Tunable parameters were changed between steps.
     ///
     /// # Errors
-    /// The values do not fit each other.
+    /// The values are inconsistent.
     fn parameters_changed(
         &mut self,
         state: &mut Self::State,
@@ -93,26 +93,26 @@ pub trait Model: Sized + Send + 'static {
         Ok(())
     }
 
-    /// Called once before each row of [`Model::output_derivative`] calls, which then all see this
-    /// state and these values: the place to check or compute what the derivatives share. What it
-    /// leaves is scratch and must not influence results.
+    /// Called once before each series of [`Model::output_derivative`] calls, which all use this
+    /// state and these values: the place to compute what the derivatives share. Its results are
+    /// scratch data and must not influence later results.
     ///
     /// # Errors
-    /// The derivatives have no values here.
+    /// The derivatives have no values at this point.
     fn prepare_derivatives(&mut self, state: &Self::State, values: &Values) -> Result<(), Error> {
         let _ = (state, values);
         Ok(())
     }
 
     /// The `order`-th time derivative (1, 2, …) of `output` at the current communication point;
-    /// `None` where not offered. The values are those that [`Model::outputs`] left.
+    /// `None` if not offered. The values are those that [`Model::outputs`] wrote.
     ///
-    /// Where an output follows inputs at once, its derivative takes the inputs' own derivatives as
-    /// they were at the end of the step just done, so far as the model keeps them in its state (the
-    /// kit forgets them with the step); an input without counts as held.
+    /// If an output depends directly on inputs, its derivative uses the derivatives of the inputs
+    /// at the end of the last step, as far as the model keeps them in its state (the kit discards
+    /// them after the step). An input without derivatives counts as constant.
     ///
     /// # Errors
-    /// The derivative has no value here.
+    /// The derivative has no value at this point.
     fn output_derivative(
         &mut self,
         state: &Self::State,
@@ -125,12 +125,13 @@ pub trait Model: Sized + Send + 'static {
     }
 
     /// Directional derivative between steps: `result` = Σ ∂output/∂input · `seed` at the current
-    /// communication point, at least for all outputs that depend on an input. Answer `false` (as
-    /// by default) and the kit takes central differences of [`Model::outputs`] instead. In
-    /// initialization mode it always does, of [`Model::initialise`] and [`Model::outputs`].
+    /// communication point, at least for all outputs that depend on an input. If it returns `false`
+    /// (the default), the kit uses central differences of [`Model::outputs`] instead. In
+    /// initialization mode it always uses central differences of [`Model::initialise`] and
+    /// [`Model::outputs`].
     ///
     /// # Errors
-    /// The derivative has no value here.
+    /// The derivative has no value at this point.
     fn directional_derivative(
         &mut self,
         state: &Self::State,
@@ -142,11 +143,11 @@ pub trait Model: Sized + Send + 'static {
         Ok(false)
     }
 
-    /// Answers a request beyond FMI (`fmi2_export_report`), such as a table that is no variable;
-    /// `None` for a request that is not offered. Must not influence any later result.
+    /// Answers a request beyond FMI (`fmi2_export_report`), such as a table that cannot be a
+    /// variable; `None` for an unknown request. Must not influence any later result.
     ///
     /// # Errors
-    /// The request is offered, but wrong or without an answer here.
+    /// The request is known, but invalid or without an answer at this point.
     fn report(
         &mut self,
         state: &Self::State,
@@ -158,7 +159,7 @@ pub trait Model: Sized + Send + 'static {
     }
 }
 
-/// The direction of a directional derivative: one number per real variable, 0 where not given.
+/// The direction of a directional derivative: one number per real variable, 0 unless given.
 #[derive(Debug, Clone, Default)]
 pub struct Seed(pub(crate) Vec<f64>);
 
@@ -176,7 +177,7 @@ impl Seed {
     }
 }
 
-/// The result of a directional derivative: one number per real variable, 0 where not set.
+/// The result of a directional derivative: one number per real variable, 0 unless set.
 #[derive(Debug, Clone, Default)]
 pub struct Sensitivity(pub(crate) Vec<f64>);
 

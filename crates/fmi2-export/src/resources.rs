@@ -1,4 +1,4 @@
-//! The files that a unit brings along, and where they lie.
+//! The files in a unit's folder `resources`.
 
 use std::cell::RefCell;
 use std::path::{Component, Path, PathBuf};
@@ -7,24 +7,24 @@ use uuid::Uuid;
 
 use crate::Error;
 
-/// The unit's folder `resources`. Every file read through it while declaring counts into the
-/// unit's GUID, so that a description and a library with other resources are not mixed up.
+/// The unit's folder `resources`. Every file read through it during declaration is part of the
+/// unit's GUID, so that a description and a library with different resources are detected.
 #[derive(Debug)]
 pub struct Resources {
     folder: PathBuf,
-    /// Names and hashes of what was read, in order.
+    /// Names and hashes of the files read, in order.
     read: RefCell<Vec<(String, Uuid)>>,
 }
 
 impl Resources {
-    /// Resources in `folder`, which need not exist: a unit may do without.
+    /// Resources in `folder`, which need not exist: resources are optional.
     #[must_use]
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into(), read: RefCell::default() }
     }
 
-    /// The folder. Files opened by this path rather than by [`Resources::read`] do not count into
-    /// the GUID.
+    /// The folder. Files opened by this path instead of [`Resources::read`] are not part of the
+    /// GUID.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.folder
@@ -33,7 +33,7 @@ impl Resources {
     /// Reads a file.
     ///
     /// # Errors
-    /// It cannot be read, or the name leads out of the folder.
+    /// It cannot be read, or the name points outside the folder.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
         let path = self.inside(name)?;
         let content = std::fs::read(&path).map_err(|error| {
@@ -56,7 +56,7 @@ impl Resources {
     /// Reads a file that may be missing.
     ///
     /// # Errors
-    /// It is there but cannot be read, or the name leads out of the folder.
+    /// It exists but cannot be read, or the name points outside the folder.
     pub fn read_if_present(&self, name: &str) -> Result<Option<Vec<u8>>, Error> {
         if self.inside(name)?.exists() { self.read(name).map(Some) } else { Ok(None) }
     }
@@ -71,7 +71,7 @@ impl Resources {
         Ok(self.folder.join(path))
     }
 
-    /// What was read so far, as bytes for the GUID.
+    /// Names and hashes of the files read so far, as bytes for the GUID.
     pub(crate) fn fingerprint(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (name, hash) in self.read.borrow().iter() {

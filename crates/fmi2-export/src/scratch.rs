@@ -3,7 +3,7 @@
 use crate::model::{Seed, Sensitivity};
 use crate::values::Values;
 
-/// Memory for directional derivatives; made when they are first asked for.
+/// Memory for directional derivatives, allocated at the first request.
 pub(crate) struct DerivativeScratch {
     pub(crate) seed: Seed,
     pub(crate) result: Sensitivity,

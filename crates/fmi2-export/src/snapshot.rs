@@ -1,4 +1,4 @@
-//! Saved states: what `fmi2GetFMUstate` hands out, and its form as bytes.
+//! Saved states, as `fmi2GetFMUstate` returns them, and their serialised form.
 
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
@@ -15,11 +15,11 @@ pub(crate) struct Snapshot {
     progress: InstanceProgress,
     values: Values,
     saved: SavedModelState,
-    /// The serialised form, kept between the question for its size and the one for itself.
+    /// The serialised form, kept between the calls for its size and for its content.
     bytes: Option<Vec<u8>>,
 }
 
-/// Begins every serialised state; the last digit is the version of the layout.
+/// Start of every serialised state; the last digit is the version of the layout.
 const MAGIC: [u8; 8] = *b"FMI2ST01";
 /// Magic, GUID and the length of what follows.
 const HEADER: usize = 8 + 16 + 8;
@@ -46,7 +46,7 @@ impl Snapshot {
         snapshot
     }
 
-    /// Takes the state anew in the same memory.
+    /// Saves the state again in the same memory.
     pub(crate) fn retake(&mut self, instance: &ExportedInstance) {
         self.guid = instance.guid();
         self.progress = instance.progress;
@@ -103,7 +103,7 @@ impl Snapshot {
     }
 }
 
-/// Checks everything around the payload.
+/// Checks header and checksum and returns the payload.
 fn payload<'b>(bytes: &'b [u8], guid: &Uuid) -> Result<&'b [u8], Error> {
     let damaged = |what| Err(Error::invalid(format!("the serialised state is damaged: {what}")));
     if bytes.len() < HEADER + TRAILER {
@@ -136,7 +136,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(word)
 }
 
-/// FNV-1a with 64 bits: finds damage, not malice.
+/// FNV-1a with 64 bits: detects damage, not manipulation.
 fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

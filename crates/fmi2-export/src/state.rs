@@ -1,8 +1,8 @@
-//! The state machine: which function is allowed when.
+//! The state machine: the modes in which each function is allowed.
 
 use serde::{Deserialize, Serialize};
 
-/// Where an instance stands (FMI 2.0.5, section 4.2.4).
+/// Mode of an instance (FMI 2.0.5, section 4.2.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum InstanceMode {
     Instantiated,
@@ -12,10 +12,10 @@ pub(crate) enum InstanceMode {
     /// The last step was discarded.
     StepFailed,
     Terminated,
-    /// The model failed: values may be looked at, then reset, restore or free.
+    /// The model failed: values may be read; then reset, restore or free.
     Error,
-    /// The model panicked. Its memory may be half-written, so nothing of it is used any more;
-    /// reset builds it anew.
+    /// The model panicked. Its memory may be inconsistent, so it is not used any more; reset
+    /// rebuilds it.
     Poisoned,
 }
 
@@ -37,7 +37,7 @@ impl InstanceMode {
     }
 }
 
-/// A C function of an instance with the modes that it is allowed in.
+/// A C function of an instance with the modes in which it is allowed.
 #[derive(Debug)]
 pub(crate) struct FmiCall {
     pub(crate) name: &'static str,
@@ -54,7 +54,7 @@ impl FmiCall {
         self.allowed & mode.bit() != 0
     }
 
-    /// The refusal, with what the call is for.
+    /// The message for a call that is not allowed, with a hint.
     #[cold]
     pub(crate) fn refusal(&self, mode: InstanceMode) -> String {
         let hint = match mode {
@@ -87,7 +87,7 @@ macro_rules! calls {
     };
 }
 
-// fmi2Terminate is also taken early and twice, which importers do when they clean up.
+// fmi2Terminate is also accepted early and twice, because importers do so when they clean up.
 calls! {
     SET_DEBUG_LOGGING fmi2SetDebugLogging SOUND | POISONED;
     SETUP_EXPERIMENT fmi2SetupExperiment NEW;

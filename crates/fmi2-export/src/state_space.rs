@@ -4,12 +4,12 @@ use serde::Serialize;
 
 use crate::{Error, RealVar, RealVars};
 
-/// ẋ = A x + B u, y = C x + D u: small motions of the unit about its present state, the answer to the
-/// report [`StateSpace::REQUEST`].
+/// ẋ = A x + B u, y = C x + D u: small motions of the unit about its current state, the answer to
+/// the report [`StateSpace::REQUEST`].
 ///
-/// As JSON: `states` are names for people, `inputs` and `outputs` value references of Real variables,
-/// `a` to `d` the entries that are not zero as `[row, column, value]`, in SI units. Inputs and outputs
-/// that are left out do not take part.
+/// As JSON: `states` are names for display, `inputs` and `outputs` value references of Real
+/// variables, `a` to `d` the entries that are not zero as `[row, column, value]`, in SI units.
+/// Inputs and outputs that are not listed are zero.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct StateSpace {
     states: Vec<String>,

@@ -5,8 +5,8 @@ use crate::model::Step;
 use crate::state::InstanceMode;
 use crate::{Error, ErrorKind};
 
-/// How far a communication point may be off from where the last step ended: rounding of an
-/// importer that adds steps up, and nothing that matters beside a step.
+/// Tolerance between a communication point and the end of the last step: rounding of an importer
+/// that accumulates steps, negligible compared with the step.
 fn slack(time: f64, size: f64) -> f64 {
     (1e-6 * size).max(8.0 * f64::EPSILON * time.abs())
 }
@@ -17,7 +17,7 @@ impl ExportedInstance {
         let end = time + size;
         let past_stop = self.progress.stop.is_some_and(|stop| end > stop + slack);
         let expected = (time - self.progress.time).abs() <= slack;
-        // NaN fails each of these comparisons.
+        // NaN fails every one of these comparisons.
         let sound = size > 0.0 && end > time && end.is_finite() && expected;
         if !sound || past_stop {
             return Err(self.wrong_step(time, size));
@@ -28,7 +28,7 @@ impl ExportedInstance {
                 return error;
             }
             if self.progress.time == end {
-                // The step is done, only its outputs are not: there is no way back.
+                // The step is complete but its outputs are not, so the step cannot be undone.
                 self.progress.mode = InstanceMode::Error;
                 return Error::invalid(error);
             }

@@ -10,10 +10,10 @@ use crate::state::InstanceMode;
 use crate::values::{CText, NO_SLOT, Values};
 use crate::{Error, Model, Resources};
 
-/// What setting a real variable has to know, in one cache line with its neighbours.
+/// Data needed to set a real variable, in one cache line with its neighbours.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RealSettingRule {
-    /// Smallest and largest value to be set; finite, so that NaN and Inf fall out as well.
+    /// Range of permitted values; both bounds are finite, so that NaN and Inf are outside.
     pub(crate) low: f64,
     pub(crate) high: f64,
     /// Place among the Taylor coefficients, or [`NO_SLOT`].
@@ -28,7 +28,7 @@ pub(crate) struct RealSettingRule {
     pub(crate) output: bool,
 }
 
-/// What setting an integer, boolean or string variable has to know.
+/// Data needed to set an integer, boolean or string variable.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SettingRule {
     pub(crate) low: i32,
@@ -37,25 +37,25 @@ pub(crate) struct SettingRule {
     pub(crate) tunable: bool,
 }
 
-/// The compiled table of one instance; never changes.
+/// The interface table of one instance, compiled to flat arrays. It never changes.
 #[derive(Debug)]
 pub(crate) struct VariableTable {
     pub(crate) interface: Interface,
     pub(crate) guid: Uuid,
-    /// What setting a variable has to know.
+    /// Data needed to set a variable, by value reference.
     pub(crate) rules:
         PerType<Vec<RealSettingRule>, Vec<SettingRule>, Vec<SettingRule>, Vec<SettingRule>>,
-    /// Highest order of time derivatives on offer, by value reference of the reals.
+    /// Highest order of time derivatives that is offered, by value reference of the reals.
     pub(crate) derivatives: Vec<u32>,
     /// Value references of the real inputs, by slot.
     pub(crate) real_inputs: Vec<u32>,
-    /// Value references of everything real that the model computes, as ranges.
+    /// Value references of all real variables that the model computes, as ranges.
     pub(crate) computed: Vec<Range<usize>>,
     pub(crate) start: Values,
 }
 
 impl VariableTable {
-    /// Lets `M` declare itself and compiles what it declared.
+    /// Calls the model's declarations and compiles them.
     pub(crate) fn declare<M: Model>(resources: &Resources) -> Result<(M, Self), Error> {
         let mut interface = Interface::new();
         let model = M::declare(resources, &mut interface)?;
@@ -150,13 +150,13 @@ impl VariableTable {
             .map_or("(no such variable)", |&index| &self.interface.variables[index].name)
     }
 
-    /// What a variable is, for messages.
+    /// Role of a variable, for messages.
     pub(crate) fn role(&self, kind: VariableType, reference: usize) -> Option<VariableRole> {
         let index = *self.interface.by_type.get(kind).get(reference)?;
         Some(self.interface.variables[index].role)
     }
 
-    /// Usual size of a real variable, 1 where none is declared.
+    /// Nominal value of a real variable, 1 if none is declared.
     pub(crate) fn nominal(&self, reference: usize) -> f64 {
         let index = self.interface.by_type.reals[reference];
         match self.interface.variables[index].data {
@@ -190,8 +190,9 @@ impl VariableTable {
     }
 }
 
-/// Modes in which a variable may be set. Inputs already while instantiated, as FMPy and fmuCheck
-/// do, and everything that has a start value before the experiment is set up, as OMSimulator does.
+/// Modes in which a variable may be set. Inputs may already be set while instantiated, because FMPy
+/// and fmuCheck do so; everything that has a start value may be set before the experiment is set
+/// up, because OMSimulator does so.
 fn settable(role: VariableRole) -> u8 {
     let before = InstanceMode::Instantiated.bit() | InstanceMode::Initialization.bit();
     match role {

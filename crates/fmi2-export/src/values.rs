@@ -1,4 +1,4 @@
-//! Handles on variables, and the flat arrays that keep an instance's variable values.
+//! Handles of variables, and the flat arrays that hold an instance's values.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ pub struct Boolean;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Text;
 
-/// Stands for "no input" in [`Var::slot`].
+/// Means "not an input" in [`Var::slot`].
 pub(crate) const NO_SLOT: u32 = u32::MAX;
 
 /// A declared variable of type `T`: its place in the array of that type, which is also its FMI
@@ -140,7 +140,7 @@ impl Clone for CText {
 }
 
 impl CText {
-    /// `None` when the text has a NUL inside.
+    /// `None` if the text contains a NUL.
     pub(crate) fn new(text: &str) -> Option<Self> {
         (!text.contains('\0')).then(|| Self(format!("{text}\0")))
     }
@@ -157,7 +157,7 @@ impl CText {
         self.0.as_ptr().cast()
     }
 
-    /// Deserialized bytes are not yet known to end with the only NUL.
+    /// Whether the text ends with its only NUL, which deserialized bytes need not.
     pub(crate) fn is_well_formed(&self) -> bool {
         self.0.find('\0') == Some(self.0.len().wrapping_sub(1))
     }
@@ -166,8 +166,8 @@ impl CText {
 /// The values of all variables of one instance: one flat array per type, indexed by value
 /// reference, and the Taylor coefficients of the real inputs.
 ///
-/// A model reads inputs and parameters here and writes outputs, calculated parameters and locals.
-/// Inputs are the importer's: a model must not write them.
+/// A model reads inputs and parameters here and writes outputs, calculated parameters and locals. A
+/// model must not write inputs.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
     pub(crate) arrays: PerType<Vec<f64>, Vec<i32>, Vec<bool>, Vec<CText>>,
@@ -218,8 +218,8 @@ impl Values {
     }
 
     /// `[u, u̇, ü, u⃛]` of a real input at the current communication point: the value and its time
-    /// derivatives (not divided by factorials), so that during the step
-    /// u(t + τ) = u + u̇·τ + ü·τ²/2 + u⃛·τ³/6. Derivatives that the importer has not given are 0.
+    /// derivatives (not divided by factorials), so that during the step u(t + τ) = u + u̇·τ +
+    /// ü·τ²/2 + u⃛·τ³/6. Derivatives that the importer has not set are 0.
     ///
     /// # Panics
     /// When the variable was not declared as an input.
@@ -272,7 +272,7 @@ impl Values {
         self.arrays.strings[variable.at()].as_str()
     }
 
-    /// Writes a string variable. C ends a string at its first NUL, so a text is cut there.
+    /// Writes a string variable. C ends a string at its first NUL, so the text is truncated there.
     pub fn set_string(&mut self, variable: StringVar, value: &str) {
         let text = value.split('\0').next().unwrap_or_default();
         if let Some(text) = CText::new(text) {
@@ -280,7 +280,7 @@ impl Values {
         }
     }
 
-    /// Sets a real variable as the importer does: an input's Taylor coefficients follow.
+    /// Sets a real variable on behalf of the importer; an input's Taylor coefficients follow.
     #[inline]
     pub(crate) fn put_real(&mut self, index: usize, slot: u32, value: f64) {
         self.arrays.reals[index] = value;

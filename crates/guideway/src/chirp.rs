@@ -7,8 +7,8 @@ use crate::description::ChirpDescription;
 
 /// A·sin(π(t−t₀)²) at a fixed place, from t₀ until its frequency reaches the last one.
 ///
-/// The instantaneous frequency is d(phase)/dt/2π = t−t₀ in Hz. To let the force end without a
-/// jump it stops at the last zero of the sine, t−t₀ = √k with k the largest integer ≤ f_end².
+/// The instantaneous frequency is d(phase)/dt/2π = t−t₀ in Hz. So that the force ends without a
+/// jump, it stops at the last zero of the sine, t−t₀ = √k with k the largest integer ≤ f_end².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChirpForce {
     amplitude: f64,
@@ -63,17 +63,17 @@ impl ChirpForce {
             return 0.0;
         }
         let s = t - self.start;
-        // Reduce the phase π·s² to one turn before taking the sine: s² up to 1e4 half turns.
+        // Reduce the phase π·s² to one turn before taking the sine: s² is up to 1e4 half turns.
         let half_turns = s * s;
         self.amplitude * libm::sin(PI * (half_turns - 2.0 * (0.5 * half_turns).floor()))
     }
 
-    /// Where it acts (m along the track).
+    /// Position along the track (m).
     pub fn position(&self) -> f64 {
         self.position
     }
 
-    /// Bound of the phase (rad) that it turns between t and t + h.
+    /// Upper bound of the change of its phase (rad) between t and t + h.
     pub(crate) fn phase(&self, t: f64, h: f64) -> f64 {
         if t + h <= self.start || t >= self.end {
             return 0.0;

@@ -1,4 +1,4 @@
-//! The guideway as data: what a layout file holds.
+//! The guideway as data: the content of a layout file.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +10,17 @@ use crate::Error;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GuidewayDescription {
-    /// Remarks: what this layout is and where its numbers come from. Not used.
+    /// Remarks on the layout and the source of its numbers. Not used.
     #[serde(default)]
     pub note: String,
-    /// Where the first span begins (m). Default 0.
+    /// Start of the first span (m). Default 0.
     #[serde(default)]
     pub start: f64,
     /// Kinds of span, by name.
     pub girders: BTreeMap<String, GirderDescription>,
-    /// The spans from the first to the last, without gaps between them.
+    /// The spans in order, without gaps between them.
     pub spans: Vec<SpanRun>,
-    /// Number of magnets, that is of moving loads.
+    /// Number of magnets (moving loads).
     pub magnets: usize,
     /// How each magnet's force is spread. Default: 8 forces over 0.65 m.
     #[serde(default)]
@@ -52,7 +52,7 @@ fn one() -> f64 {
 pub struct SpanRun {
     /// Name of the kind of span, a key of `girders`.
     pub girder: String,
-    /// How many of it. Default 1.
+    /// Number of these spans. Default 1.
     #[serde(default = "one_span")]
     pub count: usize,
 }
@@ -64,7 +64,7 @@ fn one_span() -> usize {
 /// One kind of span.
 ///
 /// Modes are sin(nπx/L), n = 1 … `modes`, unless `shapes` gives tables. Their frequencies and
-/// damping ratios are imposed (from an FE model or a modal test):
+/// damping ratios are given (from an FE model or a modal test):
 /// - mode n takes `frequencies[n-1]`; beyond the list fₙ = (π/2)(n/L)²·√(EI/ρA) with
 ///   `bending_stiffness`, or without it n²·f₁, which is the same law tied to the first mode;
 /// - mode n takes `damping[n-1]`; beyond the list its last entry.
@@ -78,14 +78,14 @@ pub struct GirderDescription {
     pub length: f64,
     /// Number of modes.
     pub modes: usize,
-    /// Mass per length ρA (kg/m); modal masses of the sine modes are ρA·L/2. Needed unless
-    /// `shapes` brings modal masses.
+    /// Mass per length ρA (kg/m); modal masses of the sine modes are ρA·L/2. Required unless
+    /// `shapes` gives modal masses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_per_length: Option<f64>,
-    /// Bending stiffness E·I (N·m²), for frequencies beyond the imposed ones.
+    /// Bending stiffness E·I (N·m²), for frequencies beyond the given ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending_stiffness: Option<f64>,
-    /// Imposed natural frequencies (Hz), undamped, first mode first.
+    /// Given natural frequencies (Hz), undamped, first mode first.
     #[serde(default)]
     pub frequencies: Vec<f64>,
     /// Damping ratios (1), first mode first; at least one. 0 is undamped.
@@ -103,7 +103,7 @@ pub struct TabulatedShape {
     pub modal_mass: f64,
     /// Points along the span (m), from 0 to L.
     pub x: Vec<f64>,
-    /// φ there (1); 0 at both ends, where the span rests on its bearings.
+    /// φ there (1); 0 at both ends, where the span is supported.
     pub phi: Vec<f64>,
 }
 
@@ -129,9 +129,10 @@ impl Default for PoleDescription {
 pub enum Initial {
     /// q = 0, q̇ = 0: loads are applied suddenly.
     Undeformed,
-    /// q = φᵀF/K, q̇ = 0: loads have long stood where they are.
+    /// q = φᵀF/K, q̇ = 0: the loads have been at rest for a long time.
     Static,
-    /// q = φᵀF/K, q̇ = v·φ′ᵀF/K: loads have been rolling slowly. At speed 0 the static state.
+    /// q = φᵀF/K, q̇ = v·φ′ᵀF/K: the loads have been moving slowly. At speed 0 this is the static
+    /// state.
     #[default]
     QuasiStatic,
 }
@@ -140,9 +141,9 @@ pub enum Initial {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IrregularityDescription {
-    /// Present at all? Default: no.
+    /// Whether it is present. Default: no.
     pub on: bool,
-    /// A file with two columns x, z (m) in place of the random profile.
+    /// A file with two columns x, z (m) that replaces the random profile.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// A in S(Ω) = A/Ω², one-sided, S in m²/(rad/m) (so A in m·rad). Default 4e-7.
@@ -153,19 +154,19 @@ pub struct IrregularityDescription {
     pub shortest_wave: f64,
     /// Longest wave (m). Default 50.
     pub longest_wave: f64,
-    /// Number of harmonics. Default 2048: the shortest waves then lie 2π/217 m apart, close enough
-    /// to look like a continuous spectrum over a track of that length.
+    /// Number of harmonics. Default 2048: the shortest waves are then 2π/217 m apart, close enough
+    /// to resemble a continuous spectrum over a track of that length.
     pub lines: usize,
-    /// Where the profile begins to fade in (m). Default: start of the first span.
+    /// Start of the fade-in (m). Default: start of the first span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<f64>,
-    /// Where it has faded out (m). Default: 100 m beyond the last span.
+    /// End of the fade-out (m). Default: 100 m beyond the last span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<f64>,
     /// Length of fade-in and fade-out (m). Default 10.
     pub fade_length: f64,
-    /// Average the profile over each magnet's pole, with the points and shares of its forces?
-    /// Default no: the profile at the magnet's centre, where the gap is measured.
+    /// Whether the profile is averaged over each magnet's pole, with the points and weights of its
+    /// forces. Default no: the profile is taken at the magnet's centre, where the gap is measured.
     pub averaged: bool,
 }
 
@@ -191,11 +192,11 @@ impl Default for IrregularityDescription {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChirpDescription {
-    /// Present at all? Default: no.
+    /// Whether it is present. Default: no.
     pub on: bool,
-    /// A (N); a positive force pushes the guideway down. Default 1000.
+    /// A (N); positive pushes the guideway down. Default 1000.
     pub amplitude: f64,
-    /// Where it acts (m along the track). Default: middle of the middle span.
+    /// Position along the track (m). Default: middle of the middle span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<f64>,
     /// t₀ (s). Default 0.

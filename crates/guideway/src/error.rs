@@ -1,4 +1,5 @@
-//! What can go wrong: every message says what, where and how to mend it.
+//! Errors of a guideway's description, files and steps. Every message says what failed, where, and
+//! how to fix it.
 
 use std::path::PathBuf;
 
@@ -11,10 +12,10 @@ pub enum Error {
     Json {
         /// Path of the entry within the document, e.g. `girders.standard.length`.
         path: String,
-        /// What the reader found there, with line and column.
+        /// Message of the JSON reader, with line and column.
         message: String,
     },
-    /// An entry can be read, but its value makes no sense.
+    /// An entry can be read, but its value is invalid.
     #[error("guideway, `{path}`: {found}; {remedy}")]
     Invalid {
         /// Path of the entry within the description.
@@ -27,9 +28,9 @@ pub enum Error {
     /// A profile file cannot be opened or read.
     #[error("irregularity file {}: {source}; give a readable CSV file with two columns x, z in metres", path.display())]
     ProfileFile {
-        /// The file as it was looked for.
+        /// Path of the file.
         path: PathBuf,
-        /// The operating system's answer.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A line of a profile file cannot be used.
@@ -47,21 +48,21 @@ pub enum Error {
     StepSize {
         /// Start of the step (s).
         time: f64,
-        /// Size asked for (s).
+        /// Requested size (s).
         step: f64,
     },
-    /// The loads move so far, or the chirp turns so often, that the step cannot be resolved.
+    /// The loads move so far, or the chirp oscillates so fast, that the step cannot be resolved.
     #[error(
         "at t = {time} s: a step of {step} s would need {needed:.3e} internal sub-steps (limit {limit}); make the step smaller, or check speed and positions"
     )]
     TooManySubsteps {
         /// Start of the step (s).
         time: f64,
-        /// Size asked for (s).
+        /// Requested size (s).
         step: f64,
         /// Sub-steps that resolve the motion.
         needed: f64,
-        /// Most that are taken.
+        /// Largest number of sub-steps.
         limit: u32,
     },
     /// A force or position of a load is not a number.
@@ -79,7 +80,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// An [`Error::Invalid`] in short.
+    /// An [`Error::Invalid`].
     pub(crate) fn invalid(
         path: impl Into<String>,
         found: impl Into<String>,

@@ -26,8 +26,8 @@ impl ShapeRow {
 
 #[derive(Debug, Clone, PartialEq)]
 enum ModeShapes {
-    /// φₙ = sin(nπx/L); `filter[n-1]` is its mean under a pole that lies wholly on the span,
-    /// over its value at the pole's centre: Σ wₗ cos(nπsₗ/L).
+    /// φₙ = sin(nπx/L); `filter[n-1]` is the ratio of its mean under a pole that is entirely on the
+    /// span to its value at the pole's centre: Σ wₗ cos(nπsₗ/L).
     Sine { filter: Vec<f64> },
     /// Splines through tabulated points.
     Tables(Vec<Spline>),
@@ -46,8 +46,8 @@ pub struct Girder {
 }
 
 impl Girder {
-    /// Checks a description and computes the modal quantities; `path` names it in errors.
-    /// Factors on stiffness K and mass M leave the damping ratios as they are.
+    /// Checks a description and computes the modal quantities; `path` names it in errors. Factors
+    /// on stiffness K and mass M do not change the damping ratios.
     pub(crate) fn new(
         given: &GirderDescription,
         factors: (f64, f64),
@@ -123,7 +123,7 @@ impl Girder {
         }
     }
 
-    /// Σ wₗ φₙ(x + sₗ) for a pole centred at x that lies wholly on the span.
+    /// Σ wₗ φₙ(x + sₗ) for a pole centred at x that is entirely on the span.
     pub(crate) fn shape_under_pole(&self, x: f64, pole: &Pole, row: &mut ShapeRow) {
         match &self.shapes {
             ModeShapes::Sine { filter } => self.sines(x, Some(filter), row),
@@ -148,8 +148,8 @@ impl Girder {
         }
     }
 
-    /// `see(n, filterₙ·sin((n+1)πxⱼ/L))` at several places close together: one sine and cosine
-    /// in their middle, turned to each place.
+    /// `see(n, filterₙ·sin((n+1)πxⱼ/L))` at several places close together: one sine and cosine in
+    /// their middle, rotated to each place.
     pub(crate) fn sines_at_nodes(
         &self,
         places: [f64; NODES],
@@ -171,7 +171,7 @@ impl Girder {
         }
     }
 
-    /// sin(nθ) and its derivatives for θ = πx/L, by turning a unit vector n times by θ.
+    /// sin(nθ) and its derivatives for θ = πx/L, by rotating a unit vector n times by θ.
     fn sines(&self, x: f64, filter: Option<&[f64]>, row: &mut ShapeRow) {
         let base = PI / self.length;
         let (s1, c1) = libm::sincos(base * x);

@@ -35,10 +35,10 @@ pub struct Guideway {
 
 impl Guideway {
     /// Checks and assembles a description. `profile_file` is the text of the file that
-    /// `irregularity.file` names; it is not looked at where none is named.
+    /// `irregularity.file` names; it is ignored if none is named.
     ///
     /// # Errors
-    /// Any entry that makes no sense, with its path.
+    /// The first invalid entry, with its path.
     pub fn new(given: &GuidewayDescription, profile_file: Option<&str>) -> Result<Self, Error> {
         check_counts(given)?;
         let pole = Pole::new(given.pole.length, given.pole.forces)?;
@@ -136,7 +136,7 @@ impl Guideway {
         (self.spans[0].start, self.spans[self.spans.len() - 1].end)
     }
 
-    /// Middle of the middle span (m), where the chirp acts unless described otherwise.
+    /// Middle of the middle span (m), the default position of the chirp.
     pub fn middle(&self) -> f64 {
         middle(&self.spans)
     }
@@ -151,16 +151,16 @@ impl Guideway {
         self.girders.iter().map(|g| g.modes().len()).max().unwrap_or(0)
     }
 
-    /// The span at x, or none on rigid ground. A joint belongs to the span that begins there;
-    /// all shapes are zero at joints, so it does not matter.
+    /// The span at x, or none on rigid ground. At a joint it is the span that begins there; all
+    /// shapes are zero at joints, so the choice does not matter.
     fn span_at(&self, x: f64) -> Option<&Span> {
         let next = self.spans.partition_point(|s| s.start <= x);
         let span = &self.spans[next.checked_sub(1)?];
         (x < span.end).then_some(span)
     }
 
-    /// The span, with its pole filter, if poles centred at all of `places` lie wholly on it and its
-    /// modes are sines.
+    /// The span, with its pole filter, if poles centred at all of `places` are entirely on it and
+    /// its modes are sines.
     pub(crate) fn sines_under_poles(&self, places: &[f64; NODES]) -> Option<(&Span, &[f64])> {
         let reach = self.pole.reach();
         let span = self.span_at(places[0] - reach)?;
@@ -189,7 +189,7 @@ impl Guideway {
         if x + reach <= first || x - reach >= last {
             return;
         }
-        // Across a joint or an end of the guideway: force by force.
+        // Across a joint or an end of the guideway each discrete force is evaluated alone.
         for &(offset, share) in self.pole.points() {
             self.under_point(x + offset, row, |span, row| visit(span, row, share));
         }

@@ -1,9 +1,9 @@
 //! Sums of many harmonics on an equidistant grid.
 //!
-//! Waves of one octave are summed on a grid that is as coarse as they allow, and interpolated to the
-//! next finer grid, where the next octave joins them. Summing blocks of knots around a centre,
-//! cos(θ ± δ) = cos θ cos δ ∓ sin θ sin δ needs one table of cos δ and sin δ for all blocks. Against
-//! summing every harmonic at every knot this costs a twentieth.
+//! Waves of one octave are summed on a grid that is as coarse as they allow, and interpolated to
+//! the next finer grid, where the next octave joins them. Summing blocks of knots around a centre,
+//! cos(θ ± δ) = cos θ cos δ ∓ sin θ sin δ needs one table of cos δ and sin δ for all blocks. This
+//! costs a twentieth of summing every harmonic at every knot.
 
 use std::f64::consts::TAU;
 
@@ -62,8 +62,8 @@ fn by_octave(harmonics: &[Harmonic], spacing: f64) -> Vec<Vec<Harmonic>> {
 /// Longer waves share the coarsest grid.
 const MAX_OCTAVES: i32 = 16;
 
-/// Knots before and after the range that interpolation and differences reach for: an odd knot at
-/// −j needs the coarser knot −(j + 1)/2 − 7, which is within 16 for j up to 16.
+/// Extra knots before and after the range for interpolation and differences: an odd knot at −j
+/// needs the coarser knot −(j + 1)/2 − 7, which is within 16 for j up to 16.
 const REACH: usize = 16;
 
 /// Weights of the knots at ±1/2, ±3/2, … in Lagrange's polynomial of degree 15, in the middle.
@@ -88,7 +88,7 @@ const LANES: usize = 8;
 /// Harmonics whose tables stay in the cache.
 const GROUP: usize = 256;
 
-/// Blocks between phases that are computed anew: rounding stays below 64·ε.
+/// Number of blocks after which phases are recomputed: rounding stays below 64·ε.
 const TURNS: usize = 64;
 
 /// Knots at start + i·spacing, −REACH ≤ i ≤ cells + REACH.
@@ -107,8 +107,8 @@ impl Grid {
         Self { start: self.start, spacing: 2.0 * self.spacing, cells: self.cells.div_ceil(2) }
     }
 
-    /// Values on the next coarser grid interpolated to this one: every other knot is there, those
-    /// between follow from the sixteen around them.
+    /// Values on the next coarser grid interpolated to this one: every other knot is copied, the
+    /// others are interpolated from the sixteen around them.
     fn refine(&self, coarse: &[f64]) -> Vec<f64> {
         // knot i of this grid is knot (i − REACH)/2 of the range; REACH is even
         (0..self.knots())

@@ -12,13 +12,13 @@ use crate::{Error, Pole, Spline};
 /// Most knots of a tabulated profile (24 bytes each).
 const MAX_KNOTS: f64 = 8e6;
 
-/// How far beyond the last span the profile goes on unless described otherwise (m).
+/// Default distance that the profile extends beyond the last span (m).
 pub const RUN_OUT: f64 = 100.0;
 
 /// A profile r(x), twice continuously differentiable, zero outside its range.
 ///
 /// Tabulated with value, slope and curvature at equidistant knots and interpolated by quintic
-/// Hermite polynomials, so that a lookup costs the same whatever the number of harmonics.
+/// Hermite polynomials, so that a lookup costs the same for any number of harmonics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     start: f64,
@@ -28,8 +28,8 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The profile that `given` describes for a guideway from `track.0` to `track.1` (m), or
-    /// none where it is off. `file` is the text of the profile file, if `given` names one.
+    /// The profile that `given` describes for a guideway from `track.0` to `track.1` (m), or none
+    /// if it is off. `file` is the text of the profile file, if `given` names one.
     pub(crate) fn new(
         given: &IrregularityDescription,
         track: (f64, f64),
@@ -91,7 +91,7 @@ impl Profile {
         Ok(Self { start: window.start, spacing, knots })
     }
 
-    /// The profile as averaged under a pole: Σ wₗ r(x + sₗ), as a function of the pole's centre.
+    /// The profile averaged under a pole: Σ wₗ r(x + sₗ), as a function of the pole's centre.
     fn averaged(&self, pole: &Pole) -> Result<Self, Error> {
         let (start, end) = self.range();
         let reach = pole.reach();
@@ -212,14 +212,15 @@ fn check(given: &IrregularityDescription) -> Result<(), Error> {
 
 /// Sum of harmonics with S(Ω) = A/Ω² and random phases.
 ///
-/// The band is cut into bands of equal ratio; each gives one harmonic at its geometric mean Ωₖ
+/// The band is divided into bands of equal ratio; each gives one harmonic at its geometric mean Ωₖ
 /// with amplitude √(2·S(Ωₖ)·ΔΩₖ). With 1/Ω² that is exactly the band's variance. Equal ratios
 /// resolve the long waves, and make the wavenumbers incommensurable, so that the profile does not
 /// repeat. Source: Shinozuka & Deodatis, *Appl. Mech. Rev.* 44 (1991) 191.
 fn harmonics(given: &IrregularityDescription) -> Vec<Harmonic> {
     let (low, high) = (TAU / given.longest_wave, TAU / given.shortest_wave);
     let ratio = libm::pow(high / low, 1.0 / given.lines as f64);
-    // The generator's stream is fixed by its specification; the conversion to [0, 1) is ours.
+    // The generator's stream is fixed by its specification; the conversion to [0, 1) is defined
+    // here.
     let mut random = ChaCha8Rng::seed_from_u64(given.seed);
     let mut edge = low;
     (1..=given.lines)

@@ -1,4 +1,4 @@
-//! State of the girders, exact stepping, and what magnets and mid-spans see.
+//! State of the girders, exact stepping, and motion at magnets and mid-spans.
 
 use serde::{Deserialize, Serialize};
 
@@ -52,7 +52,7 @@ fn taylor(u: &[f64; 4], tau: f64) -> f64 {
 /// Most sub-steps of one step.
 const MAX_SUBSTEPS: u32 = 1_000_000;
 
-/// Scratch memory and cached propagators. Results do not depend on what it held before.
+/// Scratch memory and cached propagators. Results do not depend on its previous content.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     row: ShapeRow,
@@ -84,8 +84,8 @@ impl Workspace {
 }
 
 /// The track surface at one magnet: partial derivatives of deflection u(x, t) and irregularity
-/// r(x). Subscripts name them: `u_tx` is ∂²u/∂t∂x. u is the mean over the magnet's discrete
-/// forces; r at its centre, or the mean as well where so described.
+/// r(x). Subscripts name them: `u_tx` is ∂²u/∂t∂x. u is the mean over the magnet's discrete forces;
+/// r at its centre, or also the mean if the description asks for it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(missing_docs, reason = "the subscripts say it")]
 pub struct Surface {
@@ -183,12 +183,13 @@ impl Guideway {
     /// Advances the state from `time` by `step` (s) under moving loads (eq. 7).
     ///
     /// Exact for modal forces that are polynomials of order up to 3 (standing loads); for moving
-    /// loads see [`nodes`]. Where loads travel far or the chirp turns fast, the step is cut into
-    /// equal sub-steps of at most [`SUBSTEP_PHASE`](crate::SUBSTEP_PHASE). While a force passes a
-    /// joint the modal force has a kink, and that step is of second order only.
+    /// loads see [`nodes`]. If loads travel far or the phase of the chirp changes fast, the step is
+    /// divided into equal sub-steps of at most [`SUBSTEP_PHASE`](crate::SUBSTEP_PHASE). While a
+    /// force passes a joint the modal force has a kink, and that step is of second order only.
     ///
     /// # Errors
-    /// A step that is not positive and finite, loads that are not finite, motion too fast.
+    /// A step that is not positive and finite, loads that are not finite, or loads that move too
+    /// fast.
     pub fn step(
         &self,
         work: &mut Workspace,
@@ -222,7 +223,7 @@ impl Guideway {
         Ok(())
     }
 
-    /// Number of sub-steps that keeps the phase of motion and chirp in bounds.
+    /// Number of sub-steps that limits the phase of motion and chirp.
     fn substeps(&self, limit: f64, loads: &[Load], time: f64, step: f64) -> Result<u32, Error> {
         let travel = loads
             .iter()
@@ -250,7 +251,8 @@ impl Guideway {
         });
     }
 
-    /// Moving loads: shapes at every node, all nodes at once for a pole that stays on its span.
+    /// Moving loads: shapes at every node, evaluated for all nodes together if the pole stays on
+    /// its span.
     fn add_moving_loads(&self, work: &mut Workspace, loads: &[Load], begin: f64, h: f64) {
         let times = nodes().map(|node| begin + node * h);
         let forces = &mut work.forces;
@@ -271,7 +273,7 @@ impl Guideway {
         }
     }
 
-    /// Standing loads: one evaluation of the shapes serves all nodes.
+    /// Standing loads: the shapes are evaluated once for all nodes.
     fn add_standing_loads(&self, work: &mut Workspace, loads: &[Load], begin: f64, h: f64) {
         let times = nodes().map(|node| begin + node * h);
         let forces = &mut work.forces;
@@ -351,7 +353,7 @@ impl Guideway {
         }
     }
 
-    /// The surface at a magnet centred at x; `accelerations` as from
+    /// The surface at a magnet centred at x; `accelerations` is the result of
     /// [`accelerations`](Self::accelerations).
     pub fn surface(
         &self,

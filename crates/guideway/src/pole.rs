@@ -7,11 +7,11 @@ pub const MAX_FORCES: usize = 64;
 
 /// Discrete forces of one magnet: offsets from its centre (m) and shares of its force (sum 1).
 ///
-/// The points are those of Gauss-Legendre quadrature over the pole length. With n points a mode
-/// of wavenumber k feels the evenly spread force to an error of order (kℓ/2)²ⁿ/(2n)!, so that
-/// few forces already stand for the evenly spread one. The same points and shares average the
-/// girder's displacement under the magnet, hence the work of the coupled units is consistent:
-/// force times the rate of the mean displacement is the power of the discrete forces.
+/// The points are those of Gauss-Legendre quadrature over the pole length. With n points a mode of
+/// wavenumber k feels the evenly spread force with an error of order (kℓ/2)²ⁿ/(2n)!, so that a few
+/// forces approximate it well. The same points and shares average the girder's displacement under
+/// the magnet, so the work exchanged by the coupled units is consistent: force times the rate of
+/// the mean displacement is the power of the discrete forces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pole {
     length: f64,

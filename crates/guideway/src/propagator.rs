@@ -45,7 +45,7 @@ impl ModeStep {
     /// It holds for under-, critically and overdamped modes and for ω = 0 alike.
     fn new(mode: &GirderMode, h: f64) -> Self {
         let turn = mode.omega * h;
-        // Measure the rate in units of max(ωh, 1) so that A stays balanced for fast modes.
+        // Rates in units of max(ωh, 1) so that A stays balanced for fast modes.
         let unit = turn.max(1.0);
         let mut a = SMatrix::<f64, 6, 6>::zeros();
         a[(0, 1)] = unit;
@@ -86,7 +86,7 @@ impl ModeStep {
 /// Matrix exponential by Taylor's series of the scaled matrix and repeated squaring.
 ///
 /// Scaled to a norm of at most ½, 18 terms leave ½¹⁹/19! = 2e-23. Written out here rather than
-/// taken from a library so that the platform's logarithm and power do not touch the result.
+/// taken from a library so that the result does not depend on the platform's logarithm and power.
 fn exponential(a: &SMatrix<f64, 6, 6>) -> SMatrix<f64, 6, 6> {
     let norm = a.row_iter().map(|row| row.lp_norm(1)).fold(0.0, f64::max);
     let (mut scaled, mut squarings) = (*a, 0u32);
@@ -122,7 +122,7 @@ fn derivatives_at_start() -> [[f64; NODES]; NODES] {
     d
 }
 
-/// Propagators of the step sizes used last; never part of the state, never of influence on it.
+/// Propagators of the step sizes used last; not part of the state and without influence on it.
 #[derive(Debug, Clone)]
 pub(crate) struct PropagatorCache {
     entries: Vec<ModalPropagator>,
@@ -138,7 +138,7 @@ impl PropagatorCache {
         Self { entries: vec![empty; Self::SIZE], next: 0 }
     }
 
-    /// Index of the propagator for `h`, computed if it is not there.
+    /// Index of the propagator for `h`, computed if it is not in the cache.
     pub fn get(&mut self, h: f64, modes: &[GirderMode]) -> usize {
         if let Some(found) = self.entries.iter().position(|p| p.size.to_bits() == h.to_bits()) {
             return found;
@@ -148,7 +148,7 @@ impl PropagatorCache {
         let entry = &mut self.entries[slot];
         entry.size = h;
         for i in 0..modes.len() {
-            // Spans are mostly alike: take over the neighbour's where the mode is the same.
+            // Most spans are alike: reuse the propagator of an equal mode nearby.
             let twin = (0..i).rev().take(64).find(|&k| modes[k] == modes[i]);
             entry.modes[i] = match twin {
                 Some(k) => entry.modes[k],
@@ -163,12 +163,12 @@ impl PropagatorCache {
     }
 }
 
-/// Largest phase in rad that the motion over the mode shapes, or the chirp, may turn within one
+/// Largest phase in rad that the motion over the mode shapes, or the chirp, may change within one
 /// sub-step.
 ///
 /// At 0.25 rad the cubic through the nodes is off by at most 0.25⁴/(4!·70) = 2.3e-6 of the modal
-/// force within the sub-step. The response of modes with ωh ≲ 1 is far better still, because
-/// quadrature errors cancel at its end.
+/// force within the sub-step. The response of modes with ωh ≲ 1 is much more accurate, because
+/// quadrature errors cancel at the end of the step.
 pub const SUBSTEP_PHASE: f64 = 0.25;
 
 #[cfg(test)]

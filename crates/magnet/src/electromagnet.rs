@@ -13,11 +13,11 @@ pub const MU_0: f64 = 4e-7 * std::f64::consts::PI;
 /// Linear about (i₀, c₀): F = F_s + kᵢ·Δi − k_c·Δc (eq. 1, attraction positive) and
 /// dΔi/dt = (k_c/kᵢ)·dΔc/dt − (R/L₀)·Δi + Δv/L₀ (eq. 2).
 ///
-/// In both laws the flux linkage λ alone makes the force, and Faraday's law λ' = v − R·i moves it:
-/// with Δλ = L₀·(Δi − (k_c/kᵢ)·Δc), eqs 1 and 2 read F = F_s + (kᵢ/L₀)·Δλ and Δλ' = Δv − R·Δi.
-/// That is how they are integrated. The gap's rate has dropped out, so gap and gap rate need not
-/// be told to agree: where they do, the equations are the same; where a master extrapolates
-/// them over a step and errs, the current follows the gap and no error stays behind.
+/// In both laws the force depends only on the flux linkage λ, which follows Faraday's law λ' = v −
+/// R·i: with Δλ = L₀·(Δi − (k_c/kᵢ)·Δc), eqs 1 and 2 read F = F_s + (kᵢ/L₀)·Δλ and Δλ' = Δv − R·Δi.
+/// They are integrated in this form. The gap's rate cancels, so gap and gap rate need not be
+/// consistent: where they are, the equations are the same; where a master extrapolates them over a
+/// step with an error, the current follows the gap and no error remains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Electromagnet {
     /// K = μ₀AN²/4, in N·m²/A².
@@ -32,8 +32,8 @@ pub struct Electromagnet {
     pub current_stiffness: f64,
     /// k_c = μ₀N²A·i₀²/(2c₀³), loss of force per gap, in N/m.
     pub gap_stiffness: f64,
-    /// F₀ = μ₀AN²/4·(i₀/c₀)², in N: the nonlinear law's force at (i₀, c₀). The linear law carries
-    /// the static force F_s in its place.
+    /// F₀ = μ₀AN²/4·(i₀/c₀)², in N: the nonlinear law's force at (i₀, c₀). The linear law uses the
+    /// static force F_s instead.
     pub nominal_force: f64,
     law: Law,
 }
@@ -104,8 +104,8 @@ impl Electromagnet {
         }
     }
 
-    /// Δi, in A, that goes with the flux linkage λ_op + Δλ (Wb) at the gap `gap` (m); λ_op = L₀·i_op
-    /// belongs to the operating current `operating` (A) at the nominal gap.
+    /// Δi, in A, for the flux linkage λ_op + Δλ (Wb) at the gap `gap` (m); λ_op = L₀·i_op is the
+    /// flux linkage of the operating current `operating` (A) at the nominal gap.
     pub fn current_of_flux(&self, gap: f64, operating: f64, flux_deviation: f64) -> f64 {
         let deviation = gap - self.nominal_gap;
         match self.law {
@@ -119,7 +119,7 @@ impl Electromagnet {
         }
     }
 
-    /// Δλ, in Wb, that goes with the current i_op + Δi (A) at the gap `gap` (m): the inverse of
+    /// Δλ, in Wb, for the current i_op + Δi (A) at the gap `gap` (m): the inverse of
     /// [`Electromagnet::current_of_flux`].
     pub fn flux_of_current(&self, gap: f64, operating: f64, deviation: f64) -> f64 {
         let opening = gap - self.nominal_gap;

@@ -1,9 +1,9 @@
-//! What can go wrong, said so that it can be mended.
+//! Errors of a magnet's parameters, inputs and steps.
 
 /// Why a magnet could not be built, started or stepped.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A parameter, input or step size lies outside the range in which the model is defined.
+    /// A parameter, input or step size is outside the range in which the model is defined.
     #[error("{name} is {value}, but must be {must}")]
     OutOfRange {
         /// Name of the quantity, with its unit.
@@ -38,7 +38,7 @@ pub enum Error {
         /// The gap, in m.
         gap: f64,
     },
-    /// The limits switched more often within one step than any smooth course explains.
+    /// The limits switched more often within one step than a smooth input can cause.
     #[error(
         "at t = {time} s the limits on voltage and current switched more than {events} times in \
          one step of {step} s: shorten the step, or widen the limits"

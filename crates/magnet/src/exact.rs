@@ -26,10 +26,10 @@ const COLUMNS: usize = STATES + 4 * INPUTS;
 
 /// One step's map: z(h) = Φ(h)·z(0) + Σₖ Γₖ(h)·w⁽ᵏ⁾(0), k = 0 … 3, stored by columns.
 ///
-/// It is exact for inputs that are polynomials of third order, whatever h: with the input's
-/// derivatives as further states the system is homogeneous, and
-/// exp([[A, B, 0], [0, 0, I], …]·h) holds Φ and all Γ. The derivatives are scaled by hᵏ (time
-/// counted in steps) so that the exponential's entries stay of one size.
+/// It is exact for inputs that are polynomials of third order, for any h: with the input's
+/// derivatives as further states the system is homogeneous, and exp([[A, B, 0], [0, 0, I], …]·h)
+/// holds Φ and all Γ. The derivatives are scaled by hᵏ (time counted in steps) so that the
+/// exponential's entries stay of one size.
 #[derive(Debug, Clone, PartialEq)]
 struct StepMap {
     columns: [[f64; STATES]; COLUMNS],
@@ -89,10 +89,10 @@ fn add(z: &mut [f64; STATES], columns: &[[f64; STATES]], values: &[f64]) {
     }
 }
 
-/// What determines a [`LinearSystem`]: compared to tell whether cached maps still apply.
+/// The numbers that determine a [`LinearSystem`]: cached maps are valid while they are equal.
 pub(crate) type Key = [f64; 13];
 
-/// A magnet as the exact integration needs it.
+/// The data of a magnet that the exact integration uses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LinearMagnet {
     pub system: LinearSystem,
@@ -101,19 +101,19 @@ pub(crate) struct LinearMagnet {
     pub nominal_gap: f64,
 }
 
-/// Step sizes remembered. A caller that forms its steps as differences of times uses a handful
-/// which differ in their last bits.
+/// Number of step sizes in the cache. A caller that computes its steps as differences of times uses
+/// a few sizes that differ in their last bits.
 const REMEMBERED: usize = 8;
 
 /// Caches the maps of recent step sizes.
 ///
-/// A cached map is the value that would be computed anew, so a workspace influences speed only: it
-/// need not be saved with a state, and may be shared between magnets.
+/// A cached map equals the newly computed one, so a workspace affects only the speed: it need not
+/// be saved with a state, and may be shared between magnets.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     key: Key,
     maps: [Option<(f64, StepMap)>; REMEMBERED],
-    /// Where the last map was found, and where the next new one goes.
+    /// Indices of the map used last and of the map to replace next.
     last: usize,
     oldest: usize,
 }

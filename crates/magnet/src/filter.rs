@@ -85,9 +85,9 @@ impl Filter {
     }
 
     /// The state in which the filter rests: for a gap that deviates by Δc (m) and changes at the
-    /// rate ċ (m/s), and a constant acceleration q̈ (m/s²),
-    /// x₁ = 250·Δc, x₂ = 2.5·ċ, and x₃, x₄, x₅ from their equations with x' = 0. The estimated
-    /// acceleration is then zero: a constant accelerometer signal passes for its bias.
+    /// rate ċ (m/s), and a constant acceleration q̈ (m/s²), x₁ = 250·Δc, x₂ = 2.5·ċ, and x₃, x₄, x₅
+    /// from their equations with x' = 0. The estimated acceleration is then zero: a constant
+    /// accelerometer signal is treated as bias.
     pub fn rest(&self, gap_deviation: f64, gap_rate: f64, acceleration: f64) -> [f64; 5] {
         let x1 = POSITION_SCALE * gap_deviation;
         let x2 = VELOCITY_SCALE * gap_rate;

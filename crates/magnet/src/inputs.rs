@@ -1,4 +1,4 @@
-//! What the magnet is told: signals at an instant, and their course over a step.
+//! Inputs of the magnet: at an instant, and as polynomials over a step.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub struct MagnetInputs {
 }
 
 impl MagnetInputs {
-    /// Refuses signals that are not numbers, and a closed gap.
+    /// Checks that all signals are finite and that the gap is open.
     pub(crate) fn check(&self) -> Result<(), Error> {
         finite("gap (m)", self.gap)?;
         finite("gap rate (m/s)", self.gap_rate)?;
@@ -39,11 +39,11 @@ impl MagnetInputs {
     }
 }
 
-/// Course over a step of the signals that drive the state: polynomials of up to third order in the
-/// time since the step's start.
+/// The signals that drive the state, over a step: polynomials of up to third order in the time
+/// since the start of the step.
 ///
-/// The gap moves the filter and the coil; its rate is its own derivative, so the gap rate that the
-/// magnet is told does not enter here.
+/// The gap drives the filter and the coil. The rate used here is the derivative of the gap, not the
+/// input gap rate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InputCourse {
     /// Gap, in m, m/s, …
@@ -59,7 +59,7 @@ impl InputCourse {
         Self { gap: hold(inputs.gap), acceleration: hold(inputs.acceleration) }
     }
 
-    /// The same course seen from `time` later (s): what is left of a step after a part of it.
+    /// The same polynomials, starting `time` (s) later: the rest of a step.
     pub fn after(&self, time: f64) -> Self {
         Self { gap: shift(&self.gap, time), acceleration: shift(&self.acceleration, time) }
     }

@@ -12,13 +12,13 @@
 //! Δc = c − c₀, Δi = i − i_op, Δv = v − R·i_op.
 //!
 //! # Parts
-//! - [`MagnetParameters`] and its parts: what describes a magnet, checked by [`Magnet::new`].
+//! - [`MagnetParameters`] and its parts: the description of a magnet, checked by [`Magnet::new`].
 //! - [`Electromagnet`]: force laws, inductance and coil (eqs 1 and 2).
 //! - [`Filter`]: the dynamic filter (eqs 4 and 5).
 //! - [`lateral_force`]: the restoring force of a magnet displaced sideways.
 //! - [`Magnet`]: all of it together: initialise, step, outputs, derivatives.
 //!
-//! A [`Magnet`] never changes while stepping; all that does is in the small `Copy` value
+//! A [`Magnet`] never changes while stepping; everything that changes is in the small `Copy` value
 //! [`State`]. [`Workspace`] only caches matrices and never influences a result.
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! Which limits a magnet runs into.
+//! Determines which limits of a magnet are active.
 
 use crate::{
     limits::{LimitSide, LimitsAtWork, Point},
@@ -6,7 +6,8 @@ use crate::{
 };
 
 impl Magnet {
-    /// The mode at a point. A current at its bound is held if the voltage would drive it outwards.
+    /// The active limits at a point. A current at its bound is held if the voltage would drive it
+    /// outwards.
     pub(crate) fn mode(&self, point: &Point) -> LimitsAtWork {
         let limits = &self.parameters().limits;
         let voltage = limits.voltage.map_or(LimitSide::Free, |range| range.side(point.command));
@@ -24,7 +25,7 @@ impl Magnet {
         LimitsAtWork { voltage, current }
     }
 
-    /// Whether a mode entered earlier still holds at a point.
+    /// Whether the limits that were active earlier are still active at a point.
     pub(crate) fn holds(&self, mode: LimitsAtWork, point: &Point) -> bool {
         let limits = &self.parameters().limits;
         let voltage = limits.voltage.is_none_or(|range| match mode.voltage {

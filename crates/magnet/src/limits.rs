@@ -1,8 +1,8 @@
-//! Which limits of the power electronics are at work.
+//! Active limits of the power electronics.
 
 use crate::parameters::{PowerLimits, Range};
 
-/// Where a limited quantity stands.
+/// Position of a limited quantity relative to its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LimitSide {
     Free,
@@ -10,8 +10,8 @@ pub(crate) enum LimitSide {
     Upper,
 }
 
-/// Which limits are at work: a pure function of state, inputs and parameters, so nothing of it
-/// needs to be remembered.
+/// The active limits: a pure function of state, inputs and parameters, so they are not part of the
+/// state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LimitsAtWork {
     pub(crate) voltage: LimitSide,
@@ -32,7 +32,7 @@ impl LimitSide {
 impl LimitsAtWork {
     pub(crate) const FREE: Self = Self { voltage: LimitSide::Free, current: LimitSide::Free };
 
-    /// Whether the controller asks for more voltage than there is.
+    /// Whether the controller demands more voltage than is available.
     pub fn voltage_is_limited(self) -> bool {
         self.voltage != LimitSide::Free
     }
@@ -43,7 +43,7 @@ impl LimitsAtWork {
     }
 }
 
-/// The part of the state and of the inputs that decides on the mode.
+/// The part of the state and of the inputs that determines the active limits.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Point {
     pub gap: f64,
@@ -65,7 +65,7 @@ impl Range {
         }
     }
 
-    /// What a current at a bound may be off by: it comes back from the flux with a few roundings.
+    /// Tolerance for a current at a bound: it is computed from the flux with a few roundings.
     pub(crate) fn slack(self) -> f64 {
         16.0 * f64::EPSILON * self.max.abs().max(self.min.abs())
     }

@@ -1,4 +1,4 @@
-//! What the magnet tells: forces, electrical quantities, estimates, and their derivatives.
+//! Outputs of the magnet: forces, electrical quantities, estimates, and their derivatives.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +22,8 @@ pub struct MagnetOutputs {
     pub lateral_force: f64,
     /// Coil current i, in A.
     pub current: f64,
-    /// Voltage v that the controller applies, in V, within the voltage limits. A current limiter
-    /// at work lowers it further inside the power stage.
+    /// Voltage v that the controller applies, in V, within the voltage limits. An active current
+    /// limiter lowers it further inside the power stage.
     pub voltage: f64,
     /// Scaled estimates y₁ … y₅ of eq. 5: gap (250·Δc), gap velocity (2.5·ċ), acceleration
     /// (0.25·q̈), velocity (2.5·q̇), position (250·q).
@@ -62,7 +62,7 @@ pub struct OutputRates {
 /// are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Partials {
-    /// ∂F/∂c, in N/m: not zero only where the current limiter holds the current.
+    /// ∂F/∂c, in N/m: nonzero only while the current limiter holds the current.
     pub force_by_gap: f64,
     /// ∂i/∂c, in A/m: the flux linkage stays when the gap jumps, the current does not.
     pub current_by_gap: f64,
@@ -113,7 +113,7 @@ impl Magnet {
         }
     }
 
-    /// Which limits are at work.
+    /// The active limits.
     pub fn limits_at_work(&self, state: &State, inputs: &MagnetInputs) -> LimitsAtWork {
         let MagnetInputs { gap, gap_rate, acceleration, .. } = *inputs;
         let command = if self.parameters().control.sampling.is_some() {
@@ -143,7 +143,7 @@ impl Magnet {
         let mode = self.limits_at_work(state, inputs);
         let deviation = inputs.gap - self.electromagnet().nominal_gap;
         let filter = self.filter().rates(&state.filter, deviation, inputs.acceleration);
-        // The gap has no feed-through to the estimates, so its rate is not asked for here.
+        // The gap has no feed-through to the estimates, so its rate is not needed here.
         let estimates = self.filter().estimates(&filter, 0.0, rates.jerk);
         let held = self.parameters().control.sampling.is_some() || mode.voltage_is_limited();
         let voltage_rate = if held { 0.0 } else { self.deviation(&filter, rates.jerk) };

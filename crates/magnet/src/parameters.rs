@@ -1,4 +1,4 @@
-//! What describes one magnet and its controller; the defaults are the paper's table 2.
+//! Parameters of one magnet and its controller; the defaults are the paper's table 2.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct MagnetParameters {
     pub resistance: f64,
     /// Nominal gap c₀, in m.
     pub nominal_gap: f64,
-    /// Current i₀ about which the linear law is taken, in A. The nonlinear law has no use for it.
+    /// Current i₀ about which the force is linearised, in A. The nonlinear law does not use it.
     pub operating_current: f64,
     /// Which force law and coil equation hold.
     pub law: Law,
@@ -42,7 +42,7 @@ pub enum Law {
     Nonlinear,
 }
 
-/// The controller: eq. 3 and how it is carried out.
+/// The controller: gains of eq. 3, continuous or sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Controller {
     /// Gains of eq. 3.
@@ -54,8 +54,8 @@ pub struct Controller {
 /// Gains of the control law Δv = k₁·y₃ + k₂·y₄ + k₃·y₅ + k₄·y₂ + k₅·y₁ (eq. 3), in V per unit of
 /// the scaled estimate y (eq. 5).
 ///
-/// The gains follow eq. 3's order, the estimates eq. 5's. Reading the gains in eq. 5's order as
-/// well gives a loop that hardly damps, hence the names.
+/// The gains follow eq. 3's order, the estimates eq. 5's. Applying the gains in eq. 5's order would
+/// give a loop with almost no damping, hence the names.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gains {
     /// k₁, on the estimated acceleration y₃.
@@ -101,7 +101,8 @@ pub struct PowerLimits {
     /// Range of the coil's total voltage v, in V.
     pub voltage: Option<Range>,
     /// Range of the coil's total current i, in A, held by an ideal limiter: at a bound the current
-    /// stays there as long as the voltage would drive it outwards, whatever voltage that takes.
+    /// stays there as long as the voltage would drive it outwards, with any voltage that this
+    /// requires.
     pub current: Option<Range>,
 }
 

@@ -1,5 +1,5 @@
-//! Integration where no closed form applies: the classical fourth-order Runge-Kutta method, with
-//! the instants located at which a limit sets in or lets go.
+//! Integration where no closed form applies: the classical fourth-order Runge-Kutta method, which
+//! locates the instants at which a limit becomes active or inactive.
 //!
 //! Between those instants the right-hand side is smooth: the method keeps its order 4 across them,
 //! which it would lose if it stepped over the kinks. Two switches of the same limit within one
@@ -18,13 +18,13 @@ use crate::{
 type Vector = [f64; 6];
 
 /// Switches of the limits allowed in one call. A continuous controller with poles below 1000 1/s
-/// switches a few times in a step of any use; hundreds mean a fault.
+/// switches a few times in any useful step; hundreds indicate a fault.
 const MAX_EVENTS: usize = 1000;
 
 /// Halvings when a switch is located: to 2⁻⁴⁰ of the method's step, below its error.
 const HALVINGS: usize = 40;
 
-/// What drives the state during an integration.
+/// The inputs of the state during an integration.
 pub(crate) struct Excitation<'a> {
     /// Inputs, relative to the start of the communication step.
     pub course: &'a InputCourse,
@@ -75,7 +75,7 @@ struct Integration<'a> {
 }
 
 impl Integration<'_> {
-    /// One step of the method, cut where a limit sets in or lets go.
+    /// One step of the method, split where a limit becomes active or inactive.
     fn advance(&mut self, z: &mut Vector, start: f64, end: f64) -> Result<(), Error> {
         self.check_gap(0.5 * (start + end))?;
         self.check_gap(end)?;
@@ -101,7 +101,7 @@ impl Integration<'_> {
     }
 
     /// Shortest step, to 2⁻⁴⁰ of `size`, after which the mode no longer holds, by bisection: the
-    /// answer lies on the far side of the switch, so that the next mode is another one.
+    /// result is on the far side of the switch, so that the next set of active limits differs.
     fn locate(&self, z: &Vector, at: f64, size: f64, mode: LimitsAtWork) -> f64 {
         let (mut holds, mut fails) = (0.0, size);
         for _ in 0..HALVINGS {
@@ -147,7 +147,7 @@ impl Integration<'_> {
             };
             voltage - magnet.electromagnet().resistance * self.current(z, gap)
         } else {
-            // Set by `step`; nothing else depends on it.
+            // Set by `step`; not used otherwise.
             0.0
         };
         [a, b, c, d, e, flux_rate]

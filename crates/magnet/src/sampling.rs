@@ -1,4 +1,4 @@
-//! The sampled controller: when it acts, and what it holds in between.
+//! The sampled controller: sampling instants and the voltage held between them.
 
 use crate::{
     Error,
@@ -9,8 +9,8 @@ use crate::{
     system::Magnet,
 };
 
-/// Instants closer than this part of a sample time count as one, so that a step which ends on a
-/// sampling instant by intention does so in spite of rounding.
+/// Instants closer than this fraction of a sample time count as one, so that a step that is meant
+/// to end at a sampling instant does so despite rounding.
 const COINCIDENCE: f64 = 1e-9;
 
 /// Integrates over `size` from `time`, in pieces that end at sampling instants. A sample that falls

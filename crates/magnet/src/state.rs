@@ -1,4 +1,4 @@
-//! All that changes while a magnet steps.
+//! The state of a magnet.
 
 use serde::{Deserialize, Serialize};
 

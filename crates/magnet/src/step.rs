@@ -15,8 +15,8 @@ impl Magnet {
     /// Advances the state over `size` (s) from `time` (s), while the inputs follow `course`.
     ///
     /// Where [`Magnet::is_exact`] holds the result is exact to rounding for any size; otherwise it
-    /// is of fourth order in [`MagnetParameters::integration_step`]. After an error the state is as it
-    /// was before.
+    /// is of fourth order in [`MagnetParameters::integration_step`]. After an error the state is
+    /// unchanged.
     ///
     /// # Errors
     /// A size that is not positive, inputs that are not finite, a gap that closes, or limits that

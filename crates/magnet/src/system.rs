@@ -27,7 +27,7 @@ impl Magnet {
     /// Builds a magnet.
     ///
     /// # Errors
-    /// Whatever [`MagnetParameters::check`] finds.
+    /// The first fault that [`MagnetParameters::check`] finds.
     pub fn new(parameters: MagnetParameters) -> Result<Self, Error> {
         parameters.check()?;
         let electromagnet = Electromagnet::new(&parameters);
@@ -50,7 +50,7 @@ impl Magnet {
         })
     }
 
-    /// What the magnet was built from.
+    /// The parameters of the magnet.
     pub fn parameters(&self) -> &MagnetParameters {
         &self.parameters
     }
@@ -76,7 +76,7 @@ impl Magnet {
         self.exact
     }
 
-    /// Fastest rate in the filter, in 1/s: what [`MagnetParameters::integration_step`] is held against.
+    /// Fastest rate in the filter, in 1/s: the limit for [`MagnetParameters::integration_step`].
     pub fn fastest_rate(&self) -> f64 {
         self.parameters.filter.fastest_rate()
     }
@@ -134,11 +134,11 @@ impl Magnet {
     /// current of rest at that gap, Δi = Δv/R with the voltage that the resting gap alone asks for,
     /// within the limits.
     ///
-    /// At the nominal gap this is the operating point, F = F_s. A gap off by Δc gives
-    /// ΔF = (kᵢ·(k₃ + k₅)·250/R − k_c)·Δc in the linear law: the static stiffness of the
-    /// levitation. A gap rate and an acceleration set the filter only: over the coil's time constant
-    /// L₀/R (0.75 s) they do not last, and the current that they would hold in the end would tear
-    /// a magnet off that starts moving along a slope.
+    /// At the nominal gap this is the operating point, F = F_s. A gap off by Δc gives ΔF = (kᵢ·(k₃
+    /// + k₅)·250/R − k_c)·Δc in the linear law: the static stiffness of the levitation. A gap rate
+    /// and an acceleration set the filter only: they do not last as long as the coil's time
+    /// constant L₀/R (0.75 s), and the current that they would settle at would detach a magnet that
+    /// starts moving along a slope.
     ///
     /// # Errors
     /// Inputs that are not finite, a closed gap, or (nonlinear law) a static force that no current
@@ -157,7 +157,7 @@ impl Magnet {
         Ok(state)
     }
 
-    /// Δi, in A, that a gap at rest off by `deviation` (m) settles at.
+    /// Δi, in A, that a gap at rest that deviates by `deviation` (m) settles at.
     fn resting_current(&self, deviation: f64, operating_current: f64) -> f64 {
         let resistance = self.electromagnet.resistance;
         let voltage = self.deviation(&self.filter.rest(deviation, 0.0, 0.0), 0.0);

@@ -13,10 +13,10 @@ pub(crate) struct Anchor {
     pub start: Vec3,
 }
 
-/// Longitudinal hold at some bodies.
+/// The drive: a spring and damper along the track at each driven body.
 #[derive(Debug, Clone)]
 pub(crate) struct DriveForce {
-    /// Points at the described bodies' centres of mass.
+    /// Centres of mass of the driven bodies.
     pub anchors: Vec<Anchor>,
     /// N/m.
     pub stiffness: f64,

@@ -113,7 +113,8 @@ fn joint(
     let (a, b) = (merged.composite(a), merged.composite(b));
     let (frame_a, frame_b) = if data.kind.has_axis() {
         let (t1, t2) = complement(&sides.axis_a);
-        // the axes may differ within the meeting tolerance: b's frame is squared up to its own
+        // the axes may differ within the meeting tolerance: b's frame is made orthogonal to b's own
+        // axis
         let u1 = (t1 - sides.axis_b * sides.axis_b.dot(&t1)).normalize();
         let u2 = sides.axis_b.cross(&u1);
         ([t1, t2, sides.axis_a], [u1, u2, sides.axis_b])
@@ -141,7 +142,7 @@ fn joint_forces(
         .joint_forces
         .iter()
         .filter_map(|force| {
-            // the check has made sure that the joint exists and has an axis, so is not merged away
+            // the check guarantees that the joint exists and has an axis, so it was not merged
             let joint = joints.iter().position(|j| j.name == force.joint).map(JointIndex)?;
             Some(JointForceElement {
                 joint,

@@ -1,4 +1,5 @@
-//! Which described bodies joints and elements act on: what merging forgets.
+//! The described bodies that joints and elements act on. Merging loses this information, and the
+//! reactions of brackets need it.
 
 use crate::description::{JointKind, VehicleDescription};
 use crate::error::Error;
@@ -19,7 +20,8 @@ pub(crate) struct Bracket {
     pub point: Vec3,
 }
 
-/// Which described bodies joints and elements act on: what merging forgets.
+/// The described bodies that joints and elements act on. Merging loses this information, and the
+/// reactions of brackets need it.
 #[derive(Debug, Clone)]
 pub(crate) struct Attachments {
     pub masses: Vec<f64>,
@@ -72,7 +74,8 @@ impl Attachments {
         })
     }
 
-    /// The bodies that hang together with `start` without `cut`, and whether the ground does.
+    /// The bodies connected to `start` by brackets other than `cut`, and whether the ground is
+    /// among them.
     pub fn side(&self, start: End, cut: usize) -> (Vec<bool>, bool) {
         let ground = self.masses.len();
         let index = |end: End| end.map_or(ground, |member| member.0);

@@ -13,7 +13,7 @@
 //! All blocks live column-major in one flat vector, column by column in elimination order, so the
 //! inner loops run down contiguous columns of known length. Columns come in windows that fit the
 //! first cache, windows in sections that share no coupling: a caller assembles, factors and solves
-//! window by window, so that each block is worked on while it is near, however long the train.
+//! window by window, so that each block is used while it is in the cache, for trains of any length.
 
 use std::ops::Range;
 
@@ -22,8 +22,8 @@ use crate::kernels::{
     Dense, Factor, Leaf, decompose, load, scaled, store, update, update_diagonal, with_size,
 };
 
-/// Index into storage or lists. Half as long as a pointer, for the lists are read with every
-/// evaluation; what it cannot count (34 GB of blocks) fails when memory is asked for.
+/// Index into storage or lists. Half the size of a pointer, because every evaluation reads the
+/// lists. Storage that it cannot index (34 GB of blocks) cannot be allocated.
 pub(crate) type CompactIndex = u32;
 
 /// Shortens an index.
@@ -31,7 +31,7 @@ pub(crate) fn compact(k: usize) -> CompactIndex {
     CompactIndex::try_from(k).unwrap_or(CompactIndex::MAX)
 }
 
-/// What stands on the diagonal of a column.
+/// Kind of a column's diagonal block.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Pivot {
     /// Positive definite.
@@ -42,7 +42,7 @@ pub(crate) enum Pivot {
     Leaf(CompactIndex),
 }
 
-/// One pivot with everything that is below it.
+/// One pivot with the blocks below it.
 #[derive(Debug, Clone)]
 pub(crate) struct PivotColumn {
     pub node: CompactIndex,
@@ -50,7 +50,7 @@ pub(crate) struct PivotColumn {
     pub pivot: Pivot,
     /// Offset of the diagonal block, or of the first block below where a leaf has none.
     pub start: CompactIndex,
-    /// Offset just behind the column's last block.
+    /// Offset of the end of the column's last block.
     pub end: CompactIndex,
     /// Offset of the node's part of a right-hand side.
     pub rhs: CompactIndex,
@@ -69,18 +69,18 @@ impl PivotColumn {
     }
 }
 
-/// A block below a pivot; they follow each other in storage.
+/// A block below a pivot. The blocks of a column are contiguous in storage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Below {
     pub size: BlockSize,
     pub rhs: CompactIndex,
 }
 
-/// A place for a block of the original matrix.
+/// Where a block of the original matrix is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BlockPlace {
     pub offset: CompactIndex,
-    /// True where the storage holds the block (i, j) as asked, false where its transpose.
+    /// True where the storage holds the requested block (i, j), false where it holds its transpose.
     pub as_asked: bool,
 }
 
@@ -91,7 +91,7 @@ pub(crate) struct Vanished {
     pub row: usize,
 }
 
-/// Columns that are worked on together.
+/// Columns that are processed together because they fit the first-level cache.
 #[derive(Debug, Clone)]
 pub(crate) struct ColumnWindow {
     pub columns: Range<usize>,
@@ -109,11 +109,11 @@ pub(crate) struct Factorisation {
     pub targets: Vec<CompactIndex>,
     pub leaves: Vec<Leaf>,
     pub windows: Vec<ColumnWindow>,
-    /// Windows whose columns change none outside of the section.
+    /// Ranges of windows. The columns of a section change no column of another section.
     pub sections: Vec<Range<usize>>,
     /// Length of the block storage.
     pub storage: usize,
-    /// Smallest pivot that counts as not zero, by row of the right-hand side.
+    /// Smallest pivot that counts as nonzero, by row of the right-hand side.
     pub smallest_pivot: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Whether a description makes sense: each complaint names its JSON path.
+//! Validation of a description. Every error names its JSON path.
 
 use std::collections::HashMap;
 
@@ -48,7 +48,7 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>, list: &str) -> Result<(), Er
 fn orientation(q: Option<[f64; 4]>, path: &str) -> Result<(), Error> {
     let Some(q) = q else { return Ok(()) };
     let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-    // a quaternion written with five digits is meant as one
+    // a quaternion written with five digits is accepted as a unit quaternion
     if (norm - 1.0).abs() <= 1e-4 {
         Ok(())
     } else {
@@ -97,10 +97,10 @@ fn check_inertia(inertia: &Mat3, path: &str) -> Result<(), Error> {
 }
 
 impl VehicleDescription {
-    /// Checks everything that can be said without assembling the constraints.
+    /// Checks everything that does not need the assembled constraints.
     ///
     /// # Errors
-    /// [`Error::Invalid`] with the JSON path of the first thing that is wrong.
+    /// [`Error::Invalid`] with the JSON path of the first fault.
     pub fn check(&self) -> Result<(), Error> {
         if self.name.is_empty() {
             return Err(invalid("name", "a name is needed"));

@@ -1,4 +1,4 @@
-//! Brackets merged away: bodies that are fixed to each other become one composite body.
+//! Merging of brackets: bodies that are fixed to each other become one composite body.
 
 use nalgebra::Matrix6;
 
@@ -32,11 +32,11 @@ pub(crate) fn mass_block(composite: &Composite) -> Matrix6<f64> {
     block
 }
 
-/// Where a described body has gone.
+/// A described body in its composite.
 #[derive(Debug, Clone)]
 pub(crate) struct Member {
     pub name: String,
-    /// Index of the composite; the number of composites stands for the ground.
+    /// The composite, or the ground.
     pub composite: BodyIndex,
     /// The body's centre of mass in the composite's axes, from its centre of mass, m.
     pub offset: Vec3,
@@ -78,7 +78,7 @@ impl Merged {
     }
 }
 
-/// Smallest index that hangs together with k by brackets.
+/// Smallest index of the bodies that brackets connect with k.
 fn root(parent: &[usize], mut k: usize) -> usize {
     while parent[k] != k {
         k = parent[k];
@@ -86,11 +86,11 @@ fn root(parent: &[usize], mut k: usize) -> usize {
     k
 }
 
-/// Merges bodies along brackets, and refuses brackets that repeat others.
+/// Merges bodies along brackets. Redundant brackets are an error.
 pub(crate) fn merge(description: &VehicleDescription) -> Result<Merged, Error> {
     let bodies = &description.bodies;
     let names = BodyNames::new(bodies);
-    // the ground stands behind the last body while uniting, so that it wins no root
+    // the ground has the largest index, so that it becomes a root only of a group without bodies
     let ground = bodies.len();
     let mut parent: Vec<usize> = (0..=ground).collect();
     let mut redundant = Vec::new();

@@ -1,4 +1,4 @@
-//! What a vehicle consists of.
+//! Counts of a vehicle's parts.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ pub struct VehicleCounts {
     pub joints: BTreeMap<JointKind, usize>,
     /// Constraint equations of all joints, brackets included.
     pub equations: usize,
-    /// Rank of their Jacobian; equal to `equations`, since redundant joints are refused.
+    /// Rank of their Jacobian; equal to `equations`, since redundant joints are an error.
     pub rank: usize,
     /// Degrees of freedom, 6·bodies − rank.
     pub degrees_of_freedom: usize,

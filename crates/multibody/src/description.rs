@@ -1,9 +1,9 @@
 //! The vehicle file: bodies, joints, force elements, magnets as data (JSON).
 //!
 //! All places are given in the world frame in the initial pose: x forward, y left, z up, in m. A
-//! body's position is its centre of mass. The name `ground` stands for the frame that travels with
-//! the vehicle's nominal speed; it is inertial, so nothing but the position along the track depends
-//! on that speed.
+//! body's position is its centre of mass. The name `ground` is the frame that travels at the
+//! vehicle's nominal speed. The frame is inertial, so only the position along the track depends on
+//! that speed.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ pub const GROUND: &str = "ground";
 pub struct VehicleDescription {
     /// Short name, for example `two-car`.
     pub name: String,
-    /// What this vehicle is, for people.
+    /// Description of the vehicle, for its users.
     #[serde(default)]
     pub description: String,
     /// Gravity in m/s², for example `[0, 0, -9.81]`.
@@ -62,10 +62,11 @@ pub struct Body {
     pub inertia: Inertia,
     /// Centre of mass, m.
     pub position: [f64; 3],
-    /// Attitude as a unit quaternion (w, x, y, z); absent: the body's axes are the world's.
+    /// Attitude as a unit quaternion (w, x, y, z); default: the axes of the world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
-    /// True for a body that only stands for the surroundings: not part of the vehicle's mass.
+    /// True for a body that represents the surroundings. Its mass does not count as mass of the
+    /// vehicle.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reference: bool,
 }
@@ -176,7 +177,8 @@ pub struct Bushing {
     pub body_b: String,
     /// Place of both ends, m.
     pub position: [f64; 3],
-    /// Attitude of the bushing's axes (w, x, y, z); absent: the world's axes in the initial pose.
+    /// Attitude of the bushing's axes (w, x, y, z); default: the axes of the world in the initial
+    /// pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
     /// N/m along the three axes.
@@ -215,13 +217,13 @@ pub struct Spring {
     /// N·s/m.
     #[serde(default)]
     pub damping: f64,
-    /// Length without force, m; absent: the initial length.
+    /// Length at which the spring exerts no force, m; default: the initial length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub free_length: Option<f64>,
 }
 
-/// Spring-damper and constant force in the free coordinate of a joint: the way along the axis (translational, m) or
-/// the angle about it (revolute, rad), both zero in the initial pose.
+/// Spring-damper and constant force in the free coordinate of a joint: the displacement along the
+/// axis (translational, m) or the angle about it (revolute, rad), both zero in the initial pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointForce {
@@ -243,9 +245,9 @@ pub struct JointForce {
 pub struct Drive {
     /// The bodies that are driven, each by a longitudinal force at its centre of mass.
     pub bodies: Vec<String>,
-    /// N/m about the travelled position.
+    /// Stiffness relative to the nominal position along the track, N/m.
     pub stiffness: f64,
-    /// N·s/m about the nominal speed.
+    /// Damping relative to the nominal speed, N·s/m.
     pub damping: f64,
 }
 
@@ -267,7 +269,7 @@ pub struct Observed {
     pub name: String,
     /// The body.
     pub body: String,
-    /// Further points at which accelerations are wanted (ride comfort), m.
+    /// Further points whose accelerations are outputs (ride comfort), m.
     #[serde(default)]
     pub points: Vec<[f64; 3]>,
 }
@@ -312,7 +314,7 @@ impl VehicleDescription {
     }
 }
 
-/// The path as the check writes it: `$` for the whole, also where a key without letters leads.
+/// The path in the notation of the check: `$` for the whole document.
 fn json_path(path: &serde_path_to_error::Path) -> String {
     let text = path.to_string();
     if text.is_empty() || path.iter().next().is_none() { "$".to_owned() } else { text }

@@ -37,8 +37,8 @@ impl VehicleModel {
         }
     }
 
-    /// Accelerations and multipliers of a state under given loads; read them from the workspace.
-    /// Costs next to nothing where the workspace holds them already.
+    /// Accelerations and multipliers of a state under given loads; read them from the workspace. If
+    /// the workspace already holds them, this costs almost nothing.
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::NotFinite`], or [`Error::Argument`] for a wrong length.
@@ -109,7 +109,7 @@ impl VehicleModel {
     }
 
     pub(crate) fn check_finite(&self, time: f64, ws: &Workspace) -> Result<(), Error> {
-        // one sum over everything is cheaper than a test of each, and as telling
+        // one sum over all values is cheaper than a test of each and finds the same
         if ws.solution.iter().sum::<f64>().is_finite() {
             return Ok(());
         }
@@ -124,7 +124,7 @@ impl VehicleModel {
         Err(Error::NotFinite { what, time })
     }
 
-    /// Poses, Jacobians and factors, unless they are those of the very same pose.
+    /// Sets poses, Jacobians and factors, unless the workspace holds those of the same pose.
     pub(crate) fn prepare(
         &self,
         bodies: &[BodyState],
@@ -174,7 +174,7 @@ impl VehicleModel {
     }
 
     /// As `factor`, and solves for the forces in the workspace and γ, section by section while the
-    /// factors are in the nearest cache.
+    /// factors are in the first-level cache.
     pub(crate) fn factor_and_solve(&self, time: f64, ws: &mut Workspace) -> Result<(), Error> {
         for section in &self.solver.sections {
             let windows = &self.solver.windows[section.clone()];
@@ -261,7 +261,7 @@ impl VehicleModel {
         self.gammas(ws);
     }
 
-    /// Q; moments go to body axes and lose ω × J ω.
+    /// Q: the moments in body axes, minus ω × J ω.
     pub(crate) fn applied(&self, ws: &mut Workspace) {
         let Workspace { kin, wrenches, solution, .. } = ws;
         for (k, composite) in self.composites.iter().enumerate() {

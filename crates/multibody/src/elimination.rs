@@ -15,7 +15,7 @@ const DEPENDENT_PIVOT: f64 = 1e-10;
 pub(crate) struct Dependency {
     /// The joint to be named.
     pub node: usize,
-    /// Force by node, all joints that take part.
+    /// Force of each joint that takes a share, by node.
     pub forces: BTreeMap<usize, DVector<f64>>,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Elimination {
     pub strength: Vec<Vec<f64>>,
     pivot: Vec<f64>,
     fill: Vec<usize>,
-    /// Length of the longest row of eliminations that each node waits for.
+    /// Length of the longest chain of eliminations that must precede each node.
     pub level: Vec<usize>,
     pub gone: Vec<Gone>,
 }
@@ -132,7 +132,7 @@ impl Elimination {
         Some(())
     }
 
-    /// Eliminates one group; what cannot go is returned.
+    /// Eliminates one group and returns the nodes that cannot be eliminated.
     pub fn run(&mut self, group: &[usize], safe: f64) -> Vec<usize> {
         let mut alive = group.to_vec();
         while !alive.is_empty() {

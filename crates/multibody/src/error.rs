@@ -1,8 +1,8 @@
-//! What can go wrong, said so that it can be mended.
+//! Errors of the description, of the assembly and of the simulation.
 
 use thiserror::Error;
 
-/// Anything that this crate can refuse or fail at.
+/// An error of this crate.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -14,12 +14,12 @@ pub enum Error {
         /// The reader's message with line and column.
         message: String,
     },
-    /// The description is readable but says something impossible.
+    /// The description is readable but invalid.
     #[error("vehicle description, at `{path}`: {message}")]
     Invalid {
         /// JSON path of the place.
         path: String,
-        /// What is wrong and how to mend it.
+        /// What is wrong and how to fix it.
         message: String,
     },
     /// Some constraint equations follow from the others.
@@ -42,7 +42,7 @@ pub enum Error {
         /// The joint's equation, counted from 0.
         row: usize,
     },
-    /// A number that is not finite turned up.
+    /// A value is not finite.
     #[error("{what} is not finite at t = {time} s")]
     NotFinite {
         /// The quantity.
@@ -122,11 +122,12 @@ pub enum Error {
 /// One dependence among the constraint equations: a state of self-stress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redundancy {
-    /// The joint that can be blamed: the last one that could not be satisfied independently.
+    /// The joint that is reported: the last one that is not independent.
     pub joint: String,
-    /// What this joint constrains a second time, for example `translation along (0.00, 1.00, 0.00)`.
+    /// The direction that this joint constrains a second time, for example `translation along
+    /// (0.00, 1.00, 0.00)`.
     pub direction: String,
-    /// All joints that carry force in the self-stress.
+    /// The other joints that carry force in the self-stress.
     pub together_with: Vec<String>,
 }
 

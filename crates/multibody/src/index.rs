@@ -1,5 +1,6 @@
-//! Indices of bodies, joints, magnets and observed bodies. A type for each, so that none can stand in
-//! for another: a described body and the composite that it was merged into have different numbers.
+//! Indices of bodies, joints, magnets and observed bodies. Each has a type of its own, so that they
+//! cannot be mixed up: a described body and the composite that it belongs to have different
+//! numbers.
 
 use std::ops::{Index, IndexMut};
 
@@ -43,14 +44,14 @@ macro_rules! index_types {
 
 index_types! {
     /// A composite body: index into [`State::bodies`](crate::State::bodies). Inside this crate the
-    /// index after the last body stands for the ground.
+    /// index after the last body is the ground.
     BodyIndex
     /// A body of the description, before fixed joints are merged.
     MemberIndex
     /// A joint that is left after merging, in the order of
     /// [`VehicleModel::joint_names`](crate::VehicleModel::joint_names).
     JointIndex
-    /// A group of jointed bodies. Accelerations depend at once only on forces on the same group.
+    /// A group of jointed bodies. Accelerations depend directly only on forces on the same group.
     ComponentIndex
     /// A magnet, in the order of the description.
     MagnetIndex

@@ -3,11 +3,10 @@
 //!
 //! Equation 9 enforces the constraints only on the level of accelerations, so positions and
 //! velocities would drift. After every internal step the pose is corrected by simplified Newton
-//! steps M δ + Φ_qᵀ μ = 0, Φ_q δ = −Φ and then the velocities by the same with −Φ_q v, both with the
-//! factors of the last stage, whose pose differs from the corrected one by O(h²) of a step: each
-//! correction gains several digits. Where it does not, the matrix is factored anew. So the violation
-//! stays below the tolerances after every step, however long the run: there is nothing left that
-//! could add up.
+//! steps M δ + Φ_qᵀ μ = 0, Φ_q δ = −Φ and then the velocities by the same with −Φ_q v, both with
+//! the factors of the last stage, whose pose differs from the corrected one by O(h²) of a step:
+//! each correction gains several digits. Where it does not, the matrix is factored again. So the
+//! violation stays below the tolerances after every step and does not accumulate.
 
 use crate::error::Error;
 use crate::index::{BodyIndex, JointIndex};
@@ -18,16 +17,16 @@ use crate::rate::BodyRate;
 use crate::state::{BodyState, State};
 use crate::workspace::Workspace;
 
-/// Corrections tried before giving up.
+/// Largest number of corrections.
 const MOST_CORRECTIONS: usize = 12;
-/// A correction that leaves more than this share asks for new factors.
+/// A correction that leaves more than this fraction of the violation triggers a new factorisation.
 const SLOW: f64 = 0.1;
-/// Share of the tolerance that is aimed at. Near singular positions what is left of a violation is
-/// amplified, so corrections go on towards rounding as long as they help.
+/// Fraction of the tolerance at which corrections end. Near singular positions the remaining
+/// violation is amplified, so corrections continue towards rounding as long as they help.
 const AIM: f64 = 0.01;
 
-/// Whether corrections may end: at the aim, or within the tolerance once rounding stops progress or
-/// the corrections are used up.
+/// Whether corrections may end: below the target, or within the tolerance once rounding stops
+/// progress or no correction is left.
 fn closed(violation: f64, before: f64, tolerance: f64, iteration: usize) -> bool {
     let at_an_end = violation > 0.5 * before || iteration >= MOST_CORRECTIONS;
     violation <= AIM * tolerance || (violation <= tolerance && at_an_end)
@@ -114,7 +113,7 @@ impl VehicleModel {
         time: f64,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        // kinematics and Jacobians in the workspace will no longer belong to its factors
+        // kinematics and Jacobians in the workspace will no longer match its factors
         ws.forget();
         self.set_pose(bodies, ws);
         let mut fresh = false;

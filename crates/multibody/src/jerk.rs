@@ -1,12 +1,12 @@
-//! Rates of the accelerations along the motion, out of one evaluation.
+//! Rates of the accelerations along the motion, computed from one evaluation.
 //!
 //! Eq. 9 differentiated in time has the same matrix: with the accelerations a and multipliers λ of
 //! the moment held fixed in the brackets,
 //!
 //! M ȧ + Φ_qᵀ λ̇ = d/dt [Q − Φ_qᵀ λ],  Φ_q ȧ = d/dt [γ − Φ_q a].
 //!
-//! The brackets are differenced centrally along the motion. Neither neighbour needs a factorisation
-//! or a solution; the factors at hand give ȧ and λ̇ by one back-substitution.
+//! The brackets are differenced centrally along the motion. Neither neighbouring state needs a
+//! factorisation or a solution; the existing factors give ȧ and λ̇ by one back-substitution.
 
 use crate::error::Error;
 use crate::index::{BodyIndex, MagnetIndex};
@@ -22,7 +22,7 @@ use crate::workspace::Workspace;
 const DIFFERENCE: f64 = 3e-6;
 
 impl BodyState {
-    /// The body a moment `dt` later (or earlier) by its Taylor series.
+    /// The body at a time `dt` later (or earlier) by its Taylor series.
     fn beside(&self, dt: f64, (v, w): (Vec3, Vec3)) -> Self {
         let turn = self.angular_velocity * dt + w * (0.5 * dt * dt);
         Self {
@@ -36,7 +36,7 @@ impl BodyState {
 
 impl VehicleModel {
     /// Rates of the accelerations along the motion that begins in `state` under `loads`, which
-    /// change by `rates` (N/s), into `probe`; read them with [`VehicleModel::magnet_jerk`]. Where `ws`
+    /// change by `rates` (N/s), into `probe`; read them with [`VehicleModel::magnet_jerk`]. If `ws`
     /// already holds the accelerations, this costs less than another evaluation of them.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl VehicleModel {
         self.check_finite(state.time, probe)
     }
 
-    /// Q − Φ_qᵀ λ and γ − Φ_q a a moment `dt` beside the state, with the a and λ in `ws`, into
+    /// Q − Φ_qᵀ λ and γ − Φ_q a at a time `dt` from the state, with a and λ from `ws`, into
     /// `probe.solution`.
     fn imbalance(&self, bodies: &[BodyState], dt: f64, ws: &Workspace, probe: &mut Workspace) {
         for (k, (body, kin)) in bodies.iter().zip(&mut probe.kin).enumerate() {

@@ -10,7 +10,7 @@
 //! | revolute | d = 0, t1_a·n_b = 0, t2_a·n_b = 0 |
 //! | translational | t1_a·d = 0, t2_a·d = 0, t1_a·n_b = 0, t2_a·n_b = 0, t1_a·t2_b = 0 |
 //!
-//! Brackets have been merged away before.
+//! Brackets are merged before and have no equations here.
 
 use crate::description::JointKind;
 use crate::index::BodyIndex;
@@ -21,10 +21,10 @@ use crate::state::Kinematics;
 /// Coefficients of (v, ω) in one equation.
 pub(crate) type JacobianRow = [f64; 6];
 
-/// Of any joint that is not merged away.
+/// Largest number of equations of a joint that is not merged.
 const MOST_EQUATIONS: usize = 5;
 
-/// A joint between two composite bodies; the index behind the last body is the ground.
+/// A joint between two composite bodies; the index after the last body is the ground.
 #[derive(Debug, Clone)]
 pub(crate) struct JointConstraint {
     pub name: String,
@@ -192,7 +192,7 @@ impl JointConstraint {
         }
     }
 
-    /// What the multipliers of this joint mean: force and moment on b, world axes, up to sign.
+    /// Force and moment on b that the multipliers of this joint represent, world axes.
     pub fn reaction(&self, kin: &[Kinematics], multipliers: &[f64]) -> (Vec3, Vec3) {
         let (a, b) = (&kin[self.a], &kin[self.b]);
         let mut force = Vec3::zeros();
@@ -211,7 +211,8 @@ impl JointConstraint {
         (-force, -moment)
     }
 
-    /// Way along the axis (translational) or angle about it (revolute, in (−π, π]), and its rate.
+    /// Displacement along the axis (translational) or angle about it (revolute, in (−π, π]), and
+    /// its rate.
     pub fn coordinate(&self, kin: &[Kinematics]) -> (f64, f64) {
         let (a, b) = (&kin[self.a], &kin[self.b]);
         let n = a.turn(&self.frame_a[2]);

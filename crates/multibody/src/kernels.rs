@@ -161,7 +161,7 @@ impl Factor<6> for Leaf {
 }
 
 /// D = L diag(d) Lᵀ, in place: L below the diagonal by columns, 1/d on it. No square roots: their
-/// latency would dominate. What stands above the diagonal is never read. An error is the row whose
+/// latency would dominate. Entries above the diagonal are never read. The error is the row whose
 /// pivot is too small.
 #[inline(always)]
 pub(crate) fn decompose<const P: usize>(

@@ -1,4 +1,4 @@
-//! Where the blocks of a factorisation are stored and in what turn they are worked on.
+//! Storage layout and processing order of a factorisation's blocks.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -10,11 +10,11 @@ use crate::block::{
 use crate::elimination::{Elimination, Gone};
 use crate::kernels::Leaf;
 
-/// Most columns of a window: some 25 kB, half of a first cache of 48 kB, and enough independent
-/// columns side by side.
+/// Largest number of columns of a window: about 25 kB, half of a first-level cache of 48 kB, and
+/// enough independent columns to overlap.
 const WINDOW: usize = 56;
 
-/// Share of a row's full strength at which a moving mechanism counts as singular.
+/// Fraction of a row's full strength at which a moving mechanism counts as singular.
 const VANISHING_PIVOT: f64 = 1e-12;
 
 /// The result of the analysis.
@@ -33,7 +33,7 @@ impl Analysis {
     }
 }
 
-/// Columns in the turn in which they are worked on.
+/// Columns in processing order.
 struct Sequence<'a> {
     columns: Vec<&'a Gone>,
     /// Ranges of columns.
@@ -42,11 +42,11 @@ struct Sequence<'a> {
     sections: Vec<Range<usize>>,
 }
 
-/// The elimination order arranged for the processor, without any other fill since every column still
-/// comes after all that change it. First what changes a column is brought close before it (a
-/// postorder of the elimination tree), so that little is read from far away. Then, window by window,
-/// columns that do not wait for each other come side by side, so that several are under way while
-/// the divisions of a pivot take their time.
+/// Rearranges the elimination order for the processor. The fill stays the same, since every column
+/// still comes after all columns that change it. First the columns that change a column are placed
+/// close before it (a postorder of the elimination tree), so that data is reused from the cache.
+/// Then, window by window, independent columns are placed next to each other, so that several are
+/// in progress while the divisions of a pivot complete.
 fn sequence(gone: &[Gone]) -> Sequence<'_> {
     let rank: HashMap<usize, usize> = gone.iter().enumerate().map(|(k, g)| (g.node, k)).collect();
     let mut level = vec![0_usize; gone.len()];
@@ -67,7 +67,7 @@ fn sequence(gone: &[Gone]) -> Sequence<'_> {
     for root in roots {
         let first = order.len();
         let mut pending = vec![root];
-        // from the root down, each before its children, then turned round
+        // from the root down, each before its children, then reversed
         while let Some(k) = pending.pop() {
             order.push(k);
             pending.append(&mut children[k]);
@@ -81,8 +81,8 @@ fn sequence(gone: &[Gone]) -> Sequence<'_> {
     Sequence { columns: order.into_iter().map(|k| &gone[k]).collect(), windows, sections }
 }
 
-/// Cuts a tree of columns into windows that form a section, or adds a small one to the last section
-/// where that is a window with room left.
+/// Splits a tree of columns into windows that form a section, or adds a small tree to the last
+/// section if that is one window with room left.
 fn add_tree(tree: Range<usize>, windows: &mut Vec<Range<usize>>, sections: &mut Vec<Range<usize>>) {
     if let (Some(window), Some(section)) = (windows.last_mut(), sections.last())
         && section.len() == 1
@@ -101,10 +101,10 @@ fn add_tree(tree: Range<usize>, windows: &mut Vec<Range<usize>>, sections: &mut 
     sections.push(first..windows.len());
 }
 
-/// The parts of a factorisation while they are listed.
+/// A factorisation under construction.
 struct LayoutBuilder<'a> {
     elimination: &'a Elimination,
-    /// Turn of each node.
+    /// Position of each node in the elimination order.
     rank: Vec<usize>,
     /// Offset of each node's part of a right-hand side.
     rhs: Vec<CompactIndex>,
@@ -114,12 +114,12 @@ struct LayoutBuilder<'a> {
     below: Vec<Below>,
     leaves: Vec<Leaf>,
     places: HashMap<(usize, usize), BlockPlace>,
-    /// Nodes below each column, in turn.
+    /// Nodes below each column, in elimination order.
     orders: Vec<Vec<usize>>,
 }
 
 impl LayoutBuilder<'_> {
-    /// Makes room for a block and its transpose.
+    /// Reserves storage for a block.
     fn place(&mut self, i: usize, j: usize) -> CompactIndex {
         let offset = compact(self.storage);
         self.places.insert((j, i), BlockPlace { offset, as_asked: false });
@@ -173,7 +173,7 @@ impl LayoutBuilder<'_> {
         targets
     }
 
-    /// What each window has to make before its columns change anything.
+    /// What each window has to assemble before its columns are eliminated.
     fn windows(&self, ranges: &[Range<usize>], targets: &[CompactIndex]) -> Vec<ColumnWindow> {
         // first window that touches a block, by offset
         let mut first: HashMap<CompactIndex, usize> = HashMap::new();
@@ -204,8 +204,8 @@ impl LayoutBuilder<'_> {
         windows
     }
 
-    /// Gives each node to the first window that touches one of its blocks; all of them are made
-    /// there.
+    /// Assigns each node to the first window that touches one of its blocks; that window assembles
+    /// all of them.
     fn assign_nodes(&self, first: &mut HashMap<CompactIndex, usize>, windows: &mut [ColumnWindow]) {
         let bodies = self.elimination.sample.bodies;
         for (node, partners) in self.elimination.partners.iter().enumerate() {
@@ -214,7 +214,7 @@ impl LayoutBuilder<'_> {
                 let partners = if node < bodies { own } else { partners };
                 partners.iter().filter_map(|&n| self.places.get(&(node, n))).map(|p| p.offset)
             };
-            // a leaf has nothing to be made
+            // a leaf has nothing to assemble
             let Some(w) = offsets().filter_map(|offset| first.get(&offset).copied()).min() else {
                 continue;
             };
@@ -237,7 +237,8 @@ impl LayoutBuilder<'_> {
 }
 
 /// Lays out the storage in elimination order and lists the updates. Bodies that nothing eliminated
-/// before them changes are leaves if `constant` says that their diagonal blocks never change.
+/// before them changes are leaves if `constant` is set, which means that their diagonal blocks
+/// never change.
 pub(crate) fn layout(
     elimination: &Elimination,
     components: Vec<usize>,

@@ -1,14 +1,16 @@
 //! Constrained rigid multibody dynamics in body coordinates with Lagrange multipliers (eqs 9-12).
 //!
-//! A vehicle is data ([`VehicleDescription`], JSON). [`VehicleModel::new`] checks it, merges fixed joints, finds
-//! redundant ones and prepares the block-sparse solver; the [`VehicleModel`] never changes afterwards. All
-//! that changes is a [`State`], a plain value. [`VehicleModel::step`] advances it under forces on the
-//! magnets, [`VehicleModel::equilibrium`] finds where it hangs at rest.
+//! A vehicle is data ([`VehicleDescription`], JSON). [`VehicleModel::new`] checks it, merges fixed
+//! joints, finds redundant ones and prepares the block-sparse solver; the [`VehicleModel`] never
+//! changes afterwards. The [`State`] holds everything that changes; it is a plain value.
+//! [`VehicleModel::step`] advances it under forces on the magnets, [`VehicleModel::equilibrium`]
+//! finds its static equilibrium.
 //!
 //! # Coordinates
 //! Each rigid body has the position r of its centre of mass and a unit quaternion p; velocities are
-//! v (world axes) and ω (body axes), so the mass matrix diag(m I, J) is constant. x forward, y left,
-//! z up, in a world frame that travels with the vehicle's nominal speed. No angle is taken for small.
+//! v (world axes) and ω (body axes), so the mass matrix diag(m I, J) is constant. x forward, y
+//! left, z up, in a world frame that travels with the vehicle's nominal speed. No small-angle
+//! approximation is made.
 //!
 //! | symbol | meaning | size | unit | in the code |
 //! |---|---|---|---|---|
@@ -22,22 +24,23 @@
 //! | λ | multipliers, the joints' reactions | m | N, N·m | [`Workspace::multipliers`] |
 //!
 //! # Equation 9
-//! M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ. Bodies that brackets tie together are merged first (two-car train:
-//! 105 bodies and 502 equations become 80 and 352). Force elements do not couple accelerations, so
-//! the matrix falls apart into groups of jointed bodies, each bogie and the cars. It is factored by
-//! blocks, LDLᵀ on the graph of bodies (6×6) and joints (3×3, 5×5), in an order of least fill that is
-//! found once: a body may be eliminated at any time, a joint once its pivot has become regular. A
-//! joint whose pivot never does repeats what others constrain: it is named, with the direction
-//! ([`Error::Redundant`]). A pivot that vanishes on the way is [`Error::Singular`] with time and joint.
+//! M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ. Bodies joined by brackets are merged first (two-car train: 105
+//! bodies and 502 equations become 80 and 352). Force elements do not couple accelerations, so the
+//! matrix separates into groups of jointed bodies: each bogie, and the cars. It is factored by
+//! blocks, LDLᵀ on the graph of bodies (6×6) and joints (3×3, 5×5), in an order of least fill that
+//! is determined once. A body may be eliminated at any time, a joint as soon as its pivot is
+//! regular. A joint whose pivot never becomes regular is redundant and is reported with the
+//! direction ([`Error::Redundant`]). A pivot that vanishes during the simulation is
+//! [`Error::Singular`] with time and joint.
 //!
 //! # Integration and drift
 //! Classical Runge-Kutta of fourth order on (r, p, v, ω), in equal internal steps; loads are
 //! polynomials in time. After every internal step poses and velocities are projected on the
-//! constraints in the metric of M, by simplified Newton steps with the factors at hand. Corrections go
-//! on until a violation is a hundredth of [`Tolerances`] (1e-11 m, rad and per second) or at rounding;
-//! one beyond the tolerance is an error, so nothing can add up however long the run. Measured over an
-//! hour of rough running of one bogie in steps of 1 ms: 1.3e-14 m or rad and 1.0e-13 m/s or rad/s
-//! (`invariant_joints_stay_closed_over_an_hour`).
+//! constraints in the metric of M, by simplified Newton steps with the factors of the last
+//! evaluation. Corrections continue until a violation is a hundredth of [`Tolerances`] (1e-11 m,
+//! rad and per second) or at rounding; one beyond the tolerance is an error, so violations do not
+//! accumulate. Measured over an hour of rough running of one bogie in steps of 1 ms: 1.3e-14 m or
+//! rad and 1.0e-13 m/s or rad/s (`invariant_joints_stay_closed_over_an_hour`).
 //!
 //! `README.md` beside this crate's manifest has an example and the conventions.
 //!

@@ -14,7 +14,8 @@ pub struct BodyShape {
     pub displacement: Vector3<Complex<f64>>,
     /// Body axes.
     pub rotation: Vector3<Complex<f64>>,
-    /// Share in yᴴ M_r y, which for a vibration about rest is the body's share in the kinetic energy.
+    /// Fraction of yᴴ M_r y, which for a vibration about rest is the body's fraction of the kinetic
+    /// energy.
     pub share: f64,
 }
 
@@ -31,7 +32,8 @@ pub struct Linearisation {
     pub damping: DMatrix<f64>,
     /// K_r; symmetric where all forces have a potential and the state is an equilibrium.
     pub stiffness: DMatrix<f64>,
-    /// Eigenvalues in 1/s, slowest first, of a conjugate pair the one with positive imaginary part.
+    /// Eigenvalues in 1/s, slowest first, of a conjugate pair only the one with positive imaginary
+    /// part.
     pub eigenvalues: Vec<Complex<f64>>,
     /// Mass matrices of the bodies in the axes of `basis`.
     pub(crate) body_masses: Vec<Matrix6<f64>>,
@@ -51,7 +53,7 @@ pub fn damping_ratio(eigenvalue: Complex<f64>) -> f64 {
 }
 
 impl Linearisation {
-    /// Number of reduced coordinates: unknowns of the bodies less the rank.
+    /// Number of reduced coordinates: 6 per body minus the rank.
     #[must_use]
     pub fn degrees_of_freedom(&self) -> usize {
         self.mass.nrows()
@@ -61,7 +63,7 @@ impl Linearisation {
     /// several modes share an eigenvalue to all digits, this is one of their combinations.
     ///
     /// # Errors
-    /// [`Error::Eigenvalues`] where λ is no eigenvalue.
+    /// [`Error::Eigenvalues`] if λ is not an eigenvalue.
     pub fn shape(&self, eigenvalue: Complex<f64>) -> Result<Vec<BodyShape>, Error> {
         let y = self.reduced_shape(eigenvalue)?;
         let motion = self.basis.map(Complex::from) * y;
@@ -92,7 +94,7 @@ impl Linearisation {
     /// y of a mode, of unit norm.
     fn reduced_shape(&self, eigenvalue: Complex<f64>) -> Result<DVector<Complex<f64>>, Error> {
         let failed = || Error::Eigenvalues { eigenvalue: Some((eigenvalue.re, eigenvalue.im)) };
-        // a little beside the eigenvalue, so that there is something to divide by
+        // slightly off the eigenvalue, so that the matrix is not singular
         let beside = eigenvalue + Complex::from(1e-9 * natural_frequency(eigenvalue).max(1e-3));
         let pencil = |at: Complex<f64>| {
             let (square, mut sum) = (at * at, self.stiffness.map(Complex::from));
@@ -102,7 +104,8 @@ impl Linearisation {
             sum
         };
         let factors = pencil(beside).lu();
-        // any start with a part of every mode does; this one is the same on every machine
+        // any start vector with a component of every mode works; this one is the same on every
+        // machine
         let mut y = DVector::from_fn(self.degrees_of_freedom(), |k, _| {
             let t = k as f64 + 1.0;
             Complex::new((1.7 * t * t).sin(), (0.3 + 2.3 * t).cos())
@@ -117,7 +120,7 @@ impl Linearisation {
             }
             y /= Complex::from(size);
         }
-        // the turn of a complex vector is arbitrary: its largest component becomes real
+        // the phase of a complex vector is arbitrary: its largest component is made real
         let largest = y.iter().copied().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
         if let Some(largest) = largest {
             y *= largest.conj() / Complex::from(largest.norm_sqr().sqrt());

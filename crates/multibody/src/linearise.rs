@@ -10,12 +10,13 @@
 //! where α = ξ̇ is the acceleration that eq. 9 gives, and G y = −L (ξ₀ × η), zero for a state at rest.
 //! Eliminating z leaves M_r ÿ + C_r ẏ + K_r y = 0, M_r = NᵀMN.
 //!
-//! The derivatives are central differences of the whole nonlinear equation 9. Each displaced pose has
-//! its joints closed again, so it stands on the constraints to all orders, and with it the directions
-//! of the reactions: the geometric stiffness of preloads, gravity and joint forces is in K_r.
+//! The derivatives are central differences of the whole nonlinear equation 9. Each displaced pose
+//! has its joints closed again, so it satisfies the constraints to all orders, and so do the
+//! directions of the reactions: the geometric stiffness of preloads, gravity and joint forces is in
+//! K_r.
 //!
 //! A state at rest is linearised exactly, and so is a steady motion whose twists ξ₀ are constant (a
-//! spinning top). For any other motion the matrices are those of the frozen moment.
+//! spinning top). For any other motion the matrices are those of the instant.
 
 use nalgebra::linalg::Schur;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -30,8 +31,8 @@ use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Pivots of Φ_qᵀ below this share of the largest count as none. Rows of Φ_q are of size one, proper
-/// pivots of the train are above 1e-2, and rounding leaves 1e-14.
+/// Pivots of Φ_qᵀ below this fraction of the largest count as zero. Rows of Φ_q are of size one,
+/// proper pivots of the train are above 1e-2, and rounding leaves 1e-14.
 const RANK_THRESHOLD: f64 = 1e-9;
 /// Displacements (m, rad) for differences. Truncation: (DISPLACED²/6) times a third derivative, 1e-10
 /// of a stiffness whose force is curved within a metre or a radian. Rounding: accelerations are known
@@ -43,8 +44,8 @@ const DISPLACED: f64 = 1e-5;
 const MOVED: f64 = 1e-3;
 /// Sweeps of the QR iteration per eigenvalue before giving up.
 const SWEEPS: usize = 100;
-/// Springs and dampers that act on every magnet in place of the levitation, about the state's own
-/// place and motion.
+/// Springs and dampers at every magnet that replace the levitation, relative to the position and
+/// motion of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MagnetSprings {
     /// Vertical, N/m.
@@ -58,7 +59,7 @@ pub struct MagnetSprings {
 }
 
 impl VehicleModel {
-    /// Linearises about a state under held loads, with springs and dampers at the magnets if wanted.
+    /// Linearises about a state under held loads, with optional springs and dampers at the magnets.
     /// The state's joints must be closed ([`VehicleModel::close_joints`]).
     ///
     /// # Errors
@@ -70,7 +71,7 @@ impl VehicleModel {
         springs: &MagnetSprings,
         ws: &mut Workspace,
     ) -> Result<Linearisation, Error> {
-        // checks lengths and that the state can be evaluated at all
+        // checks the lengths and that the state can be evaluated
         self.accelerations(state, loads, ws)?;
         let (free, rank) = self.free_motions(state, ws);
         let dof = free.ncols();
@@ -145,7 +146,7 @@ impl VehicleModel {
                     rows.push(row);
                 }
             }
-            // filled up with zeros to a square, so that Q is whole
+            // padded with zeros to a square matrix, so that Q is complete
             let mut transposed = DMatrix::zeros(size, size.max(rows.len()));
             for (column, row) in rows.iter().enumerate() {
                 transposed.set_column(column, row);
@@ -171,7 +172,7 @@ impl VehicleModel {
     }
 }
 
-/// Evaluates eq. 9 beside a state.
+/// Evaluates eq. 9 near a state.
 struct LinearisationProbe<'a> {
     model: &'a VehicleModel,
     state: &'a State,
@@ -193,7 +194,8 @@ impl LinearisationProbe<'_> {
         Ok((ahead - behind) / (2.0 * size))
     }
 
-    /// α = ξ̇ = (Aᵀ v̇ − ω × Aᵀ v, ω̇) of all bodies at `size` times the direction beside the state.
+    /// α = ξ̇ = (Aᵀ v̇ − ω × Aᵀ v, ω̇) of all bodies, displaced from the state by `size` times the
+    /// direction.
     fn accelerations(
         &mut self,
         direction: &DVector<f64>,
@@ -233,7 +235,7 @@ impl LinearisationProbe<'_> {
         Ok(result)
     }
 
-    /// Loads with what springs and dampers at the magnets add beside the state.
+    /// Loads plus the forces of the springs and dampers at the magnets for the displaced state.
     fn held(&self, beside: &State) -> [Vec<f64>; 2] {
         let mut vertical = self.loads.vertical.to_vec();
         let mut lateral = self.loads.lateral.to_vec();
@@ -288,7 +290,7 @@ fn first_order(
     matrix
 }
 
-/// Slowest first; of a conjugate pair the upper one.
+/// Slowest first; of a conjugate pair the one with positive imaginary part.
 fn eigenvalues(matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     if matrix.is_empty() {
         return Ok(Vec::new());

@@ -70,7 +70,7 @@ impl VehicleModel {
         &self.counts
     }
 
-    /// Mass of all bodies but those that stand for the surroundings, kg.
+    /// Mass of all bodies except those that represent the surroundings, kg.
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.total_mass
@@ -115,7 +115,7 @@ impl VehicleModel {
         (composite != self.ground()).then_some(composite)
     }
 
-    /// Stands for the ground wherever a body is expected.
+    /// The index that means the ground wherever a body is expected.
     pub(crate) fn ground(&self) -> BodyIndex {
         BodyIndex(self.composites.len())
     }

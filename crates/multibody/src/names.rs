@@ -47,9 +47,9 @@ impl<'a> BodyNames<'a> {
     }
 }
 
-/// Which of the known names may have been meant: the closest, where it is close.
+/// A hint with the known name that is closest in spelling, if one is close enough.
 pub(crate) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // longer names than anybody types by mistake are not worth the search
+    // long names are not searched: nobody types them by hand
     let near = |other: &str| (other.len() <= 64).then(|| distance(name, other));
     let found = if name.len() > 64 {
         None
@@ -62,7 +62,7 @@ pub(crate) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Str
     found.map_or_else(String::new, |(_, other)| format!("; is `{other}` meant?"))
 }
 
-/// How many letters have to be put in, left out or exchanged (Levenshtein).
+/// Levenshtein distance: letters to insert, delete or replace.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

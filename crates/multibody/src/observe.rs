@@ -1,4 +1,4 @@
-//! What can be read off a state: motion of magnets and observed bodies, energies, momentum.
+//! Quantities of a state: motion of magnets and observed bodies, energies, momentum.
 
 use crate::anchor::Anchor;
 use crate::index::{ComponentIndex, MagnetIndex, ObservedIndex};
@@ -68,8 +68,7 @@ impl VehicleModel {
         self.response(ws, &self.watched[k].points[i])
     }
 
-    /// Group of jointed bodies that carries magnet k. Accelerations depend at once on forces on the
-    /// same group only.
+    /// Group of jointed bodies that carries magnet k.
     #[must_use]
     pub fn magnet_component(&self, k: MagnetIndex) -> ComponentIndex {
         self.components[self.magnets[k].body]
@@ -115,8 +114,8 @@ impl VehicleModel {
         self.anchor_acceleration(ws, &self.watched[k].points[i])
     }
 
-    /// Mean velocity along the track relative to the nominal speed: of the driven bodies, or of all
-    /// by mass where nothing is driven, m/s.
+    /// Mean velocity along the track relative to the nominal speed: the mean of the driven bodies,
+    /// or without a drive the mass-weighted mean of all bodies, m/s.
     #[must_use]
     pub fn relative_speed(&self, state: &State) -> f64 {
         if let Some(drive) = self.drive.as_ref().filter(|d| !d.anchors.is_empty()) {

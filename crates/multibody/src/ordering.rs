@@ -1,20 +1,20 @@
 //! Block-sparse LDLᵀ: the symbolic part, done once when a model is assembled.
 //!
 //! Nodes are bodies and joints. Greedy minimum fill: of the nodes that may be eliminated, the one
-//! that creates least new coupling goes next. A body may always go (its pivot is positive definite).
-//! A joint may go only when its current pivot, the Schur complement of what has gone before, is
-//! safely nonsingular in the initial pose: before any of its bodies is eliminated that pivot is
-//! zero, and a beam between two spherical joints can carry only one of them. A joint whose pivot
-//! stays singular when everything else is gone repeats what others constrain already.
+//! that creates the least fill is next. A body may always be eliminated (its pivot is positive
+//! definite). A joint may be eliminated only when its current pivot, the Schur complement of the
+//! nodes eliminated so far, is safely nonsingular in the initial pose: before any of its bodies is
+//! eliminated that pivot is zero, and a beam between two spherical joints can carry only one of
+//! them. A joint whose pivot stays singular after everything else has been eliminated is redundant.
 
 use crate::elimination::{Dependency, Elimination};
 use crate::layout::{Analysis, layout};
 use crate::sample::Sample;
 
 /// Smallest eigenvalue of a joint's scaled pivot at which it may be eliminated early: safely away
-/// from zero for a matrix that is to serve while the mechanism moves.
+/// from zero for a matrix that is used while the mechanism moves.
 pub(crate) const SAFE_WHILE_MOVING: f64 = 1e-4;
-/// The same for a matrix that only serves near the initial pose. Soft and stiff elements side by
+/// The same for a matrix that is used only near the initial pose. Soft and stiff elements side by
 /// side make pivots small there without making them uncertain.
 pub(crate) const SAFE_AT_REST: f64 = 1e-7;
 /// Why a matrix cannot be factored.
@@ -26,7 +26,7 @@ pub(crate) enum AnalysisFailure {
     Unusable(usize),
 }
 
-/// The groups of nodes that hang together, each ascending.
+/// The connected groups of nodes, each in ascending order.
 fn components(sample: &Sample) -> Vec<Vec<usize>> {
     let n = sample.sizes.len();
     let mut seen = vec![false; n];
@@ -53,9 +53,9 @@ fn components(sample: &Sample) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Finds elimination order and storage, or the dependencies among the joints. `safe` is the pivot at
-/// which a joint may be eliminated before its bodies; `constant` says that the bodies' diagonal blocks
-/// never change.
+/// Finds elimination order and storage, or the dependencies among the joints. `safe` is the pivot
+/// at which a joint may be eliminated before its bodies; `constant` means that the bodies' diagonal
+/// blocks never change.
 pub(crate) fn analyse(
     sample: Sample,
     safe: f64,

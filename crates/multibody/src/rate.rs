@@ -1,4 +1,4 @@
-//! Time derivative of a body's state, as the Runge-Kutta schemes add it up.
+//! Time derivative of a body's state, as summed by the Runge-Kutta schemes.
 
 use crate::math::{Quat, Vec3, rate};
 use crate::state::BodyState;

@@ -1,8 +1,8 @@
 //! Reactions of the joints: force and moment that a joint passes from body a to body b.
 //!
-//! A joint that is left after merging carries −Φ_qᵀ λ. A bracket has no multipliers; what it carries
-//! follows from Newton's and Euler's equations of all bodies on one side of it: their masses times
-//! their accelerations, less everything that acts on them from elsewhere.
+//! A joint that is left after merging carries −Φ_qᵀ λ. A bracket has no multipliers; its load
+//! follows from the Newton-Euler equations of all bodies on one side of it: mass times acceleration
+//! minus all other forces on them.
 
 use crate::anchor::Anchor;
 use crate::attachments::End;
@@ -14,7 +14,7 @@ use crate::model::VehicleModel;
 use crate::state::{Kinematics, State, Wrench};
 use crate::workspace::Workspace;
 
-/// Force and moment on body b of a joint, world axes. Body a feels the opposite.
+/// Force and moment on body b of a joint, world axes. The opposite acts on body a.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reaction {
     /// N.
@@ -45,11 +45,11 @@ impl WrenchSum<'_> {
 }
 
 impl VehicleModel {
-    /// What a joint passes on to its body b under given loads, brackets included. Springs, dampers
-    /// and drives in the joint's free coordinate are no part of it.
+    /// Force and moment that a joint, bracket or not, exerts on its body b under given loads.
+    /// Springs, dampers and drives in the joint's free coordinate are not included.
     ///
     /// # Errors
-    /// [`Error::Argument`] where no joint has that name, or those of [`VehicleModel::accelerations`].
+    /// [`Error::Argument`] if no joint has that name, or those of [`VehicleModel::accelerations`].
     pub fn reaction(
         &self,
         joint: &str,
@@ -90,7 +90,7 @@ impl VehicleModel {
                 rotation_matrix(c.start.attitude).tr_mul(&(bracket.point - c.start.position));
             body.r + body.turn(&local)
         });
-        // the ground's own share is unknown: take the side without it
+        // the forces on the ground are unknown: take the side without it
         let (inside, grounded) = self.attachments.side(b, k);
         if grounded {
             let (inside, _) = self.attachments.side(a, k);
@@ -101,7 +101,8 @@ impl VehicleModel {
         Reaction { force, moment, point }
     }
 
-    /// What must act on these bodies from outside, about a point, beside all that is known to act.
+    /// Force and moment about a point that must act on these bodies in addition to all known
+    /// forces.
     fn needed(&self, inside: &[bool], point: Vec3, ws: &Workspace) -> Wrench {
         let mut sum = WrenchSum { inside, point, wrench: Wrench::zero() };
         for (k, member) in self.members.iter().enumerate() {
@@ -151,8 +152,8 @@ impl VehicleModel {
 
     /// Forces of springs, bushings and joint springs on the bodies of the sum.
     fn add_elements(&self, sum: &mut WrenchSum, ws: &Workspace) {
-        // each element by itself, so that its two ends can be told apart; one that has both ends on
-        // the same composite meets that composite's double, behind the ground
+        // each element is evaluated alone to separate its two ends; if both are on the same
+        // composite, the second end uses a copy of the composite, stored after the ground
         let mut kin = ws.kin.clone();
         let double = BodyIndex(kin.len());
         kin.push(Kinematics::at_rest());

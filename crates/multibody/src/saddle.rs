@@ -61,7 +61,7 @@ pub(crate) fn places(
             .iter()
             .enumerate()
             .map(|(k, j)| {
-                // the ground's index is no node
+                // the ground is not a node
                 [j.a, j.b]
                     .map(|b| (b.0 < bodies).then(|| analysis.place(bodies + k, b.0)).flatten())
             })

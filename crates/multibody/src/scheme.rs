@@ -1,6 +1,6 @@
 //! Runge-Kutta schemes of the time integration.
 
-/// Explicit Runge-Kutta schemes in which every stage starts from the one before it alone.
+/// Explicit Runge-Kutta schemes in which every stage depends only on the previous one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheme {
     /// The midpoint rule: order 2 with two evaluations.

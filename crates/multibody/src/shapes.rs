@@ -1,4 +1,4 @@
-//! How the reduced coordinates of a linearisation move the magnets.
+//! Displacement of the magnets per reduced coordinate of a linearisation.
 
 use nalgebra::{DMatrix, Matrix3xX, RowDVector};
 

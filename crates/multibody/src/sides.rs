@@ -7,8 +7,9 @@ use crate::math::{Vec3, rotation_matrix};
 use crate::names::BodyNames;
 use crate::numbers::finite;
 
-/// How far the two sides of a joint may stand apart in the initial pose (m, or rad between the
-/// axes). A micrometre is beyond any drawing; what is left is closed before the first step.
+/// Largest distance between the two sides of a joint in the initial pose (m, or rad between the
+/// axes). A micrometre is finer than any drawing. The remaining distance is closed before the first
+/// step.
 pub const MEETING_TOLERANCE: f64 = 1e-6;
 
 /// A joint's two sides in the world, in the initial pose.

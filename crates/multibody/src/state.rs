@@ -1,4 +1,4 @@
-//! What changes while a vehicle moves, and what derives from it.
+//! The state of a vehicle, and kinematics derived from it.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::math::{
     IDENTITY, Mat3, Quat, Vec3, from_rotation_vector, multiply, normalised, rotation_matrix,
 };
 
-/// Motion of one rigid body (a composite of all bodies that brackets tie together).
+/// Motion of one rigid body (a composite of all bodies joined by brackets).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BodyState {
     /// r: centre of mass in the travelling world frame, m.
@@ -28,7 +28,7 @@ impl BodyState {
     }
 }
 
-/// Everything that changes while stepping; a pure value, so saving and restoring it is complete.
+/// Everything that changes while stepping. A plain value: a copy is a complete saved state.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Simulated time, s.
@@ -79,7 +79,7 @@ impl Kinematics {
     #[inline]
     pub fn set_pose(&mut self, body: &BodyState) {
         self.r = body.position;
-        // integration stages leave the unit sphere a little
+        // intermediate stages are not exactly of unit norm
         self.p = normalised(body.attitude);
         self.a = rotation_matrix(self.p);
     }

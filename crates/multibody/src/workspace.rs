@@ -7,9 +7,9 @@ use crate::math::{Quat, Vec3};
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, Wrench};
 
-/// Scratch memory of one thread of evaluations. It never influences results: factors that it
-/// remembers are used only for the very same pose, accelerations only for the very same state and
-/// loads.
+/// Scratch memory of one thread of evaluations. It never influences results: remembered factors are
+/// used only for exactly the same pose, remembered accelerations only for exactly the same state
+/// and loads.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     /// Kinematics of the bodies, the ground last.
@@ -20,8 +20,8 @@ pub struct Workspace {
     /// Pose whose factors `factors` holds.
     pub(crate) factored: Option<()>,
     pub(crate) factored_pose: Vec<(Vec3, Quat)>,
-    /// Whether `solution` is that of the factored pose, of the motion in `kin` and of the loads in
-    /// `vertical` and `lateral`.
+    /// Whether `solution` is the solution for the factored pose, the motion in `kin` and the loads
+    /// in `vertical` and `lateral`.
     pub(crate) evaluated: bool,
     pub(crate) wrenches: Vec<Wrench>,
     /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
@@ -36,7 +36,7 @@ pub struct Workspace {
     pub(crate) lateral: Vec<f64>,
 }
 
-/// Equality that tells 0 from −0, which can lead to different bits.
+/// Bitwise equality: 0 and −0 differ, because they can lead to different results.
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
@@ -69,7 +69,7 @@ impl Workspace {
         self.factored = Some(());
     }
 
-    /// Whether factors of this very pose are remembered.
+    /// Whether factors of exactly this pose are remembered.
     pub(crate) fn has_factors(&self, bodies: &[BodyState]) -> bool {
         self.factored.is_some()
             && bodies.iter().zip(&self.factored_pose).all(|(body, (r, p))| {
@@ -77,7 +77,7 @@ impl Workspace {
             })
     }
 
-    /// Whether `kin` holds these very velocities.
+    /// Whether `kin` holds exactly these velocities.
     pub(crate) fn has_motion(&self, bodies: &[BodyState]) -> bool {
         bodies.iter().zip(&self.kin).all(|(body, kin)| {
             same_bits(body.velocity.as_slice(), kin.v.as_slice())
@@ -85,7 +85,7 @@ impl Workspace {
         })
     }
 
-    /// Whether accelerations of this very state under these very loads are remembered.
+    /// Whether accelerations of exactly this state under exactly these loads are remembered.
     pub(crate) fn has_solution(&self, bodies: &[BodyState], loads: &Loads) -> bool {
         self.evaluated
             && self.has_factors(bodies)

@@ -1,4 +1,4 @@
-//! The builder that declares one variable or one row of variables.
+//! The builder for the declaration of one variable or of a row of variables.
 
 use super::{DeclaredVariable, Interface, TypeAttributes, UnitOfMeasure, VariableRole};
 use crate::values::{Boolean, Integer, NO_SLOT, Real, Text, Var, Vars};
@@ -6,7 +6,7 @@ use crate::values::{Boolean, Integer, NO_SLOT, Real, Text, Var, Vars};
 pub(crate) mod sealed {
     use super::{Draft, TypeAttributes, Var, Vars};
 
-    /// What a declaration has to know of a type.
+    /// Properties of a type that a declaration uses.
     pub trait Declarable: Copy {
         const SELF: Self;
         type Value: Clone + std::fmt::Debug;
@@ -64,7 +64,7 @@ impl sealed::Declarable for Text {
     }
 }
 
-/// A declaration as far as it has got.
+/// A declaration under construction.
 #[doc(hidden)]
 pub struct Draft<T: sealed::Declarable> {
     name: String,
@@ -83,10 +83,10 @@ pub struct Draft<T: sealed::Declarable> {
     display: Option<&'static str>,
 }
 
-/// The declaration of one variable or of a row; counts once [`Declaration::done`] is called.
+/// The declaration of one variable or of a row; takes effect when [`Declaration::done`] is called.
 ///
-/// Says first what the variable is (`input`, `parameter`, `tunable`, `calculated_parameter`,
-/// `output`, `local` or `constant`), then anything else.
+/// Set the role of the variable first (`input`, `parameter`, `tunable`, `calculated_parameter`,
+/// `output`, `local` or `constant`), then everything else.
 #[must_use = "a declaration counts once `done` is called"]
 pub struct Declaration<'i, T: sealed::Declarable, H> {
     interface: &'i mut Interface,
@@ -139,7 +139,7 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
         self.role(VariableRole::Tunable, Some(start.into()))
     }
 
-    /// A number that follows from parameters in initialization mode and stays.
+    /// A value that is computed from parameters in initialization mode and then stays constant.
     pub fn calculated_parameter(self) -> Self {
         self.role(VariableRole::CalculatedParameter, None)
     }
@@ -149,7 +149,7 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
         self.role(VariableRole::Output, None)
     }
 
-    /// A value to look at that is not meant to be connected.
+    /// A value for inspection that is not meant to be connected.
     pub fn local(self) -> Self {
         self.role(VariableRole::Local, None)
     }
@@ -160,19 +160,20 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
     }
 
     /// The variable changes at communication points only. Inputs, outputs and locals that are not
-    /// real are so in any case.
+    /// real are always discrete.
     pub fn discrete(mut self) -> Self {
         self.draft.discrete = true;
         self
     }
 
-    /// Start values element by element, in place of the one start value.
+    /// Start values element by element, instead of one start value for all.
     pub fn starts(mut self, starts: impl IntoIterator<Item = T::Value>) -> Self {
         self.draft.starts = Some(starts.into_iter().collect());
         self
     }
 
-    /// One sentence on the meaning, with sign and frame. In a row, `{k}` becomes the number.
+    /// One sentence that describes the variable, with sign and frame. In a row, `{k}` becomes the
+    /// number.
     pub fn description(mut self, text: impl Into<String>) -> Self {
         self.draft.description = text.into();
         self
@@ -245,38 +246,38 @@ fn element<T: sealed::Declarable>(
 }
 
 impl<H> Declaration<'_, Real, H> {
-    /// The unit.
+    /// The unit of measure.
     pub fn unit(mut self, unit: UnitOfMeasure) -> Self {
         self.draft.unit = Some(unit);
         self
     }
 
-    /// The unit to show values in: one of the unit's display units.
+    /// The unit for displaying values: one of the display units of the unit of measure.
     pub fn display(mut self, name: &'static str) -> Self {
         self.draft.display = Some(name);
         self
     }
 
-    /// Up to which order [`Model::output_derivative`](crate::Model::output_derivative) answers for
-    /// this output; without it, for none.
+    /// Highest order of [`Model::output_derivative`](crate::Model::output_derivative) for this
+    /// output; default 0.
     pub fn derivatives(mut self, order: u32) -> Self {
         self.draft.derivatives = order;
         self
     }
 
-    /// The usual size, greater than 0; scales finite differences and tolerances.
+    /// The nominal value, greater than 0; scales finite differences and tolerances.
     pub fn nominal(mut self, nominal: f64) -> Self {
         self.draft.nominal = Some(nominal);
         self
     }
 
-    /// Smallest value. The kit refuses to set a parameter below it.
+    /// Smallest value. Setting a parameter below it is an error.
     pub fn min(mut self, min: f64) -> Self {
         self.draft.min = Some(min);
         self
     }
 
-    /// Largest value. The kit refuses to set a parameter above it.
+    /// Largest value. Setting a parameter above it is an error.
     pub fn max(mut self, max: f64) -> Self {
         self.draft.max = Some(max);
         self
@@ -284,13 +285,13 @@ impl<H> Declaration<'_, Real, H> {
 }
 
 impl<H> Declaration<'_, Integer, H> {
-    /// Smallest value. The kit refuses to set a parameter below it.
+    /// Smallest value. Setting a parameter below it is an error.
     pub fn min(mut self, min: i32) -> Self {
         self.draft.min = Some(min);
         self
     }
 
-    /// Largest value. The kit refuses to set a parameter above it.
+    /// Largest value. Setting a parameter above it is an error.
     pub fn max(mut self, max: i32) -> Self {
         self.draft.max = Some(max);
         self

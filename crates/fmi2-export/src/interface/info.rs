@@ -1,4 +1,4 @@
-//! What the description says about the unit as a whole.
+//! General data of the unit for its description.
 
 /// The unit's name, origin and default experiment.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +20,7 @@ pub struct DefaultExperiment {
     pub start: f64,
     /// Stop time, s.
     pub stop: f64,
-    /// Communication step that the unit was made for, s.
+    /// Communication step that the unit is designed for, s.
     pub step: f64,
     /// Relative tolerance.
     pub tolerance: Option<f64>,
@@ -28,7 +28,7 @@ pub struct DefaultExperiment {
 
 impl Info {
     /// `model_identifier` is the library's file name without its ending (a C identifier);
-    /// `model_name` is for people.
+    /// `model_name` is for display.
     pub fn new(model_identifier: impl Into<String>, model_name: impl Into<String>) -> Self {
         Self {
             model_identifier: model_identifier.into(),
@@ -42,7 +42,7 @@ impl Info {
         }
     }
 
-    /// One sentence on what the unit models.
+    /// One sentence that describes the unit.
     #[must_use]
     pub fn description(mut self, text: impl Into<String>) -> Self {
         self.description = text.into();

@@ -1,4 +1,4 @@
-//! The interface table: every variable is declared once, and everything else follows from it.
+//! The interface table: every variable is declared once, and everything else is derived from it.
 
 mod declaration;
 mod info;
@@ -19,7 +19,7 @@ use crate::values::{
     StringVar, StringVars, Text, Var, Vars,
 };
 
-/// FMI's causality together with variability and `initial`, as far as a unit needs them.
+/// Combination of FMI's causality, variability and `initial`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum VariableRole {
     Input,
@@ -31,7 +31,7 @@ pub(crate) enum VariableRole {
     Constant,
 }
 
-/// What depends on a variable's type.
+/// The attributes that depend on a variable's type.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TypeAttributes {
     Real {
@@ -65,7 +65,7 @@ pub(crate) struct DeclaredVariable {
     pub(crate) discrete: bool,
     /// Index into the array of its type.
     pub(crate) reference: u32,
-    /// Up to which order its time derivatives are on offer; 0: none.
+    /// Highest order of its time derivatives that is offered; 0: none.
     pub(crate) derivatives: u32,
     pub(crate) data: TypeAttributes,
 }
@@ -81,7 +81,7 @@ impl DeclaredVariable {
     }
 }
 
-/// A row of declared variables of any type, for the dependency lists. Handles convert into it.
+/// A row of declared variables of any type, for the dependency lists. Converts from handles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VariableRow {
     kind: VariableType,
@@ -119,13 +119,14 @@ macro_rules! row {
 }
 row!(Real Integer Boolean Text);
 
-/// Per output (by index of declaration) the variables that it depends on.
+/// Variables that each output (by index of declaration) depends on.
 pub(crate) type Dependencies = BTreeMap<usize, BTreeSet<usize>>;
 
 /// The table of a unit's variables, filled by [`Model::declare`](crate::Model::declare).
 ///
-/// Declaration faults (a name twice, a start value outside its range, …) are collected and end
-/// the instantiation, or the printing of the description, with one message that lists them all.
+/// Declaration faults (a name twice, a start value outside its range, …) are collected. They make
+/// the instantiation, or the printing of the description, fail with one message that lists all of
+/// them.
 #[derive(Debug)]
 pub struct Interface {
     pub(crate) info: Info,
@@ -154,12 +155,12 @@ impl Interface {
         }
     }
 
-    /// Says what the unit is. Required.
+    /// Sets the unit's name, version and default experiment. Required.
     pub fn describe(&mut self, info: Info) {
         self.info = info;
     }
 
-    /// Changes the model's name, where it follows from the resources.
+    /// Changes the model's name, if it depends on the resources.
     pub fn set_model_name(&mut self, name: impl Into<String>) {
         self.info.model_name = name.into();
     }
@@ -221,9 +222,9 @@ impl Interface {
         Declaration::new(self, name.into(), Some(count))
     }
 
-    /// After initialization each of `outputs` depends directly (without a state between) on all of
-    /// `inputs`, and beyond further such calls on nothing else. An output of which nothing is said
-    /// depends on everything, as far as an importer can know.
+    /// After initialization each of `outputs` depends directly (not through a state) on all of
+    /// `inputs`, and on nothing else unless further calls add it. An output without any such call
+    /// counts as dependent on everything.
     ///
     /// Handles of different types are listed as `&[gap.row(), forces.row()]`.
     pub fn depends<I: Into<VariableRow> + Copy>(
@@ -254,8 +255,8 @@ impl Interface {
         }
     }
 
-    /// In initialization mode each of `unknowns` (outputs, calculated parameters) depends on all
-    /// of `knowns` (inputs, parameters), and beyond further such calls on nothing else.
+    /// In initialization mode each of `unknowns` (outputs, calculated parameters) depends on all of
+    /// `knowns` (inputs, parameters), and on nothing else unless further calls add it.
     pub fn initially_depends<I: Into<VariableRow> + Copy>(
         &mut self,
         unknowns: impl Into<VariableRow>,
@@ -289,7 +290,7 @@ impl Interface {
         self.variables.iter().map(|variable| variable.derivatives).max().unwrap_or(0)
     }
 
-    /// Adds a fault of the model's own to the list that ends the instantiation.
+    /// Adds a fault of the model to the list that makes the instantiation fail.
     pub fn fault(&mut self, text: impl Into<String>) {
         self.faults.push(text.into());
     }
@@ -325,7 +326,7 @@ impl Interface {
         unknowns.into_iter().zip(knowns).collect()
     }
 
-    /// Takes up a variable and returns its value reference.
+    /// Adds a variable and returns its value reference.
     fn push(&mut self, mut variable: DeclaredVariable) -> u32 {
         let index = self.variables.len();
         let table = self.by_type.get_mut(variable.kind());

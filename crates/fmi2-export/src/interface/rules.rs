@@ -1,4 +1,4 @@
-//! What the FMI 2.0 text and its readers ask of a declaration.
+//! Rules for declarations, of FMI 2.0 and of importers.
 
 use std::collections::HashMap;
 
@@ -6,10 +6,10 @@ use super::{
     DeclaredVariable, Dependencies, Interface, TypeAttributes, UnitOfMeasure, VariableRole,
 };
 
-/// Longest name that every importer takes.
+/// Longest name that every importer accepts.
 const LONGEST_NAME: usize = 55;
 
-/// Checks one variable by itself.
+/// Checks a single variable.
 pub(super) fn check_variable(variable: &DeclaredVariable, faults: &mut Vec<String>) {
     let DeclaredVariable { name, data, .. } = variable;
     let mut fault = |text: String| faults.push(format!("{name}: {text}"));
@@ -74,7 +74,7 @@ fn check_range<V: PartialOrd + std::fmt::Debug + Copy>(
     }
 }
 
-/// Checks what only the whole table shows.
+/// Checks that need the whole table.
 pub(super) fn check_table(interface: &Interface, faults: &mut Vec<String>) {
     check_info(interface, faults);
     check_units(interface, faults);
@@ -133,7 +133,7 @@ fn check_info(interface: &Interface, faults: &mut Vec<String>) {
     }
 }
 
-/// One name must not mean two units.
+/// A name must not be used for two different units.
 fn check_units(interface: &Interface, faults: &mut Vec<String>) {
     let mut known: HashMap<&str, UnitOfMeasure> = HashMap::new();
     for variable in &interface.variables {
@@ -178,7 +178,7 @@ fn is_identifier(name: &str) -> bool {
         && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// XML 1.0 has no way to write most control characters, and attributes lose line ends.
+/// XML 1.0 cannot represent most control characters, and attributes lose line breaks.
 fn is_printable(text: &str) -> bool {
     !text.chars().any(|c| c.is_control() || c == '\u{FFFE}' || c == '\u{FFFF}')
 }

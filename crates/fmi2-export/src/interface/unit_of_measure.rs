@@ -1,7 +1,7 @@
-//! Physical units with their SI base exponents, and display units.
+//! Units of measure with their SI base exponents, and display units.
 
-/// A physical unit, as FMI describes it: exponents of the SI base units, and
-/// base value = `factor`·value + `offset`.
+/// A unit of measure, as FMI describes it: exponents of the SI base units, and base value =
+/// `factor`·value + `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnitOfMeasure {
     pub(crate) name: &'static str,
@@ -12,7 +12,7 @@ pub struct UnitOfMeasure {
     pub(crate) displays: &'static [DisplayUnit],
 }
 
-/// A unit for showing values: shown value = `factor`·value + `offset`.
+/// A unit for displaying values: shown value = `factor`·value + `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DisplayUnit {
     pub(crate) name: &'static str,
@@ -27,7 +27,7 @@ impl DisplayUnit {
         Self { name, factor, offset: 0.0 }
     }
 
-    /// The same with an offset added to the shown value.
+    /// Adds an offset to the shown value.
     #[must_use]
     pub const fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;
@@ -98,28 +98,28 @@ impl UnitOfMeasure {
         self.with(7, exponent)
     }
 
-    /// How many base units one of this unit is.
+    /// Number of base units in one of this unit.
     #[must_use]
     pub const fn factor(mut self, factor: f64) -> Self {
         self.factor = factor;
         self
     }
 
-    /// What the base unit reads at this unit's zero.
+    /// Value in base units at zero of this unit.
     #[must_use]
     pub const fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;
         self
     }
 
-    /// The units to choose from for showing values.
+    /// The display units to choose from.
     #[must_use]
     pub const fn displays(mut self, displays: &'static [DisplayUnit]) -> Self {
         self.displays = displays;
         self
     }
 
-    /// The unit's name.
+    /// Name of the unit, such as `m/s`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name

@@ -5,10 +5,10 @@ use super::log::CallFailure;
 use crate::ffi;
 
 impl TestInstance {
-    /// Sets the derivative of an order of a real input for the next step.
+    /// Sets a derivative of a real input for the next step.
     ///
     /// # Errors
-    /// There is no such input, or the order or value is refused.
+    /// There is no such input, or the order or value is invalid.
     pub fn set_input_derivative(
         &mut self,
         name: &str,
@@ -23,11 +23,10 @@ impl TestInstance {
         self.check("fmi2SetRealInputDerivatives", status)
     }
 
-    /// Asks for every derivative that an output is declared to offer; `Ok` with their number if all are
-    /// given.
+    /// Reads every derivative that the outputs declare, and returns how many there are.
     ///
     /// # Errors
-    /// The model does not give one that it declares.
+    /// The model does not provide a derivative that it declares.
     pub fn declared_derivatives(&mut self) -> Result<usize, CallFailure> {
         let mut count = 0;
         for (name, highest) in self.offered.clone() {
@@ -39,7 +38,7 @@ impl TestInstance {
         Ok(count)
     }
 
-    /// Derivative of an order of a real output.
+    /// Time derivative of a real output, of the given order.
     ///
     /// # Errors
     /// There is no such output, or the derivative is not offered.
@@ -55,7 +54,7 @@ impl TestInstance {
     /// ∂unknown/∂known.
     ///
     /// # Errors
-    /// A name is not known or not allowed here.
+    /// A name is unknown or not allowed here.
     pub fn derivative(&mut self, unknown: &str, known: &str) -> Result<f64, CallFailure> {
         let (unknown, known) = (self.reference(unknown)?, self.reference(known)?);
         let (seed, mut value) = (1.0, 0.0);

@@ -24,14 +24,14 @@ pub struct TestInstance {
     pub(super) saved: fmi2FMUstate,
 }
 
-// SAFETY: the instance behind the pointers is Send (its model has to be), and is owned.
+// SAFETY: the instance behind the pointers is Send (its model must be), and is owned.
 unsafe impl Send for TestInstance {}
 
 impl TestInstance {
     /// Instantiates the model `M` with the files in the folder `resources`, logging everything.
     ///
     /// # Errors
-    /// The model's resources or declarations are refused.
+    /// The model's resources or declarations are invalid.
     pub fn new<M: Model>(resources: impl AsRef<Path>) -> Result<Self, CallFailure> {
         let call = "fmi2Instantiate";
         let folder = resources.as_ref();
@@ -47,11 +47,11 @@ impl TestInstance {
         Ok(this)
     }
 
-    /// Instantiates with any name, GUID and resource location. Names of variables are not known
-    /// to this instance then, and the methods that take one fail.
+    /// Instantiates with any name, GUID and resource location. This instance then has no names of
+    /// variables, and the methods that take one fail.
     ///
     /// # Errors
-    /// The unit refuses.
+    /// The unit cannot be instantiated.
     pub fn instantiate<M: Model>(
         name: &str,
         guid: &str,
@@ -79,13 +79,13 @@ impl TestInstance {
         Ok(this)
     }
 
-    /// The raw instance, for calls of [`ffi`] that have no method here.
+    /// The raw instance, for functions of [`ffi`] without a method here.
     #[must_use]
     pub fn component(&self) -> fmi2Component {
         self.component
     }
 
-    /// What was logged since the last call of this method or the last failure.
+    /// Messages since the last call of this method or the last failure.
     pub fn messages(&mut self) -> Vec<LoggedMessage> {
         std::mem::take(&mut *self.log.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -105,7 +105,7 @@ impl TestInstance {
     /// Value reference of a real variable.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// There is no such variable.
     pub fn reference(&self, name: &str) -> Result<u32, CallFailure> {
         self.lookup(name, VariableType::Real)
     }
@@ -140,7 +140,7 @@ impl TestInstance {
         self.check("fmi2EnterInitializationMode", status)
     }
 
-    /// Out of initialization mode.
+    /// `fmi2ExitInitializationMode`.
     ///
     /// # Errors
     /// The call fails.
@@ -173,7 +173,7 @@ impl TestInstance {
     /// `fmi2_export_report`.
     ///
     /// # Errors
-    /// There is no answer to this request, or not now.
+    /// There is no answer to this request in this mode.
     pub fn report(&mut self, request: &str) -> Result<String, CallFailure> {
         let call = "fmi2_export_report";
         let request = CString::new(request).unwrap_or_default();
@@ -196,7 +196,7 @@ impl TestInstance {
 
 impl Drop for TestInstance {
     fn drop(&mut self) {
-        // SAFETY: both come from this unit and are freed once; the log outlives them.
+        // SAFETY: both come from this unit and are freed once; the log lives longer.
         unsafe {
             ffi::free_fmu_state(self.component, &raw mut self.saved);
             ffi::free_instance(self.component);

@@ -1,4 +1,4 @@
-//! What a unit logs while it is tested, and the callbacks that collect it.
+//! Messages of a unit under test, and the callbacks that collect them.
 
 use core::ffi::{CStr, c_void};
 use std::sync::{Mutex, PoisonError};
@@ -12,15 +12,15 @@ use crate::Error;
 /// A message that the unit logged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoggedMessage {
-    /// The status it came with.
+    /// Status passed with the message.
     pub status: fmi2Status,
     /// The log category.
     pub category: String,
-    /// The text as it was handed over: a printf format with `%` and `#` doubled.
+    /// The text as passed to the logger: a printf format with `%` and `#` doubled.
     pub text: String,
 }
 
-/// A call that did not return `fmi2OK`, with what the unit logged meanwhile.
+/// A call that did not return `fmi2OK`, with the messages of the unit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{call} returned {status}: {}", .messages.iter().map(|m| m.text.as_str()).collect::<Vec<_>>().join("; "))]
 pub struct CallFailure {
@@ -28,7 +28,7 @@ pub struct CallFailure {
     pub call: &'static str,
     /// What it returned.
     pub status: fmi2Status,
-    /// What was logged since the last failure or [`TestInstance::messages`].
+    /// Messages since the last failure or [`TestInstance::messages`].
     pub messages: Vec<LoggedMessage>,
 }
 
@@ -40,10 +40,10 @@ impl CallFailure {
     }
 }
 
-/// Where the logger writes.
+/// Messages that the logger has collected.
 pub(crate) type MessageLog = Mutex<Vec<LoggedMessage>>;
 
-/// Callbacks as an importer hands them over: the kit needs no more than a logger.
+/// Callbacks as an importer passes them. The kit only uses the logger.
 pub(crate) fn callbacks(log: &MessageLog) -> fmi2CallbackFunctions {
     type Fixed = unsafe extern "C" fn(
         fmi2ComponentEnvironment,
@@ -53,8 +53,8 @@ pub(crate) fn callbacks(log: &MessageLog) -> fmi2CallbackFunctions {
         fmi2String,
     );
     // SAFETY: stable Rust cannot define a variadic function. In the C calling conventions of the
-    // platforms that FMI knows (System V, Windows x64, AAPCS64 and Apple's) the named arguments
-    // of a variadic function travel like those of any other, and the kit passes no others.
+    // platforms that FMI knows (System V, Windows x64, AAPCS64 and Apple's) the named arguments of
+    // a variadic function are passed like those of any other, and the kit passes no others.
     let logger =
         unsafe { std::mem::transmute::<Option<Fixed>, fmi2CallbackLogger>(Some(write_log)) };
     fmi2CallbackFunctions {

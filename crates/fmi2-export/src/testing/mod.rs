@@ -1,4 +1,4 @@
-//! Drives a unit through its C functions from safe Rust: for the tests of unit crates.
+//! Calls a unit through its C functions from safe Rust, for the tests of unit crates.
 //!
 //! ```
 //! # use fmi2_export::{Error, Info, Interface, Model, RealVar, Resources, Step, Values};

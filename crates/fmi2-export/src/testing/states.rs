@@ -17,7 +17,7 @@ impl TestInstance {
         self.check("fmi2GetFMUstate", status)
     }
 
-    /// Back to the state saved last.
+    /// Restores the state that was saved last.
     ///
     /// # Errors
     /// Nothing was saved, or the call fails.
@@ -27,7 +27,7 @@ impl TestInstance {
         self.check("fmi2SetFMUstate", status)
     }
 
-    /// The state as bytes.
+    /// The serialised state.
     ///
     /// # Errors
     /// One of the calls fails.
@@ -45,10 +45,10 @@ impl TestInstance {
         self.check("fmi2SerializeFMUstate", status).map(|()| bytes)
     }
 
-    /// Sets the state that the bytes mean.
+    /// Restores a serialised state.
     ///
     /// # Errors
-    /// They are not a state of this unit.
+    /// The bytes are not a state of this unit.
     pub fn deserialize(&mut self, bytes: &[u8]) -> Result<(), CallFailure> {
         let (pointer, size) = (bytes.as_ptr().cast::<c_char>(), bytes.len());
         // SAFETY: the array has the size stated; the place holds null or the state saved before.

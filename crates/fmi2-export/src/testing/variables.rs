@@ -14,7 +14,7 @@ impl TestInstance {
     /// Value of a real variable.
     ///
     /// # Errors
-    /// There is no such variable, or it has no value now.
+    /// There is no such variable, or it cannot be read in this mode.
     pub fn real(&mut self, name: &str) -> Result<f64, CallFailure> {
         let mut value = [0.0];
         self.reals(&[self.reference(name)?], &mut value)?;
@@ -24,7 +24,7 @@ impl TestInstance {
     /// Values of real variables by value reference.
     ///
     /// # Errors
-    /// There is no such variable, or it has no value now.
+    /// There is no such variable, or it cannot be read in this mode.
     pub fn reals(&mut self, references: &[u32], out: &mut [f64]) -> Result<(), CallFailure> {
         let count = references.len().min(out.len());
         // SAFETY: both arrays have at least `count` elements.
@@ -36,7 +36,7 @@ impl TestInstance {
     /// Sets a real variable.
     ///
     /// # Errors
-    /// There is no such variable, or it may not be set now or to this.
+    /// There is no such variable, or it may not be set in this mode or to this value.
     pub fn set_real(&mut self, name: &str, value: f64) -> Result<(), CallFailure> {
         self.set_reals(&[self.reference(name)?], &[value])
     }
@@ -44,7 +44,7 @@ impl TestInstance {
     /// Sets real variables by value reference.
     ///
     /// # Errors
-    /// There is no such variable, or it may not be set now or to this.
+    /// There is no such variable, or it may not be set in this mode or to this value.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallFailure> {
         let count = references.len().min(values.len());
         // SAFETY: both arrays have at least `count` elements.
@@ -56,7 +56,7 @@ impl TestInstance {
     /// Value of an integer variable.
     ///
     /// # Errors
-    /// There is no such variable, or it has no value now.
+    /// There is no such variable, or it cannot be read in this mode.
     pub fn integer(&mut self, name: &str) -> Result<i32, CallFailure> {
         let (reference, mut value) = (self.lookup(name, VariableType::Integer)?, 0);
         // SAFETY: one of each.
@@ -68,7 +68,7 @@ impl TestInstance {
     /// Sets an integer variable.
     ///
     /// # Errors
-    /// There is no such variable, or it may not be set now or to this.
+    /// There is no such variable, or it may not be set in this mode or to this value.
     pub fn set_integer(&mut self, name: &str, value: i32) -> Result<(), CallFailure> {
         let reference = self.lookup(name, VariableType::Integer)?;
         // SAFETY: one of each.
@@ -80,7 +80,7 @@ impl TestInstance {
     /// Value of a boolean variable.
     ///
     /// # Errors
-    /// There is no such variable, or it has no value now.
+    /// There is no such variable, or it cannot be read in this mode.
     pub fn boolean(&mut self, name: &str) -> Result<bool, CallFailure> {
         let (reference, mut value) = (self.lookup(name, VariableType::Boolean)?, 0);
         // SAFETY: one of each.
@@ -92,7 +92,7 @@ impl TestInstance {
     /// Sets a boolean variable.
     ///
     /// # Errors
-    /// There is no such variable, or it may not be set now or to this.
+    /// There is no such variable, or it may not be set in this mode or to this value.
     pub fn set_boolean(&mut self, name: &str, value: bool) -> Result<(), CallFailure> {
         let (reference, value) = (self.lookup(name, VariableType::Boolean)?, i32::from(value));
         // SAFETY: one of each.
@@ -104,7 +104,7 @@ impl TestInstance {
     /// Value of a string variable.
     ///
     /// # Errors
-    /// There is no such variable, or it has no value now.
+    /// There is no such variable, or it cannot be read in this mode.
     pub fn string(&mut self, name: &str) -> Result<String, CallFailure> {
         let reference = self.lookup(name, VariableType::Text)?;
         let mut value: fmi2String = std::ptr::null();
@@ -119,7 +119,7 @@ impl TestInstance {
     /// Sets a string variable.
     ///
     /// # Errors
-    /// There is no such variable, or it may not be set now; or the text has a NUL.
+    /// There is no such variable, it may not be set in this mode, or the text contains a NUL.
     pub fn set_string(&mut self, name: &str, value: &str) -> Result<(), CallFailure> {
         let call = "fmi2SetString";
         let reference = self.lookup(name, VariableType::Text)?;

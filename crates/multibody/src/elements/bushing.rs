@@ -9,21 +9,22 @@ use crate::state::{Kinematics, Wrench};
 /// f = f0 + K d + C ḋ and m = J_l⁻ᵀ(θ) K_θ θ + C_θ ω_rel, both on a, in axes R fixed to a.
 ///
 /// d = Rᵀ(p_b − p_a) and its rate ḋ as seen from a; θ is the rotation vector of b relative to a,
-/// ω_rel = Rᵀ(ω_b − ω_a). The force pair acts at b's attachment on both bodies, so nothing but the
-/// torque pair m is exchanged besides. With equal stiffness about all axes J_l⁻ᵀ drops out; with
-/// different ones it makes the moment the gradient of ½ θᵀ K_θ θ.
+/// ω_rel = Rᵀ(ω_b − ω_a). The force pair acts at b's attachment on both bodies, so the only other
+/// load is the torque pair m. With equal stiffness about all axes J_l⁻ᵀ cancels; with different
+/// stiffnesses it makes the moment the gradient of ½ θᵀ K_θ θ.
 #[derive(Debug, Clone)]
 pub(crate) struct BushingElement {
     pub a: BodyIndex,
     pub b: BodyIndex,
     /// R at rest in a's axes; `None` where it is a's own axes.
     pub axes: Option<Box<Mat3>>,
-    /// The halves that do anything. Boxed, for most bushings have but one.
+    /// `None` where stiffness, damping and preload are zero. Boxed, because most bushings have only
+    /// one of the two.
     pub translation: Option<Box<Translation>>,
     pub rotation: Option<Box<Rotation>>,
 }
 
-/// The half that holds points together, along R's axes.
+/// The translational part, along R's axes.
 #[derive(Debug, Clone)]
 pub(crate) struct Translation {
     /// Attachments in the bodies' axes, m.
@@ -35,12 +36,12 @@ pub(crate) struct Translation {
     pub preload: Vec3,
 }
 
-/// The half that holds attitudes together, about R's axes.
+/// The rotational part, about R's axes.
 #[derive(Debug, Clone)]
 pub(crate) struct Rotation {
     pub stiffness: Vec3,
     pub damping: Vec3,
-    /// Undoes the relative attitude of the initial pose; `None` where there is none.
+    /// Inverse of the relative attitude in the initial pose; `None` where it is the identity.
     pub untwist: Option<Box<Quat>>,
 }
 
@@ -124,7 +125,7 @@ impl BushingElement {
         energy
     }
 
-    /// The elastic coordinates, without the geometric stiffness of what the element carries.
+    /// The elastic coordinates, without the geometric stiffness of the element's load.
     pub fn elastic_rows(&self, kin: &[Kinematics], sink: &mut impl FnMut(ElasticRow)) {
         let frame = self.frame(kin);
         let (a, b) = (self.a, self.b);

@@ -1,19 +1,19 @@
-//! What the search for an equilibrium is given, and what it finds.
+//! Settings and result of the search for an equilibrium.
 
 use crate::state::State;
 
-/// Law of the lateral guidance: from the load (N), the gap (m) and the offset to the left (m) of a magnet
-/// its lateral force to the left (N) and how fast that falls with the offset (N/m).
+/// Law of the lateral guidance. Arguments: load (N), gap (m) and offset to the left (m) of a
+/// magnet. Result: its lateral force to the left (N) and the restoring stiffness (N/m).
 pub type Guidance<'a> = &'a dyn Fn(f64, f64, f64) -> [f64; 2];
 
-/// How the magnets are held while the equilibrium is sought.
+/// Settings of the search for an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holding {
-    /// K: stiffness at each magnet, N/m. Speeds the search, does not change the result.
+    /// K: stiffness at each magnet, N/m. Speeds up the search and does not change the result.
     pub stiffness: f64,
     /// σ: inertial regularisation, 1/s².
     pub inertia: f64,
-    /// Iterations before giving up.
+    /// Largest number of iterations.
     pub iterations: usize,
 }
 

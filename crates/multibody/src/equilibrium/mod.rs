@@ -1,23 +1,24 @@
 //! Static equilibrium with the magnets at the nominal gap below the track.
 //!
-//! A vehicle that hangs on given forces has no equilibrium of its own. So each magnet-carrying body
+//! A vehicle that is held by given forces has no unique equilibrium. So each magnet-carrying body
 //! is held by equal stiff springs K at its magnets, acting on the rigid-body fit of the magnets'
 //! deviations from their places below the track, d = P (z_target − z) with P the orthogonal
-//! projection on motions of a rigid body (heave, pitch, roll, as far as the magnets can tell them
-//! apart). The magnets' loads follow by L ← L + K d (augmented Lagrangian) until d vanishes: what is
-//! left are the loads alone, linear along each rigid body, hence of least norm where the body is
+//! projection on motions of a rigid body (heave, pitch, roll, as far as the magnets can distinguish
+//! them). The magnets' loads follow by L ← L + K d (augmented Lagrangian) until d vanishes. The
+//! remaining loads are linear along each rigid body, hence of least norm where the body is
 //! statically indeterminate. On a curved track the body sits at the least-squares fit.
 //!
-//! Sideways a magnet pulls as its law of guidance says for the load that it carries. That force is part
-//! of Q and its stiffness part of H, so it does change the result: it is what holds a vehicle whose
-//! loads on the left and on the right differ.
+//! The law of guidance gives each magnet's lateral force for its load. This force is part of Q and
+//! its stiffness part of H, so it changes the result: it holds a vehicle whose loads on the left
+//! and on the right differ.
 //!
-//! Each iteration is one Newton step in poses and multipliers, H δ + Φ_qᵀ λ = Q, Φ_q δ = −Φ, where H
-//! holds the elastic stiffness of all elements, K, and σ M. H leaves out the geometric stiffness of
-//! the loads, which is smaller than the elastic one wherever the vehicle is stable at all, and
-//! so stays positive definite; σ M (pseudo-transient) holds what nothing holds, such as the lateral
-//! place of a train without guidance, without changing where the iteration ends, since it acts on δ
-//! only. It finds such a place only for a symmetric vehicle, which need not move there.
+//! Each iteration is one Newton step in poses and multipliers, H δ + Φ_qᵀ λ = Q, Φ_q δ = −Φ, where
+//! H holds the elastic stiffness of all elements, K, and σ M. H leaves out the geometric stiffness
+//! of the loads, which is smaller than the elastic one wherever the vehicle is stable at all, and
+//! so stays positive definite; σ M (pseudo-transient) holds everything that nothing else holds,
+//! such as the lateral place of a train without guidance, without changing where the iteration
+//! ends, since it acts on δ only. Such a place is found only for a symmetric vehicle, which does
+//! not have to move sideways.
 
 mod holding;
 mod search;
@@ -32,11 +33,11 @@ use crate::workspace::Workspace;
 
 impl VehicleModel {
     /// Finds the static equilibrium with the magnets at the nominal gap below a track whose surface
-    /// stands at the heights `track` (m, one per magnet, up positive), without guidance forces.
+    /// is at the heights `track` (m, one per magnet, up positive), without guidance forces.
     ///
     /// # Errors
-    /// [`Error::Equilibrium`] where nothing holds the vehicle, [`Error::Argument`] for a wrong
-    /// length, [`Error::Singular`].
+    /// [`Error::Equilibrium`] if nothing holds the vehicle, [`Error::Argument`] for a wrong length,
+    /// [`Error::Singular`].
     pub fn equilibrium(
         &self,
         track: &[f64],
@@ -46,7 +47,8 @@ impl VehicleModel {
         self.guided_equilibrium(track, holding, &|_, _, _| [0.0; 2], ws)
     }
 
-    /// The same with magnets that also pull sideways, each as `guidance` says for its load.
+    /// Like [`VehicleModel::equilibrium`], with lateral guidance forces of the magnets by the law
+    /// `guidance`.
     ///
     /// # Errors
     /// As [`VehicleModel::equilibrium`].

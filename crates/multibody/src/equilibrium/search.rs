@@ -11,10 +11,10 @@ use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Below these the search ends at once.
+/// The search ends as soon as both values are below these.
 const GOAL_ACCELERATION: f64 = 1e-10;
 const GOAL_DEVIATION: f64 = 1e-13;
-/// Where rounding stops progress, this is still accepted.
+/// Accepted where rounding prevents further progress.
 const ACCEPTED_ACCELERATION: f64 = 1e-8;
 const ACCEPTED_DEVIATION: f64 = 1e-10;
 /// Names of the components of an acceleration.
@@ -46,7 +46,7 @@ impl Search<'_> {
             let move_size = self.newton(state, ws)?;
             let deviation = self.hold(state);
             self.loads.copy_from_slice(&self.forces);
-            // far from the goal the check is not worth its price
+            // the check costs too much far from the solution
             if move_size > 1e-8 {
                 continue;
             }
@@ -69,7 +69,7 @@ impl Search<'_> {
         Err(self.failure(state, ws)?)
     }
 
-    /// What is still unbalanced.
+    /// The error with the largest remaining acceleration.
     fn failure(&mut self, state: &State, ws: &mut Workspace) -> Result<Error, Error> {
         let acceleration = self.acceleration(state, ws)?;
         let rates = &ws.solution[..6 * self.model.composites.len()];
@@ -90,8 +90,8 @@ impl Search<'_> {
         })
     }
 
-    /// Sets the forces to L + K d and the guidance forces to what belongs to them; returns the largest
-    /// component of d.
+    /// Sets the forces to L + K d and the guidance forces that follow from them. Returns the
+    /// largest component of d.
     fn hold(&mut self, state: &State) -> f64 {
         let mut largest = 0.0_f64;
         self.forces.copy_from_slice(&self.loads);

@@ -18,7 +18,7 @@ use crate::saddle::{add_jacobians, places, sizes};
 use crate::sample::Sample;
 use crate::state::Kinematics;
 
-/// Magnets of one body with the motions that they can tell apart.
+/// Magnets of one body with the rigid-body motions that they can distinguish.
 #[derive(Debug, Clone)]
 pub(crate) struct Fit {
     pub body: BodyIndex,
@@ -27,7 +27,7 @@ pub(crate) struct Fit {
     pub basis: DMatrix<f64>,
 }
 
-/// Prepared for the static problem.
+/// Analysis and storage layout of the static problem.
 #[derive(Debug, Clone)]
 pub(crate) struct Statics {
     pub analysis: Analysis,
@@ -58,7 +58,7 @@ impl VehicleModel {
                 for column in &columns {
                     candidate -= column * column.dot(&candidate);
                 }
-                // magnets in one line or at one point tell no more
+                // magnets in one line or at one point distinguish no further motion
                 if candidate.norm() > 1e-9 * size {
                     columns.push(candidate.normalize());
                 }
@@ -129,7 +129,7 @@ impl VehicleModel {
             }
         }
         for (k, (magnet, restoring)) in self.magnets.iter().zip(restoring).enumerate() {
-            // a magnet that nothing loads pulls nowhere
+            // a magnet without load has no guidance force
             if *restoring > 0.0 {
                 let row = self.magnet_row(kin, MagnetIndex(k), &Vec3::y());
                 add(magnet.body, magnet.body, row * row.transpose() * *restoring);

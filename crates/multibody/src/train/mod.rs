@@ -1,9 +1,9 @@
-//! Vehicles made by rule: trains of n cars, one bogie, one magnet.
+//! Generated vehicles: trains of n cars, one bogie, one magnet.
 //!
-//! The paper's table 1 gives counts, masses and air-spring data but not what is connected to what.
-//! The train built here reproduces every count of the table for two cars (105 bodies, 25 bracket,
-//! 20 translational, 64 spherical and 12 revolute joints, 38,000 kg) without a redundant
-//! constraint; geometry and stiffnesses beyond the table are plausible values of our own.
+//! The paper's table 1 gives counts, masses and air-spring data but not the connections. The train
+//! built here reproduces every count of the table for two cars (105 bodies, 25 bracket, 20
+//! translational, 64 spherical and 12 revolute joints, 38,000 kg) without a redundant constraint;
+//! geometry and stiffnesses beyond the table are plausible values of our own.
 //!
 //! Cars, bogies and stations are counted from the front, which is +x; magnets go car by car, bogie by
 //! bogie, left side from front to back, then right side. x = 0 is the middle of the train.
@@ -103,7 +103,7 @@ pub fn one_bogie() -> VehicleDescription {
         points: vec![[0.0, 0.0, FLOOR_HEIGHT]],
     });
     let preload = Preload { level: carried * GRAVITY / 4.0, slope: 0.0 };
-    // the bogie stands between stations 1 and 2, so 4.5 m ahead of its car's centre
+    // the bogie is between stations 1 and 2, so 4.5 m ahead of its car's centre
     builder.bogie(0, 0, -4.5, &preload);
     builder.description
 }
