@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 use fmi2_import::library::LibraryError;
 use scenario::ScenarioError;
 use thiserror::Error;
@@ -25,7 +25,7 @@ pub enum Error {
     Library(#[from] LibraryError),
     /// A unit that refuses to be instantiated.
     #[error("cannot instantiate a unit")]
-    Instantiate(#[source] UnitError),
+    Instantiate(#[source] FmuError),
     /// Modes of the coupled system.
     #[error("cannot find the modes of the system")]
     Modes(#[from] ModesError),
@@ -39,7 +39,7 @@ pub enum Error {
         time: f64,
         /// The unit's failure.
         #[source]
-        source: UnitError,
+        source: FmuError,
     },
     /// A loop of direct feed-through that the algorithm cuts has become unstable.
     #[error(
@@ -53,7 +53,7 @@ pub enum Error {
         loops: String,
         /// The failure of a unit that the values led to.
         #[source]
-        source: Option<UnitError>,
+        source: Option<FmuError>,
     },
     /// The trace of calls cannot be written.
     #[error("cannot write the trace of calls to {path}")]
@@ -111,7 +111,7 @@ pub enum StateError {
     Refused {
         /// The unit's failure.
         #[source]
-        source: UnitError,
+        source: FmuError,
     },
 }
 

@@ -7,7 +7,7 @@ use figure::PlotError;
 use fmi2_conformance::reference::ReferenceError;
 use fmi2_conformance::rules::Unreadable;
 use fmi2_conformance::{CheckError, Defects};
-use fmi2_import::instance::{UnitError, UnitFault};
+use fmi2_import::instance::{FmuError, UnitFault};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
 use results::ParquetError;
@@ -30,7 +30,7 @@ pub enum Error {
     Library(#[from] LibraryError),
     /// A unit that refuses to be instantiated.
     #[error("cannot instantiate the unit")]
-    Instantiate(#[source] UnitError),
+    Instantiate(#[source] FmuError),
     /// A file that cannot be read as a unit.
     #[error("cannot check the unit")]
     Unreadable(#[from] Unreadable),
@@ -42,7 +42,7 @@ pub enum Error {
     Check(#[from] CheckError),
     /// A report that the unit does not give.
     #[error("the unit does not answer")]
-    Report(#[source] UnitError),
+    Report(#[source] FmuError),
     /// Results cannot be written.
     #[error("cannot write the results to {path}")]
     Output {
@@ -104,8 +104,8 @@ impl Error {
     pub fn given_up(&self) -> Option<&UnitFault> {
         let first: Option<&(dyn std::error::Error + 'static)> = Some(self);
         std::iter::successors(first, |error| error.source())
-            .find_map(|error| error.downcast_ref::<UnitError>())
-            .map(UnitError::fault)
+            .find_map(|error| error.downcast_ref::<FmuError>())
+            .map(FmuError::fault)
             .filter(|fault| matches!(fault, UnitFault::GivenUp { .. }))
     }
 

@@ -11,7 +11,7 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use fmi2_import::instance::{Instance, UnitError};
+use fmi2_import::instance::{Instance, FmuError};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;
 use fmi2_import::package::Package;
@@ -40,7 +40,7 @@ fn pair(bench: &Bench) -> [Instance; 2] {
     })
 }
 
-fn texts<T: std::fmt::Debug>(result: Result<T, UnitError>) -> String {
+fn texts<T: std::fmt::Debug>(result: Result<T, FmuError>) -> String {
     match result {
         Ok(value) => format!("{value:?}"),
         Err(error) => error.to_string(),

@@ -18,7 +18,7 @@ use crate::coupling::acceleration::Accelerator;
 use crate::graph::SignalGraph;
 use crate::system::{Link, Port, Transfer};
 use fmi2_import::description::Type;
-use fmi2_import::instance::{Offer, UnitError};
+use fmi2_import::instance::{Offer, FmuError};
 use scenario::{Acceleration, Initialization};
 
 /// A sweep that leaves more than this part of the change is slow.
@@ -165,7 +165,7 @@ impl Solver<'_> {
     }
 
     /// Sets the loop's inputs as if the outputs that feed back had these values.
-    fn suppose(&mut self, it: &Loop<'_>, values: &[f64]) -> Result<(), UnitError> {
+    fn suppose(&mut self, it: &Loop<'_>, values: &[f64]) -> Result<(), FmuError> {
         let mut sets = Sets::new();
         for (port, &value) in it.feedback.iter().zip(values) {
             self.values.insert(*port, Transported::Real(value));
@@ -180,7 +180,7 @@ impl Solver<'_> {
     }
 
     /// 1 − G', a column per unknown.
-    fn jacobian(&mut self, it: &Loop<'_>) -> Result<DMatrix<f64>, UnitError> {
+    fn jacobian(&mut self, it: &Loop<'_>) -> Result<DMatrix<f64>, FmuError> {
         let n = it.feedback.len();
         let mut matrix = DMatrix::identity(n, n);
         for j in 0..n {
@@ -236,7 +236,7 @@ impl Solver<'_> {
         instance: usize,
         outputs: &[usize],
         seeds: &HashMap<Port, f64>,
-    ) -> Result<Vec<(Port, f64)>, UnitError> {
+    ) -> Result<Vec<(Port, f64)>, FmuError> {
         let mut knowns: Vec<(usize, f64)> = seeds
             .iter()
             .filter(|(port, seed)| port.instance == instance && **seed != 0.0)
@@ -281,7 +281,7 @@ impl Solver<'_> {
         instance: usize,
         unknowns: &[u32],
         knowns: &[(usize, f64)],
-    ) -> Result<Vec<f64>, UnitError> {
+    ) -> Result<Vec<f64>, FmuError> {
         let description = self.system.instances[instance].description();
         let references: Vec<u32> =
             knowns.iter().map(|(v, _)| description.variables[*v].value_reference).collect();

@@ -19,7 +19,7 @@ use loops::Loop;
 use crate::graph::SignalGraph;
 use crate::system::{Link, Port, System, Transfer};
 use fmi2_import::description::{Causality, Type};
-use fmi2_import::instance::{Instance, UnitError};
+use fmi2_import::instance::{Instance, FmuError};
 use results::summary::SolvedLoop;
 use scenario::{Experiment, Initialization};
 
@@ -28,7 +28,7 @@ use scenario::{Experiment, Initialization};
 pub enum InitializeError {
     /// A unit's.
     #[error("initialization failed")]
-    Unit(#[from] UnitError),
+    Unit(#[from] FmuError),
     /// A loop that does not settle.
     #[error(
         "initialization: the loop through {signals} did not settle in {iterations} sweeps: \
@@ -146,7 +146,7 @@ impl<'a> Solver<'a> {
     }
 
     /// What the inputs that an output feeds get by the values known now.
-    fn hand_to(&self, output: Port, sets: &mut Sets) -> Result<(), UnitError> {
+    fn hand_to(&self, output: Port, sets: &mut Sets) -> Result<(), FmuError> {
         for link in self.targets.get(&output).into_iter().flatten() {
             let set = (link.to.variable, self.input(link.to)?);
             sets.entry(link.to.instance).or_default().push(set);
@@ -155,7 +155,7 @@ impl<'a> Solver<'a> {
     }
 
     /// An input's value: the sum over those of its sources that are known yet.
-    fn input(&self, to: Port) -> Result<Transported, UnitError> {
+    fn input(&self, to: Port) -> Result<Transported, FmuError> {
         let mut sum = 0.0;
         for link in self.sources.get(&to).into_iter().flatten() {
             let Some(value) = self.values.get(&link.from) else { continue };
@@ -205,7 +205,7 @@ impl<'a> Solver<'a> {
 
     /// Reads the level's outputs, hands them on, and returns the largest change relative to what the
     /// tolerance allows.
-    fn transport(&mut self, level: &Level, tolerance: f64) -> Result<f64, UnitError> {
+    fn transport(&mut self, level: &Level, tolerance: f64) -> Result<f64, FmuError> {
         let mut largest = 0.0;
         let mut sets = Sets::new();
         let mut read = Vec::new();
@@ -244,7 +244,7 @@ impl<'a> Solver<'a> {
         &mut self,
         instance: usize,
         variables: &[usize],
-    ) -> Result<Vec<(usize, Transported)>, UnitError> {
+    ) -> Result<Vec<(usize, Transported)>, FmuError> {
         let description = self.system.instances[instance].description();
         let of = |kinds: &[Type]| -> (Vec<usize>, Vec<u32>) {
             variables
@@ -279,7 +279,7 @@ impl<'a> Solver<'a> {
         Ok(read)
     }
 
-    fn write(&mut self, instance: usize, values: &[(usize, Transported)]) -> Result<(), UnitError> {
+    fn write(&mut self, instance: usize, values: &[(usize, Transported)]) -> Result<(), FmuError> {
         let description = self.system.instances[instance].description();
         let unit = &mut self.instances[instance];
         let (mut references, mut reals) = (Vec::new(), Vec::new());

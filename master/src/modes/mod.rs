@@ -29,7 +29,7 @@ use crate::error::Error;
 use crate::participant::Participant;
 use crate::simulation::Setup;
 use continuous::upper;
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 pub use operating_point::{Family, OperatingPoint};
 use state_space::{Linear, StateSpace};
 use stepped::Stepped;
@@ -50,7 +50,7 @@ pub enum ModesError {
         instance: String,
         /// The call that failed, and its status.
         #[source]
-        source: UnitError,
+        source: FmuError,
     },
     /// A unit steps in some communication steps only.
     #[error(
@@ -83,7 +83,7 @@ pub enum ModesError {
         instance: String,
         /// The call that failed, and its status.
         #[source]
-        source: UnitError,
+        source: FmuError,
     },
     /// An algebraic loop without a solution.
     #[error("the linearised system has an algebraic loop that cannot be solved")]

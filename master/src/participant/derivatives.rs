@@ -4,7 +4,7 @@
 //! and ignore a call that mixes them; in a single call to units that say so in their annotation.
 
 use super::Participant;
-use fmi2_import::instance::{Offer, Refusal, UnitError};
+use fmi2_import::instance::{Offer, Refusal, FmuError};
 
 impl Participant {
     /// Lays out the calls anew.
@@ -76,7 +76,7 @@ impl Participant {
     ///
     /// # Errors
     /// `fmi2Error` and worse: the instance may not be continued.
-    pub fn ask_for_output_derivatives(&mut self) -> Result<Vec<usize>, UnitError> {
+    pub fn ask_for_output_derivatives(&mut self) -> Result<Vec<usize>, FmuError> {
         let annotated = self.instance.package().description().derivatives.is_some();
         let offers = self.instance.offers(Offer::OutputDerivatives);
         let mut outputs = std::mem::take(&mut self.traffic.real_outputs);
@@ -108,7 +108,7 @@ impl Participant {
         self.withholds_outputs
     }
 
-    fn gives(&mut self, reference: u32, order: i32) -> Result<bool, UnitError> {
+    fn gives(&mut self, reference: u32, order: i32) -> Result<bool, FmuError> {
         let mut value = [f64::NAN];
         let warnings = self.instance.warnings().count();
         let answer = self.instance.get_real_output_derivatives(&[reference], &[order], &mut value);

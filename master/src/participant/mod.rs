@@ -19,7 +19,7 @@ use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use equal::Equal;
 use fmi2_import::component::{Layout, Received, Sent};
 use fmi2_import::description::{Causality, Type};
-use fmi2_import::instance::{Instance, StateId, UnitError};
+use fmi2_import::instance::{Instance, StateId, FmuError};
 pub use odd::OddValue;
 use rate::Rate;
 use retry::Retry;
@@ -329,13 +329,13 @@ fn slots(
 }
 
 impl Unit for Participant {
-    type Error = UnitError;
+    type Error = FmuError;
 
     fn capabilities(&self) -> Capabilities {
         self.capabilities
     }
 
-    fn save(&mut self, place: usize) -> Result<(), UnitError> {
+    fn save(&mut self, place: usize) -> Result<(), FmuError> {
         self.states[place] = Some(self.instance.save_state(self.states[place])?);
         if let Some(slow) = &mut self.slow {
             slow.save(place);
@@ -343,7 +343,7 @@ impl Unit for Participant {
         Ok(())
     }
 
-    fn restore(&mut self, place: usize) -> Result<(), UnitError> {
+    fn restore(&mut self, place: usize) -> Result<(), FmuError> {
         if let Some(slow) = &mut self.slow {
             slow.restore(place);
         }
@@ -353,11 +353,11 @@ impl Unit for Participant {
         }
     }
 
-    fn directional(&mut self, input: usize, column: &mut [f64]) -> Result<(), UnitError> {
+    fn directional(&mut self, input: usize, column: &mut [f64]) -> Result<(), FmuError> {
         self.column(input, column)
     }
 
-    fn preset(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
+    fn preset(&mut self, inputs: &Inputs) -> Result<(), FmuError> {
         let Layout { set_reals, set_integers, set_booleans, .. } = &self.layout;
         let reals: Vec<f64> = inputs.reals.iter().map(|p| p[0]).collect();
         self.instance.set_real(set_reals, &reals)?;
@@ -370,7 +370,7 @@ impl Unit for Participant {
         Ok(())
     }
 
-    fn send(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
+    fn send(&mut self, inputs: &Inputs) -> Result<(), FmuError> {
         self.timing.begin_step();
         match &mut self.slow {
             Some(slow) => {
@@ -381,7 +381,7 @@ impl Unit for Participant {
         }
     }
 
-    fn begin_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    fn begin_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         if self.slow.is_some() {
             return self.begin_slow_step(time, size);
         }
@@ -392,7 +392,7 @@ impl Unit for Participant {
         }
     }
 
-    fn step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    fn step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         let begin = self.timing.begin();
         if self.slow.is_some() {
             self.slow_step(time, size)?;
@@ -407,7 +407,7 @@ impl Unit for Participant {
         Ok(())
     }
 
-    fn receive(&mut self, time: f64, outputs: &mut Outputs) -> Result<(), UnitError> {
+    fn receive(&mut self, time: f64, outputs: &mut Outputs) -> Result<(), FmuError> {
         let begin = self.timing.begin();
         // between its own points, a slow unit's outputs are held
         if !self.slow.as_ref().is_some_and(Slow::waits) {
@@ -455,7 +455,7 @@ impl Unit for Participant {
 
 impl Participant {
     #[inline]
-    fn send_inputs(&mut self, inputs: &Inputs) -> Result<(), UnitError> {
+    fn send_inputs(&mut self, inputs: &Inputs) -> Result<(), FmuError> {
         self.sent.integers.copy_from_slice(&inputs.integers);
         self.sent.booleans.copy_from_slice(&inputs.booleans);
         match &mut self.rate {
@@ -479,7 +479,7 @@ impl Participant {
     }
 
     #[inline]
-    fn one_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    fn one_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         let size = self.own_size(time, size);
         match self.instance.do_step(time, size) {
             Err(error) => self.step_in_parts(time, size, error),
@@ -525,14 +525,14 @@ impl Participant {
         }
     }
 
-    fn tell_layout(&mut self) -> Result<(), UnitError> {
+    fn tell_layout(&mut self) -> Result<(), FmuError> {
         self.instance.lay_out(&self.layout)?;
         self.laid_out = true;
         Ok(())
     }
 
     #[inline]
-    fn send_values(&mut self) -> Result<(), UnitError> {
+    fn send_values(&mut self) -> Result<(), FmuError> {
         if !self.laid_out {
             self.tell_layout()?;
         }
@@ -541,7 +541,7 @@ impl Participant {
     }
 
     #[inline]
-    fn receive_values(&mut self, time: f64) -> Result<(), UnitError> {
+    fn receive_values(&mut self, time: f64) -> Result<(), FmuError> {
         if !self.laid_out {
             self.tell_layout()?;
         }
@@ -552,7 +552,7 @@ impl Participant {
 
     /// Strings one by one, as a unit may use the memory of one for the next.
     #[inline]
-    fn receive_strings(&mut self) -> Result<(), UnitError> {
+    fn receive_strings(&mut self) -> Result<(), FmuError> {
         for (text, &variable) in self.received.strings.iter_mut().zip(&self.strings) {
             let variables = &self.instance.package().description().variables;
             *text = self.instance.get_string(variables[variable].value_reference)?;

@@ -2,7 +2,7 @@
 //! recorded they are recorded, and reported once per variable.
 
 use super::Participant;
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 use fmi2_import::logger;
 
 /// The first value of a recorded variable that is NaN or infinite.
@@ -32,7 +32,7 @@ impl Participant {
 
     /// Looks for what is odd among the Reals that have been read.
     #[cold]
-    pub(super) fn judge_odd_values(&mut self, time: f64) -> Result<(), UnitError> {
+    pub(super) fn judge_odd_values(&mut self, time: f64) -> Result<(), FmuError> {
         // outputs that feed inputs come first
         let feeding = self.traffic.real_outputs.len();
         for (k, &value) in self.received.reals.iter().enumerate().filter(|(_, x)| !x.is_finite()) {

@@ -15,7 +15,7 @@
 
 use super::Participant;
 use crate::coupling::{Capabilities, Unit as _};
-use fmi2_import::instance::{Instance, Offer, UnitError};
+use fmi2_import::instance::{Instance, Offer, FmuError};
 
 /// What the unit offers, as far as is known.
 pub(super) fn capabilities(instance: &Instance) -> Capabilities {
@@ -32,7 +32,7 @@ impl Participant {
     ///
     /// # Errors
     /// `fmi2Error` and worse: the instance may not be continued.
-    pub fn ask_for_states(&mut self) -> Result<(), UnitError> {
+    pub fn ask_for_states(&mut self) -> Result<(), FmuError> {
         if self.capabilities.restore {
             let warnings = self.instance.warnings().count();
             let saved = self.save(0).and_then(|()| self.restore(0));
@@ -46,7 +46,7 @@ impl Participant {
     ///
     /// # Errors
     /// `fmi2Error` and worse: the instance may not be continued.
-    pub fn ask_for_directional_derivatives(&mut self) -> Result<(), UnitError> {
+    pub fn ask_for_directional_derivatives(&mut self) -> Result<(), FmuError> {
         if self.capabilities.directional {
             let inputs = self.traffic.real_inputs.len();
             let Some(input) = (0..inputs).find(|&input| !self.fed_by(input).is_empty()) else {
@@ -82,7 +82,7 @@ impl Participant {
 
     /// Derivatives of the Real outputs by a Real input: of those that depend on it, the others' are 0.
     /// Never asks for none.
-    pub(super) fn column(&mut self, input: usize, column: &mut [f64]) -> Result<(), UnitError> {
+    pub(super) fn column(&mut self, input: usize, column: &mut [f64]) -> Result<(), FmuError> {
         column.fill(0.0);
         let places = self.fed_by(input).to_vec();
         if places.is_empty() {

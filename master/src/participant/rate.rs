@@ -17,7 +17,7 @@
 
 use super::Participant;
 use crate::coupling::signal::Taylor;
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 use fmi2_import::span::parts;
 
 /// What steps of one's own need.
@@ -72,14 +72,14 @@ impl Participant {
     }
 
     /// Makes the unit's own steps over a communication step.
-    pub(super) fn own_steps(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    pub(super) fn own_steps(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         let Some(rate) = self.rate.take() else { return Ok(()) };
         let result = self.all_steps(&rate, time, size);
         self.rate = Some(rate);
         result
     }
 
-    fn all_steps(&mut self, rate: &Rate, time: f64, size: f64) -> Result<(), UnitError> {
+    fn all_steps(&mut self, rate: &Rate, time: f64, size: f64) -> Result<(), FmuError> {
         for (begin, part) in parts(time, size, rate.steps) {
             let tau = begin - time;
             self.fill(|k, degree| reduced(&shifted(&rate.inputs[k], tau), degree, part));

@@ -9,7 +9,7 @@
 use super::Participant;
 use super::rate::shifted;
 use crate::coupling::signal::Taylor;
-use fmi2_import::instance::{StateId, UnitError, UnitFault};
+use fmi2_import::instance::{StateId, FmuError, UnitFault};
 use fmi2_import::logger;
 use fmi2_import::span::{parts, plain};
 
@@ -54,7 +54,7 @@ impl Participant {
     ///
     /// # Errors
     /// The unit cannot save its state, though it says so.
-    pub fn retry_discarded_steps(&mut self) -> Result<bool, UnitError> {
+    pub fn retry_discarded_steps(&mut self) -> Result<bool, FmuError> {
         if !self.capabilities.restore || !self.capabilities.variable_step {
             return Ok(false);
         }
@@ -82,8 +82,8 @@ impl Participant {
         &mut self,
         time: f64,
         size: f64,
-        error: UnitError,
-    ) -> Result<(), UnitError> {
+        error: FmuError,
+    ) -> Result<(), FmuError> {
         let Some(retry) = self.retry.take() else { return Err(error) };
         self.instance.save_before_steps(None);
         let mut rejection = Rejection { time, size, parts: 1, made: false };
@@ -105,7 +105,7 @@ impl Participant {
         outcome
     }
 
-    fn make_parts(&mut self, retry: &Retry, step: Rejection) -> Result<(), UnitError> {
+    fn make_parts(&mut self, retry: &Retry, step: Rejection) -> Result<(), FmuError> {
         self.instance.restore_state(retry.state)?;
         for (begin, part) in parts(step.time, step.size, step.parts) {
             let tau = begin - step.time;
@@ -118,6 +118,6 @@ impl Participant {
 }
 
 /// Whether a smaller step may help.
-fn asks_for_less(error: &UnitError) -> bool {
+fn asks_for_less(error: &FmuError) -> bool {
     matches!(error.fault(), UnitFault::Discarded { terminated: false, .. })
 }

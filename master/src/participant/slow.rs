@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Participant;
 use crate::coupling::{Inputs, PLACES};
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 use fmi2_import::span::between;
 
 /// What a unit needs that does not step in every communication step.
@@ -83,7 +83,7 @@ impl Participant {
     }
 
     /// Begins the unit's step, if the communication step is the last of it.
-    pub(super) fn begin_slow_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    pub(super) fn begin_slow_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         let Some(slow) = &mut self.slow else { return Ok(()) };
         if !slow.enter(time) {
             return Ok(());
@@ -100,7 +100,7 @@ impl Participant {
     }
 
     /// Makes the unit's step, if the communication step is the last of it.
-    pub(super) fn slow_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    pub(super) fn slow_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         if self.slow.as_ref().is_some_and(|slow| !slow.begun) {
             self.begin_slow_step(time, size)?;
         }
@@ -124,7 +124,7 @@ impl Participant {
     ///
     /// # Errors
     /// The unit does not give its outputs.
-    pub fn return_between(&mut self, between: Option<&Between>) -> Result<bool, UnitError> {
+    pub fn return_between(&mut self, between: Option<&Between>) -> Result<bool, FmuError> {
         let (Some(slow), Some(between)) = (&mut self.slow, between) else {
             return Ok(self.slow.is_none() && between.is_none());
         };

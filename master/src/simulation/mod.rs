@@ -28,7 +28,7 @@ use crate::initialize::{initialize, late};
 use crate::participant::{Between, Participant, Slot};
 use crate::system::Port;
 use crate::{Misfit, StateError};
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 use fmi2_import::trace::Trace;
 use results::summary::{CouplingSummary, SolvedLoop};
 use scenario::Setting;
@@ -125,7 +125,7 @@ impl<'a> Simulation<'a> {
     }
 
     #[cold]
-    fn failed(&self, time: f64, source: UnitError) -> Error {
+    fn failed(&self, time: f64, source: FmuError) -> Error {
         match self.blown_up().filter(|_| source.fault().may_be_numeric()) {
             Some(loops) => Error::Diverged { time, loops, source: Some(source) },
             None => Error::Step { time, source },
@@ -311,7 +311,7 @@ impl<'a> Simulation<'a> {
     }
 }
 
-fn serialized(participant: &mut Participant) -> Result<Vec<u8>, UnitError> {
+fn serialized(participant: &mut Participant) -> Result<Vec<u8>, FmuError> {
     let instance = participant.instance_mut();
     let saved = instance.save_state(None)?;
     let bytes = instance.serialize_state(saved)?;
@@ -319,7 +319,7 @@ fn serialized(participant: &mut Participant) -> Result<Vec<u8>, UnitError> {
     Ok(bytes)
 }
 
-fn restore(participant: &mut Participant, bytes: &[u8]) -> Result<(), UnitError> {
+fn restore(participant: &mut Participant, bytes: &[u8]) -> Result<(), FmuError> {
     let instance = participant.instance_mut();
     let saved = instance.deserialize_state(bytes)?;
     instance.restore_state(saved)?;

@@ -16,7 +16,7 @@ use crate::graph;
 use crate::participant::Participant;
 use crate::system::{Plan, Port, System, SystemError};
 use fmi2_import::description::Type;
-use fmi2_import::instance::{Instance, Options, UnitError};
+use fmi2_import::instance::{Instance, Options, FmuError};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;
 use fmi2_import::trace::Trace;
@@ -165,7 +165,7 @@ pub(super) fn plan(
     selection: &Selection,
     instances: Vec<Instance>,
     layout: &Layout,
-) -> Result<(Vec<Participant>, Exchange), UnitError> {
+) -> Result<(Vec<Participant>, Exchange), FmuError> {
     let experiment = scenario.experiment;
     let Wiring { mut traffic, mut links, .. } = Wiring::new(scenario, system, layout);
     for port in &selection.ports {

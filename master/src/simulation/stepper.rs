@@ -8,7 +8,7 @@ use super::plan::Layout;
 use crate::coupling::{Control, Coupling, Crew, Exchange, ExchangeState, PowerMeter, SignalId};
 use crate::participant::Participant;
 use crate::system::{Port, System};
-use fmi2_import::instance::UnitError;
+use fmi2_import::instance::FmuError;
 use fmi2_import::logger;
 use results::summary::CouplingSummary;
 use scenario::{Estimate, Scenario};
@@ -42,7 +42,7 @@ impl Stepper {
         layout: &Layout,
         mut exchange: Exchange,
         participants: &mut [Participant],
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         exchange.start(scenario.experiment.start, participants)?;
         let mut limits = Limits::default();
         exchange.hand_over(participants)?;
@@ -118,7 +118,7 @@ impl Stepper {
         participants: &mut [Participant],
         time: f64,
         size: f64,
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         let Self { coupling, exchange, control, power, .. } = self;
         match control {
             Some(control) => {

@@ -15,7 +15,7 @@ use thiserror::Error;
 pub use files::{Experiment, Table};
 
 use fmi2_import::description::Type;
-use fmi2_import::instance::{Instance, UnitError};
+use fmi2_import::instance::{Instance, FmuError};
 use fmi2_import::library::{Functions, LibraryError};
 use fmi2_import::package::Package;
 use fmi2_import::span::between;
@@ -51,7 +51,7 @@ pub enum ReferenceError {
     Library(#[from] LibraryError),
     /// The FMU failed while it repeated the experiment.
     #[error("the unit fails")]
-    Unit(#[from] UnitError),
+    Unit(#[from] FmuError),
 }
 
 impl ReferenceError {

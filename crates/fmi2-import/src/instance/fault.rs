@@ -10,9 +10,9 @@ use crate::span::plain;
 /// A [`UnitFault`], boxed since it is rare and large.
 #[derive(Debug, Error)]
 #[error(transparent)]
-pub struct UnitError(Box<UnitFault>);
+pub struct FmuError(Box<UnitFault>);
 
-impl UnitError {
+impl FmuError {
     /// What went wrong.
     #[must_use]
     pub fn fault(&self) -> &UnitFault {
@@ -20,7 +20,7 @@ impl UnitError {
     }
 }
 
-impl UnitError {
+impl FmuError {
     /// Whether the unit has only left something undone that it need not do: the instance goes on.
     #[must_use]
     pub fn is_refusal(&self) -> bool {
@@ -38,14 +38,14 @@ impl UnitError {
     }
 }
 
-impl From<UnitFault> for UnitError {
+impl From<UnitFault> for FmuError {
     fn from(fault: UnitFault) -> Self {
         Self(Box::new(fault))
     }
 }
 
 #[cold]
-pub(super) fn fail<T>(fault: UnitFault) -> Result<T, UnitError> {
+pub(super) fn fail<T>(fault: UnitFault) -> Result<T, FmuError> {
     Err(fault.into())
 }
 

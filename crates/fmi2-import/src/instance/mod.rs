@@ -1,7 +1,7 @@
 //! One instance of a unit: a safe wrapper around its C functions.
 //!
 //! Every status of every call is looked at. `fmi2Warning` goes on (and is told once, see
-//! [`Warnings`]), `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`UnitError`], `fmi2Pending` is
+//! [`Warnings`]), `fmi2Discard`, `fmi2Error` and `fmi2Fatal` become a [`FmuError`], `fmi2Pending` is
 //! polled. After `fmi2Fatal` nothing of the unit is called any more, not even to free it. The functions are called
 //! in this process, or in a [worker process](crate::isolate), where a crash is caught.
 
@@ -32,7 +32,7 @@ use crate::witness::{CALL, Place};
 use fault::fail;
 #[cfg(unix)]
 pub(crate) use fault::signal_name;
-pub use fault::{UnitError, UnitFault};
+pub use fault::{FmuError, UnitFault};
 pub use offers::BrokenPromise;
 pub use offers::Offer;
 pub use options::Options;
@@ -91,7 +91,7 @@ impl Instance {
         functions: Functions,
         dead: &Arc<AtomicBool>,
         name: &str,
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         Self::with_options(package, functions, dead, name, &Options::default())
     }
 
@@ -105,7 +105,7 @@ impl Instance {
         dead: &Arc<AtomicBool>,
         name: &str,
         options: &Options,
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         let identity = identity(package, name, options)?;
         let sink = Sink::new(name);
         let place = Place::new(name, sink.badge());
@@ -131,7 +131,7 @@ impl Instance {
         package: &Arc<Package>,
         isolation: &Isolation,
         name: &str,
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         Self::isolated_with_options(package, isolation, name, &Options::default())
     }
 
@@ -144,7 +144,7 @@ impl Instance {
         isolation: &Isolation,
         name: &str,
         options: &Options,
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         let identity = identity(package, name, options)?;
         let worker = Worker::start(package, isolation, &identity, name)?;
         let backend = Backend::Elsewhere(Box::new(worker));
@@ -153,14 +153,14 @@ impl Instance {
     }
 
     /// Asks for the debug messages of single categories.
-    fn asked_for(mut self, options: &Options) -> Result<Self, UnitError> {
+    fn asked_for(mut self, options: &Options) -> Result<Self, FmuError> {
         let Some(categories) = options.debug_log.as_ref().filter(|it| !it.is_empty()) else {
             return Ok(self);
         };
         let c_string = |text: &String| {
             CString::new(text.as_str()).map_err(|_| self.zero_byte("a log category").into())
         };
-        let categories: Result<Vec<CString>, UnitError> = categories.iter().map(c_string).collect();
+        let categories: Result<Vec<CString>, FmuError> = categories.iter().map(c_string).collect();
         self.order(&Request::SetDebugLogging(categories?))?;
         Ok(self)
     }
@@ -254,7 +254,7 @@ impl Instance {
         tolerance: Option<f64>,
         start: f64,
         stop: f64,
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         self.order(&Request::SetupExperiment { tolerance, start, stop })
     }
 
@@ -262,7 +262,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn enter_initialization_mode(&mut self) -> Result<(), UnitError> {
+    pub fn enter_initialization_mode(&mut self) -> Result<(), FmuError> {
         self.order(&Request::EnterInitializationMode)
     }
 
@@ -270,7 +270,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn exit_initialization_mode(&mut self) -> Result<(), UnitError> {
+    pub fn exit_initialization_mode(&mut self) -> Result<(), FmuError> {
         self.order(&Request::ExitInitializationMode)?;
         self.running = true;
         Ok(())
@@ -280,7 +280,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn terminate(&mut self) -> Result<(), UnitError> {
+    pub fn terminate(&mut self) -> Result<(), FmuError> {
         if !std::mem::take(&mut self.running) {
             return Ok(());
         }
@@ -291,7 +291,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn reset(&mut self) -> Result<(), UnitError> {
+    pub fn reset(&mut self) -> Result<(), FmuError> {
         self.running = false;
         self.order(&Request::Reset)
     }
@@ -300,7 +300,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit offers no reports, not this one, or not now.
-    pub fn report(&mut self, request: &str) -> Result<String, UnitError> {
+    pub fn report(&mut self, request: &str) -> Result<String, FmuError> {
         if request.contains('\0') {
             return fail(self.zero_byte("the request for a report"));
         }
@@ -323,7 +323,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), UnitError> {
+    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), FmuError> {
         self.get::<Real>(references, values)
     }
 
@@ -331,7 +331,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), UnitError> {
+    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), FmuError> {
         self.get::<Integer>(references, values)
     }
 
@@ -339,7 +339,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), UnitError> {
+    pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), FmuError> {
         self.get::<Boolean>(references, values)
     }
 
@@ -347,7 +347,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn get_string(&mut self, reference: u32) -> Result<CString, UnitError> {
+    pub fn get_string(&mut self, reference: u32) -> Result<CString, FmuError> {
         self.alive()?;
         let (answer, text) = match &mut self.backend {
             Backend::Here { component, .. } => component.get_string(reference),
@@ -368,7 +368,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), UnitError> {
+    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), FmuError> {
         self.set_numbers::<Real>(references, values)
     }
 
@@ -376,7 +376,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), UnitError> {
+    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), FmuError> {
         self.set_numbers::<Integer>(references, values)
     }
 
@@ -384,7 +384,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), UnitError> {
+    pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), FmuError> {
         self.set_numbers::<Boolean>(references, values)
     }
 
@@ -392,7 +392,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn set_string(&mut self, reference: u32, value: &CStr) -> Result<(), UnitError> {
+    pub fn set_string(&mut self, reference: u32, value: &CStr) -> Result<(), FmuError> {
         self.alive()?;
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => component.set_string(reference, value),
@@ -408,7 +408,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's, or a text with a zero byte.
-    pub fn set(&mut self, variable: usize, value: &Value) -> Result<(), UnitError> {
+    pub fn set(&mut self, variable: usize, value: &Value) -> Result<(), FmuError> {
         let package = Arc::clone(&self.package);
         let variable = &package.description().variables[variable];
         let reference = variable.value_reference;
@@ -427,7 +427,7 @@ impl Instance {
         &mut self,
         references: &[u32],
         values: &mut [K::Value],
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         if references.is_empty() {
             return Ok(());
         }
@@ -451,7 +451,7 @@ impl Instance {
         &mut self,
         references: &[u32],
         values: &[K::Value],
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         if references.is_empty() {
             return Ok(());
         }
@@ -480,7 +480,7 @@ impl Instance {
 
     /// An error that says which value of an output an Enumeration does not have.
     #[cold]
-    pub fn no_item(&self, variable: usize, value: i32, target: &str, time: f64) -> UnitError {
+    pub fn no_item(&self, variable: usize, value: i32, target: &str, time: f64) -> FmuError {
         let variable = self.package.description().variables[variable].name.clone();
         let (instance, target) = (self.name.clone(), target.to_owned());
         UnitFault::NoItem { instance, variable, value, target, time }.into()
@@ -490,7 +490,7 @@ impl Instance {
     ///
     /// # Errors
     /// Its library has failed fatally, or its process is gone.
-    pub fn still_alive(&self) -> Result<(), UnitError> {
+    pub fn still_alive(&self) -> Result<(), FmuError> {
         self.alive()
     }
 
@@ -509,7 +509,7 @@ impl Instance {
 
     /// To be asked before every call.
     #[inline]
-    fn alive(&self) -> Result<(), UnitError> {
+    fn alive(&self) -> Result<(), FmuError> {
         self.place.enter();
         if self.dead.load(Ordering::Relaxed) {
             return fail(UnitFault::Dead { instance: self.name.clone() });
@@ -525,12 +525,12 @@ impl Instance {
     }
 
     /// A request that brings back nothing but its status.
-    fn order(&mut self, request: &Request) -> Result<(), UnitError> {
+    fn order(&mut self, request: &Request) -> Result<(), FmuError> {
         self.ask(request, &[]).map(|_| ())
     }
 
     /// A request; `references` are the variables that it is about.
-    fn ask(&mut self, request: &Request, references: &[u32]) -> Result<Data, UnitError> {
+    fn ask(&mut self, request: &Request, references: &[u32]) -> Result<Data, FmuError> {
         self.alive()?;
         let reply = self.perform(request);
         self.check(reply.answer, references)?;
@@ -538,12 +538,12 @@ impl Instance {
     }
 
     #[inline]
-    fn check(&mut self, answer: Answer, references: &[u32]) -> Result<(), UnitError> {
+    fn check(&mut self, answer: Answer, references: &[u32]) -> Result<(), FmuError> {
         if answer.is_good() { Ok(()) } else { self.judge(answer, references) }
     }
 
     #[cold]
-    fn judge(&mut self, answer: Answer, references: &[u32]) -> Result<(), UnitError> {
+    fn judge(&mut self, answer: Answer, references: &[u32]) -> Result<(), FmuError> {
         let call = answer.call.name();
         let instance = self.name.clone();
         let status = match answer.outcome {
@@ -624,10 +624,10 @@ impl Drop for Instance {
     }
 }
 
-fn identity(package: &Package, name: &str, options: &Options) -> Result<Identity, UnitError> {
+fn identity(package: &Package, name: &str, options: &Options) -> Result<Identity, FmuError> {
     let text = |what: &str, text: &str| {
         CString::new(text).map_err(|_| {
-            UnitError::from(UnitFault::ZeroByte {
+            FmuError::from(UnitFault::ZeroByte {
                 instance: name.to_owned(),
                 what: what.to_owned(),
             })

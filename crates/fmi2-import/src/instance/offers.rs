@@ -6,7 +6,7 @@
 //! instance is freed and all units are started again, without that [`Offer`].
 
 use super::fault::signal_name;
-use super::{Instance, UnitError, UnitFault};
+use super::{Instance, FmuError, UnitFault};
 use crate::description::Description;
 use crate::logger::Message;
 
@@ -51,7 +51,7 @@ pub struct BrokenPromise {
 
 impl BrokenPromise {
     /// Whether it is this that an error is about.
-    pub fn of(error: &UnitError) -> Option<Self> {
+    pub fn of(error: &FmuError) -> Option<Self> {
         let (instance, call, how, messages) = match error.fault() {
             UnitFault::Status { instance, call, status, messages, .. } if status == "fmi2Error" => {
                 (instance, *call, format!("returned {status}"), messages)
@@ -106,7 +106,7 @@ impl Instance {
     ///
     /// # Errors
     /// The instance may not be continued.
-    pub fn unless_refused(&mut self, answer: Result<(), UnitError>) -> Result<bool, UnitError> {
+    pub fn unless_refused(&mut self, answer: Result<(), FmuError>) -> Result<bool, FmuError> {
         match answer {
             Ok(()) => Ok(true),
             Err(error) if error.is_refusal() => {

@@ -1,6 +1,6 @@
 //! Saving and restoring the state of an instance, and its derivatives with respect to inputs.
 
-use super::{Backend, Instance, UnitError, UnitFault, fail};
+use super::{Backend, Instance, FmuError, UnitFault, fail};
 use crate::component::{Data, Request};
 
 /// A saved state of one instance, which owns it: valid until freed or until the instance is dropped.
@@ -31,7 +31,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn save_state(&mut self, into: Option<StateId>) -> Result<StateId, UnitError> {
+    pub fn save_state(&mut self, into: Option<StateId>) -> Result<StateId, FmuError> {
         match self.ask(&Request::SaveState(into.map(StateId::slot)), &[])? {
             Data::Slot(slot) => Ok(StateId(slot)),
             other => self.no_state(&other),
@@ -42,7 +42,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's, or the state has been freed.
-    pub fn restore_state(&mut self, id: StateId) -> Result<(), UnitError> {
+    pub fn restore_state(&mut self, id: StateId) -> Result<(), FmuError> {
         match self.ask(&Request::RestoreState(id.0), &[])? {
             Data::None => Ok(()),
             other => self.no_state(&other),
@@ -53,7 +53,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn free_state(&mut self, id: StateId) -> Result<(), UnitError> {
+    pub fn free_state(&mut self, id: StateId) -> Result<(), FmuError> {
         match self.ask(&Request::FreeState(id.0), &[])? {
             Data::None => Ok(()),
             other => self.no_state(&other),
@@ -64,7 +64,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's.
-    pub fn serialize_state(&mut self, id: StateId) -> Result<Vec<u8>, UnitError> {
+    pub fn serialize_state(&mut self, id: StateId) -> Result<Vec<u8>, FmuError> {
         match self.ask(&Request::SerializeState(id.0), &[])? {
             Data::Bytes(bytes) => Ok(bytes),
             other => self.no_state(&other),
@@ -75,7 +75,7 @@ impl Instance {
     ///
     /// # Errors
     /// The unit's: the bytes are not of this unit, for instance.
-    pub fn deserialize_state(&mut self, bytes: &[u8]) -> Result<StateId, UnitError> {
+    pub fn deserialize_state(&mut self, bytes: &[u8]) -> Result<StateId, FmuError> {
         match self.ask(&Request::DeserializeState(bytes.to_vec()), &[])? {
             Data::Slot(slot) => Ok(StateId(slot)),
             other => self.no_state(&other),
@@ -93,7 +93,7 @@ impl Instance {
         knowns: &[u32],
         seed: &[f64],
         out: &mut [f64],
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         self.alive()?;
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => {
@@ -112,7 +112,7 @@ impl Instance {
         self.check(answer, unknowns)
     }
 
-    fn no_state<T>(&self, data: &Data) -> Result<T, UnitError> {
+    fn no_state<T>(&self, data: &Data) -> Result<T, FmuError> {
         let instance = self.name.clone();
         fail(match data {
             Data::TooLarge(size) => UnitFault::StateTooLarge { instance, size: *size },

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::{Backend, Instance, StateId, UnitError, UnitFault, fail};
+use super::{Backend, Instance, StateId, FmuError, UnitFault, fail};
 use crate::component::{Answer, Data, Layout, Received, Request, Sent};
 use crate::library::Call;
 
@@ -18,7 +18,7 @@ impl Instance {
         references: &[u32],
         orders: &[i32],
         values: &[f64],
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         if references.is_empty() {
             return Ok(());
         }
@@ -36,7 +36,7 @@ impl Instance {
         references: &[u32],
         orders: &[i32],
         values: &mut [f64],
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         if references.is_empty() {
             return Ok(());
         }
@@ -59,7 +59,7 @@ impl Instance {
     ///
     /// # Errors
     /// The instance's process is gone.
-    pub fn lay_out(&mut self, layout: &Layout) -> Result<(), UnitError> {
+    pub fn lay_out(&mut self, layout: &Layout) -> Result<(), FmuError> {
         match &mut self.backend {
             Backend::Here { .. } => Ok(()),
             Backend::Elsewhere(worker) => {
@@ -74,7 +74,7 @@ impl Instance {
     /// # Errors
     /// The unit's; that of an isolated instance comes with the step.
     #[inline]
-    pub fn send(&mut self, layout: &Layout, sent: &Sent) -> Result<(), UnitError> {
+    pub fn send(&mut self, layout: &Layout, sent: &Sent) -> Result<(), FmuError> {
         self.alive()?;
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => component.send(layout, sent),
@@ -93,7 +93,7 @@ impl Instance {
         layout: &Layout,
         received: &mut Received,
         time: f64,
-    ) -> Result<(), UnitError> {
+    ) -> Result<(), FmuError> {
         self.alive()?;
         self.set_time(time);
         let answer = match &mut self.backend {
@@ -113,7 +113,7 @@ impl Instance {
     /// # Errors
     /// The process is gone.
     #[inline]
-    pub fn begin_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    pub fn begin_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         self.set_time(time);
         match &mut self.backend {
             Backend::Here { .. } => Ok(()),
@@ -129,7 +129,7 @@ impl Instance {
     /// # Errors
     /// Discarded, hanging, or the unit's.
     #[inline]
-    pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), UnitError> {
+    pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         self.alive()?;
         self.set_time(time);
         let save = self.saved_before.map(StateId::slot);
@@ -149,7 +149,7 @@ impl Instance {
 
     /// A step that ended in anything but `fmi2OK`.
     #[cold]
-    fn end_step(&mut self, mut answer: Answer, time: f64, size: f64) -> Result<(), UnitError> {
+    fn end_step(&mut self, mut answer: Answer, time: f64, size: f64) -> Result<(), FmuError> {
         if answer.call == Call::fmi2DoStep {
             if answer.is(Status::fmi2Pending) {
                 answer = Answer::new(Call::fmi2DoStep, self.poll(time)?);
@@ -162,7 +162,7 @@ impl Instance {
     }
 
     /// Waits until a pending step has ended.
-    fn poll(&mut self, time: f64) -> Result<Status, UnitError> {
+    fn poll(&mut self, time: f64) -> Result<Status, FmuError> {
         let begin = Instant::now();
         let mut pause = Duration::from_micros(10);
         loop {
@@ -187,8 +187,8 @@ impl Instance {
     }
 
     /// Asks a unit that discarded its step how far it got and whether it wants to end.
-    fn discarded(&mut self, time: f64, size: f64) -> Result<UnitFault, UnitError> {
-        let number = |reply: Result<Data, UnitError>| match reply {
+    fn discarded(&mut self, time: f64, size: f64) -> Result<UnitFault, FmuError> {
+        let number = |reply: Result<Data, FmuError>| match reply {
             Ok(Data::Number(number)) => Some(number),
             _ => None,
         };

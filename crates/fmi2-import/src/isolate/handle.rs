@@ -21,7 +21,7 @@ use crate::component::{
     Answer, Data, IDLE, Identity, LOADING, Layout, Outcome, Received, Reply, Request, Sent,
 };
 use crate::description::Description;
-use crate::instance::{UnitError, UnitFault};
+use crate::instance::{FmuError, UnitFault};
 use crate::interrupt;
 use crate::library::{Call, Functions, LibraryError};
 use crate::logger::{self, Message, expand};
@@ -90,7 +90,7 @@ impl Worker {
         isolation: &Isolation,
         identity: &Identity,
         name: &str,
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         let instance = || name.to_owned();
         Functions::check_presence(package).map_err(|error| unloadable(name, &error))?;
         let started = Self::spawn(isolation, name)
@@ -418,7 +418,7 @@ impl Worker {
 
 const LOST: Answer = Answer { call: Call::fmi2DoStep, outcome: Outcome::Lost };
 
-fn unloadable(name: &str, error: &LibraryError) -> UnitError {
+fn unloadable(name: &str, error: &LibraryError) -> FmuError {
     UnitFault::Unloadable { instance: name.to_owned(), causes: super::causes(error) }.into()
 }
 

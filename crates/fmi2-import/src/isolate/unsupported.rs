@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Isolation;
 use crate::component::{Answer, Identity, Layout, Received, Reply, Request, Sent};
 use crate::description::Description;
-use crate::instance::{UnitError, UnitFault};
+use crate::instance::{FmuError, UnitFault};
 use crate::logger::Message;
 use crate::package::Package;
 
@@ -25,7 +25,7 @@ impl Worker {
         _isolation: &Isolation,
         _identity: &Identity,
         name: &str,
-    ) -> Result<Self, UnitError> {
+    ) -> Result<Self, FmuError> {
         Err(UnitFault::CannotIsolate { instance: name.to_owned() }.into())
     }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
-use fmi2_import::instance::{UnitError, UnitFault};
+use fmi2_import::instance::{FmuError, UnitFault};
 use fmi2_import::logger::{self, Message, Stray};
 use master::participant::Participant;
 use results::summary::UnitMessage;
@@ -255,7 +255,7 @@ impl Journal {
     }
 
     /// The error of a unit that has stalled and has said that it has terminated.
-    pub(super) fn ended(&self, participants: &[Participant]) -> Result<(), UnitError> {
+    pub(super) fn ended(&self, participants: &[Participant]) -> Result<(), FmuError> {
         for (participant, ended) in participants.iter().zip(&self.ended) {
             if let Some(stall) = participant.stall().filter(|_| *ended) {
                 let instance = participant.instance().name().to_owned();
