@@ -7,7 +7,7 @@ use figure::PlotError;
 use fmi2_conformance::reference::ReferenceError;
 use fmi2_conformance::rules::Unreadable;
 use fmi2_conformance::{CheckError, Defects};
-use fmi2_import::instance::{FmuError, UnitFault};
+use fmi2_import::instance::{FmuError, FmuFault};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
 use results::ParquetError;
@@ -101,12 +101,12 @@ impl From<ScenarioError> for Error {
 impl Error {
     /// The fault of a unit whose call was given up, as the user insisted on the end of the run.
     #[must_use]
-    pub fn given_up(&self) -> Option<&UnitFault> {
+    pub fn given_up(&self) -> Option<&FmuFault> {
         let first: Option<&(dyn std::error::Error + 'static)> = Some(self);
         std::iter::successors(first, |error| error.source())
             .find_map(|error| error.downcast_ref::<FmuError>())
             .map(FmuError::fault)
-            .filter(|fault| matches!(fault, UnitFault::GivenUp { .. }))
+            .filter(|fault| matches!(fault, FmuFault::GivenUp { .. }))
     }
 
     /// 2 for bad usage or input, 1 for a run that failed.

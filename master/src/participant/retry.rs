@@ -9,7 +9,7 @@
 use super::Participant;
 use super::rate::shifted;
 use crate::coupling::signal::Taylor;
-use fmi2_import::instance::{StateId, FmuError, UnitFault};
+use fmi2_import::instance::{StateId, FmuError, FmuFault};
 use fmi2_import::logger;
 use fmi2_import::span::{parts, plain};
 
@@ -119,5 +119,5 @@ impl Participant {
 
 /// Whether a smaller step may help.
 fn asks_for_less(error: &FmuError) -> bool {
-    matches!(error.fault(), UnitFault::Discarded { terminated: false, .. })
+    matches!(error.fault(), FmuFault::Discarded { terminated: false, .. })
 }

@@ -7,15 +7,15 @@ use thiserror::Error;
 use crate::logger::Message;
 use crate::span::plain;
 
-/// A [`UnitFault`], boxed since it is rare and large.
+/// A [`FmuFault`], boxed since it is rare and large.
 #[derive(Debug, Error)]
 #[error(transparent)]
-pub struct FmuError(Box<UnitFault>);
+pub struct FmuError(Box<FmuFault>);
 
 impl FmuError {
     /// What went wrong.
     #[must_use]
-    pub fn fault(&self) -> &UnitFault {
+    pub fn fault(&self) -> &FmuFault {
         &self.0
     }
 }
@@ -25,8 +25,8 @@ impl FmuError {
     #[must_use]
     pub fn is_refusal(&self) -> bool {
         match &*self.0 {
-            UnitFault::Status { status, .. } => status == "fmi2Discard",
-            UnitFault::Lacks { .. } => true,
+            FmuFault::Status { status, .. } => status == "fmi2Discard",
+            FmuFault::Lacks { .. } => true,
             _ => false,
         }
     }
@@ -34,24 +34,24 @@ impl FmuError {
     /// Whether the unit has ended the simulation in an orderly way.
     #[must_use]
     pub fn asks_to_end(&self) -> bool {
-        matches!(*self.0, UnitFault::Discarded { terminated: true, .. })
+        matches!(*self.0, FmuFault::Discarded { terminated: true, .. })
     }
 }
 
-impl From<UnitFault> for FmuError {
-    fn from(fault: UnitFault) -> Self {
+impl From<FmuFault> for FmuError {
+    fn from(fault: FmuFault) -> Self {
         Self(Box::new(fault))
     }
 }
 
 #[cold]
-pub(super) fn fail<T>(fault: UnitFault) -> Result<T, FmuError> {
+pub(super) fn fail<T>(fault: FmuFault) -> Result<T, FmuError> {
     Err(fault.into())
 }
 
 /// What went wrong inside of a unit.
 #[derive(Debug, Error)]
-pub enum UnitFault {
+pub enum FmuFault {
     /// `fmi2Instantiate` returned nothing.
     #[error("unit {instance} refused to be instantiated{}", said(messages))]
     Refused {
@@ -317,7 +317,7 @@ pub enum UnitFault {
     },
 }
 
-impl UnitFault {
+impl FmuFault {
     /// How to fix it, where that is known.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
@@ -396,7 +396,7 @@ impl UnitFault {
     }
 }
 
-impl UnitFault {
+impl FmuFault {
     /// Whether the unit's process ended, in whatever way.
     #[must_use]
     pub fn is_loss(&self) -> bool {

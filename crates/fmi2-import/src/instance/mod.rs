@@ -32,7 +32,7 @@ use crate::witness::{CALL, Place};
 use fault::fail;
 #[cfg(unix)]
 pub(crate) use fault::signal_name;
-pub use fault::{FmuError, UnitFault};
+pub use fault::{FmuError, FmuFault};
 pub use offers::BrokenPromise;
 pub use offers::Offer;
 pub use options::Options;
@@ -115,7 +115,7 @@ impl Instance {
                 let backend = Backend::Here { component, sink };
                 Self::with(package, place, name, dead, backend).asked_for(options)
             }
-            None => fail(UnitFault::Refused {
+            None => fail(FmuFault::Refused {
                 instance: name.to_owned(),
                 messages: sink.take(package.description()),
             }),
@@ -308,9 +308,9 @@ impl Instance {
         let reply = self.perform(&Request::Report(request.to_owned()));
         let instance = self.name.clone();
         match (reply.answer.outcome, reply.data) {
-            (Outcome::Lacks, _) => fail(UnitFault::NoReports { instance }),
+            (Outcome::Lacks, _) => fail(FmuFault::NoReports { instance }),
             (_, Data::Report(Some(text))) => Ok(text),
-            (_, Data::Report(None)) => fail(UnitFault::Unanswered {
+            (_, Data::Report(None)) => fail(FmuFault::Unanswered {
                 instance,
                 request: request.to_owned(),
                 messages: self.take_messages(),
@@ -468,8 +468,8 @@ impl Instance {
 
     /// An error that says which variable is not finite.
     #[cold]
-    pub fn not_finite(&mut self, variable: usize, value: f64, time: f64) -> UnitFault {
-        UnitFault::NotFinite {
+    pub fn not_finite(&mut self, variable: usize, value: f64, time: f64) -> FmuFault {
+        FmuFault::NotFinite {
             instance: self.name.clone(),
             variable: self.package.description().variables[variable].name.clone(),
             value,
@@ -483,7 +483,7 @@ impl Instance {
     pub fn no_item(&self, variable: usize, value: i32, target: &str, time: f64) -> FmuError {
         let variable = self.package.description().variables[variable].name.clone();
         let (instance, target) = (self.name.clone(), target.to_owned());
-        UnitFault::NoItem { instance, variable, value, target, time }.into()
+        FmuFault::NoItem { instance, variable, value, target, time }.into()
     }
 
     /// Whether the unit may still be called.
@@ -512,7 +512,7 @@ impl Instance {
     fn alive(&self) -> Result<(), FmuError> {
         self.place.enter();
         if self.dead.load(Ordering::Relaxed) {
-            return fail(UnitFault::Dead { instance: self.name.clone() });
+            return fail(FmuFault::Dead { instance: self.name.clone() });
         }
         Ok(())
     }
@@ -548,7 +548,7 @@ impl Instance {
         let instance = self.name.clone();
         let status = match answer.outcome {
             Outcome::Status(status) => sys::fmi2Status(status),
-            Outcome::Lacks => return fail(UnitFault::Lacks { instance, call }),
+            Outcome::Lacks => return fail(FmuFault::Lacks { instance, call }),
             Outcome::Lost => return fail(self.lost()),
         };
         match status {
@@ -576,7 +576,7 @@ impl Instance {
         if !refused {
             self.running = false;
         }
-        fail(UnitFault::Status {
+        fail(FmuFault::Status {
             instance,
             call,
             status: status.to_string(),
@@ -588,18 +588,18 @@ impl Instance {
 
     /// Why its process is gone.
     #[cold]
-    fn lost(&mut self) -> UnitFault {
+    fn lost(&mut self) -> FmuFault {
         self.dead.store(true, Ordering::Relaxed);
         self.running = false;
         let messages = self.take_messages();
         match &mut self.backend {
             Backend::Elsewhere(worker) => worker.loss(&self.name, self.time, messages),
-            Backend::Here { .. } => UnitFault::Dead { instance: self.name.clone() },
+            Backend::Here { .. } => FmuFault::Dead { instance: self.name.clone() },
         }
     }
 
-    fn zero_byte(&self, what: &str) -> UnitFault {
-        UnitFault::ZeroByte { instance: self.name.clone(), what: what.to_owned() }
+    fn zero_byte(&self, what: &str) -> FmuFault {
+        FmuFault::ZeroByte { instance: self.name.clone(), what: what.to_owned() }
     }
 
     fn names(&self, call: Call, references: &[u32]) -> Vec<String> {
@@ -627,7 +627,7 @@ impl Drop for Instance {
 fn identity(package: &Package, name: &str, options: &Options) -> Result<Identity, FmuError> {
     let text = |what: &str, text: &str| {
         CString::new(text).map_err(|_| {
-            FmuError::from(UnitFault::ZeroByte {
+            FmuError::from(FmuFault::ZeroByte {
                 instance: name.to_owned(),
                 what: what.to_owned(),
             })

@@ -6,7 +6,7 @@
 //! instance is freed and all units are started again, without that [`Offer`].
 
 use super::fault::signal_name;
-use super::{Instance, FmuError, UnitFault};
+use super::{Instance, FmuError, FmuFault};
 use crate::description::Description;
 use crate::logger::Message;
 
@@ -53,10 +53,10 @@ impl BrokenPromise {
     /// Whether it is this that an error is about.
     pub fn of(error: &FmuError) -> Option<Self> {
         let (instance, call, how, messages) = match error.fault() {
-            UnitFault::Status { instance, call, status, messages, .. } if status == "fmi2Error" => {
+            FmuFault::Status { instance, call, status, messages, .. } if status == "fmi2Error" => {
                 (instance, *call, format!("returned {status}"), messages)
             }
-            UnitFault::Crashed { instance, call, signal, messages, .. } => {
+            FmuFault::Crashed { instance, call, signal, messages, .. } => {
                 (instance, *call, format!("crashed ({})", signal_name(*signal)), messages)
             }
             _ => return None,
@@ -110,7 +110,7 @@ impl Instance {
         match answer {
             Ok(()) => Ok(true),
             Err(error) if error.is_refusal() => {
-                if let UnitFault::Status { messages, .. } = error.fault() {
+                if let FmuFault::Status { messages, .. } = error.fault() {
                     self.inherit(messages.clone());
                 }
                 Ok(false)

@@ -1,6 +1,6 @@
 //! Saving and restoring the state of an instance, and its derivatives with respect to inputs.
 
-use super::{Backend, Instance, FmuError, UnitFault, fail};
+use super::{Backend, Instance, FmuError, FmuFault, fail};
 use crate::component::{Data, Request};
 
 /// A saved state of one instance, which owns it: valid until freed or until the instance is dropped.
@@ -115,8 +115,8 @@ impl Instance {
     fn no_state<T>(&self, data: &Data) -> Result<T, FmuError> {
         let instance = self.name.clone();
         fail(match data {
-            Data::TooLarge(size) => UnitFault::StateTooLarge { instance, size: *size },
-            _ => UnitFault::NoState { instance },
+            Data::TooLarge(size) => FmuFault::StateTooLarge { instance, size: *size },
+            _ => FmuFault::NoState { instance },
         })
     }
 }

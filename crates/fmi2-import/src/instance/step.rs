@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::{Backend, Instance, StateId, FmuError, UnitFault, fail};
+use super::{Backend, Instance, StateId, FmuError, FmuFault, fail};
 use crate::component::{Answer, Data, Layout, Received, Request, Sent};
 use crate::library::Call;
 
@@ -179,7 +179,7 @@ impl Instance {
                 }
                 self.running = false;
                 let instance = self.name.clone();
-                return fail(UnitFault::Hanging { instance, time, limit: self.pending_limit });
+                return fail(FmuFault::Hanging { instance, time, limit: self.pending_limit });
             }
             std::thread::sleep(pause);
             pause = (pause * 2).min(Duration::from_millis(10));
@@ -187,7 +187,7 @@ impl Instance {
     }
 
     /// Asks a unit that discarded its step how far it got and whether it wants to end.
-    fn discarded(&mut self, time: f64, size: f64) -> Result<UnitFault, FmuError> {
+    fn discarded(&mut self, time: f64, size: f64) -> Result<FmuFault, FmuError> {
         let number = |reply: Result<Data, FmuError>| match reply {
             Ok(Data::Number(number)) => Some(number),
             _ => None,
@@ -198,7 +198,7 @@ impl Instance {
         let ended = number(self.ask(&Request::GetTerminated, &[]));
         self.alive()?;
         self.running = true;
-        Ok(UnitFault::Discarded {
+        Ok(FmuFault::Discarded {
             instance: self.name.clone(),
             time,
             size,

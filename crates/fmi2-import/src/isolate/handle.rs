@@ -21,7 +21,7 @@ use crate::component::{
     Answer, Data, IDLE, Identity, LOADING, Layout, Outcome, Received, Reply, Request, Sent,
 };
 use crate::description::Description;
-use crate::instance::{FmuError, UnitFault};
+use crate::instance::{FmuError, FmuFault};
 use crate::interrupt;
 use crate::library::{Call, Functions, LibraryError};
 use crate::logger::{self, Message, expand};
@@ -94,7 +94,7 @@ impl Worker {
         let instance = || name.to_owned();
         Functions::check_presence(package).map_err(|error| unloadable(name, &error))?;
         let started = Self::spawn(isolation, name)
-            .map_err(|source| UnitFault::NoProcess { instance: instance(), source })?;
+            .map_err(|source| FmuFault::NoProcess { instance: instance(), source })?;
         let mut worker = started;
         let order = Order::Start {
             unit: package.path().to_owned(),
@@ -109,9 +109,9 @@ impl Worker {
         let messages = worker.take_messages(package.description());
         match report {
             Some(Report::Unloadable(causes)) => {
-                Err(UnitFault::Unloadable { instance: instance(), causes }.into())
+                Err(FmuFault::Unloadable { instance: instance(), causes }.into())
             }
-            Some(_) => Err(UnitFault::Refused { instance: instance(), messages }.into()),
+            Some(_) => Err(FmuFault::Refused { instance: instance(), messages }.into()),
             None => Err(worker.loss(name, None, messages).into()),
         }
     }
@@ -390,7 +390,7 @@ impl Worker {
     }
 
     /// Why the worker is gone.
-    pub(crate) fn loss(&self, name: &str, time: Option<f64>, messages: Vec<Message>) -> UnitFault {
+    pub(crate) fn loss(&self, name: &str, time: Option<f64>, messages: Vec<Message>) -> FmuFault {
         let instance = name.to_owned();
         let call = match self.lost_in {
             LOADING => "dlopen",
@@ -398,20 +398,20 @@ impl Worker {
         };
         match &self.loss {
             Some(Loss::Ended(status)) => match (status.signal(), status.code()) {
-                (Some(signal), _) => UnitFault::Crashed { instance, call, signal, time, messages },
+                (Some(signal), _) => FmuFault::Crashed { instance, call, signal, time, messages },
                 (None, code) => {
                     let code = code.unwrap_or_default();
-                    UnitFault::Exited { instance, call, code, time, messages }
+                    FmuFault::Exited { instance, call, code, time, messages }
                 }
             },
             Some(Loss::TimedOut(limit)) => {
-                UnitFault::TimedOut { instance, call, limit: *limit, time, messages }
+                FmuFault::TimedOut { instance, call, limit: *limit, time, messages }
             }
-            Some(Loss::GivenUp) => UnitFault::GivenUp { instance, call, time, messages },
+            Some(Loss::GivenUp) => FmuFault::GivenUp { instance, call, time, messages },
             Some(Loss::Broken(why)) => {
-                UnitFault::Broken { instance, call, why: why.clone(), time, messages }
+                FmuFault::Broken { instance, call, why: why.clone(), time, messages }
             }
-            None => UnitFault::Dead { instance },
+            None => FmuFault::Dead { instance },
         }
     }
 }
@@ -419,7 +419,7 @@ impl Worker {
 const LOST: Answer = Answer { call: Call::fmi2DoStep, outcome: Outcome::Lost };
 
 fn unloadable(name: &str, error: &LibraryError) -> FmuError {
-    UnitFault::Unloadable { instance: name.to_owned(), causes: super::causes(error) }.into()
+    FmuFault::Unloadable { instance: name.to_owned(), causes: super::causes(error) }.into()
 }
 
 impl Drop for Worker {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Isolation;
 use crate::component::{Answer, Identity, Layout, Received, Reply, Request, Sent};
 use crate::description::Description;
-use crate::instance::{FmuError, UnitFault};
+use crate::instance::{FmuError, FmuFault};
 use crate::logger::Message;
 use crate::package::Package;
 
@@ -26,7 +26,7 @@ impl Worker {
         _identity: &Identity,
         name: &str,
     ) -> Result<Self, FmuError> {
-        Err(UnitFault::CannotIsolate { instance: name.to_owned() }.into())
+        Err(FmuFault::CannotIsolate { instance: name.to_owned() }.into())
     }
 
     pub(crate) fn perform(&mut self, _request: &Request) -> Reply {
@@ -57,7 +57,7 @@ impl Worker {
         match *self {}
     }
 
-    pub(crate) fn loss(&self, _: &str, _: Option<f64>, _: Vec<Message>) -> UnitFault {
+    pub(crate) fn loss(&self, _: &str, _: Option<f64>, _: Vec<Message>) -> FmuFault {
         match *self {}
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
-use fmi2_import::instance::{FmuError, UnitFault};
+use fmi2_import::instance::{FmuError, FmuFault};
 use fmi2_import::logger::{self, Message, Stray};
 use master::participant::Participant;
 use results::summary::UnitMessage;
@@ -262,7 +262,7 @@ impl Journal {
                 let said = self.messages.iter().filter(|message| message.instance == instance);
                 let said = said.map(repeated).filter(says_ended).collect();
                 return Err(
-                    UnitFault::Stalled { instance, since: stall.since, messages: said }.into()
+                    FmuFault::Stalled { instance, since: stall.since, messages: said }.into()
                 );
             }
         }
