@@ -2,10 +2,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use fmi2_import::description::Description;
+use fmi2_import::description::ModelDescription;
 
 fuzz_target!(|text: &str| {
-    let Ok(description) = Description::parse(text) else { return };
+    let Ok(description) = ModelDescription::parse(text) else { return };
     for index in 0..description.variables.len() {
         let _ = description.unit_of(index);
         let _ = description.enumeration_of(index);

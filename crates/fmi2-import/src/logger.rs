@@ -13,7 +13,7 @@ pub(crate) use registry::{Badge, calls};
 pub use registry::{Stray, take_strays};
 pub(crate) use sink::Sink;
 
-use crate::description::Description;
+use crate::description::ModelDescription;
 
 /// Messages that have arrived from all units.
 static ARRIVED: AtomicU64 = AtomicU64::new(0);
@@ -118,7 +118,7 @@ fn callbacks(badge: Badge) -> sys::fmi2CallbackFunctions {
 }
 
 /// Replaces `#r123#` by the variable's name and `##` by `#` (FMI 2.0.5, section 2.1.5).
-pub(crate) fn expand(text: &str, description: &Description) -> String {
+pub(crate) fn expand(text: &str, description: &ModelDescription) -> String {
     let mut expanded = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(at) = rest.find('#') {
@@ -151,8 +151,8 @@ pub(crate) fn expand(text: &str, description: &Description) -> String {
 mod tests {
     use super::*;
 
-    fn description() -> Description {
-        Description::parse(
+    fn description() -> ModelDescription {
+        ModelDescription::parse(
             r#"<fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">
             <CoSimulation modelIdentifier="m"/>
             <ModelVariables><ScalarVariable name="gap" valueReference="3"><Real/></ScalarVariable>

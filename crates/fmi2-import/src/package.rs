@@ -7,7 +7,7 @@ use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use thiserror::Error;
 
 use crate::archive::{Archive, ArchiveError};
-use crate::description::{Description, DescriptionError, Finding, Severity};
+use crate::description::{DescriptionError, Finding, ModelDescription, Severity};
 use crate::scratch::Scratch;
 
 /// Folder under `binaries/` for the system that this program runs on.
@@ -104,7 +104,7 @@ impl PackageError {
 #[derive(Debug)]
 pub struct Package {
     path: PathBuf,
-    description: Description,
+    description: ModelDescription,
     files: Vec<String>,
     findings: Vec<Finding>,
     /// name of the binary's file for this system, whether or not it exists
@@ -122,7 +122,7 @@ impl Package {
         let archived = |source| PackageError::Archive { path: path.to_owned(), source };
         let mut archive = Archive::open(path).map_err(archived)?;
         let text = archive.description().map_err(archived)?;
-        let description = Description::parse(&text)
+        let description = ModelDescription::parse(&text)
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
         let folder = Scratch::new()
             .map_err(|source| PackageError::Folder { path: path.to_owned(), source })?;
@@ -159,10 +159,10 @@ impl Package {
     ///
     /// # Errors
     /// The archive or its description is unusable.
-    pub fn describe(path: &Path) -> Result<Description, PackageError> {
+    pub fn describe(path: &Path) -> Result<ModelDescription, PackageError> {
         let archived = |source| PackageError::Archive { path: path.to_owned(), source };
         let text = Archive::open(path).and_then(|mut it| it.description()).map_err(archived)?;
-        Description::parse(&text)
+        ModelDescription::parse(&text)
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })
     }
 
@@ -180,7 +180,7 @@ impl Package {
 
     /// What the unit says about itself.
     #[must_use]
-    pub fn description(&self) -> &Description {
+    pub fn description(&self) -> &ModelDescription {
         &self.description
     }
 

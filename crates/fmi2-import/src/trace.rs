@@ -17,7 +17,7 @@ use fmi2_sys::fmi2Status;
 use serde::{Deserialize, Serialize};
 
 use crate::component::{Answer, Kind, Outcome};
-use crate::description::{Description, Type};
+use crate::description::{ModelDescription, Type};
 use crate::library::Call;
 
 /// What the lines are.
@@ -47,7 +47,7 @@ impl Trace {
     }
 
     /// What an instance needs to write to it, in this process or in another one.
-    pub(crate) fn of(&self, instance: &str, description: &Description) -> Traced {
+    pub(crate) fn of(&self, instance: &str, description: &ModelDescription) -> Traced {
         let variable = |kind| match kind {
             Type::Real => Kind::Real,
             Type::Integer | Type::Enumeration => Kind::Integer,

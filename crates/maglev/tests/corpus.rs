@@ -8,7 +8,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use fmi2_import::archive::Archive;
-use fmi2_import::description::Description;
+use fmi2_import::description::ModelDescription;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use scenario::Scenario;
@@ -47,7 +47,7 @@ fn archive(bytes: &[u8]) -> bool {
 }
 
 fn description(text: &str) -> bool {
-    let Ok(description) = Description::parse(text) else { return false };
+    let Ok(description) = ModelDescription::parse(text) else { return false };
     for index in 0..description.variables.len() {
         let _ = description.unit_of(index);
         let _ = description.enumeration_of(index);

@@ -401,7 +401,7 @@ fn golden_own_descriptions_have_no_defects() {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let text = std::fs::read_to_string(&path).unwrap();
-        let description = fmi2_import::description::Description::parse(&text).unwrap();
+        let description = fmi2_import::description::ModelDescription::parse(&text).unwrap();
         assert!(description.findings.is_empty(), "{}: {:?}", path.display(), description.findings);
     }
 }

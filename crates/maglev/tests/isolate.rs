@@ -11,7 +11,7 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use fmi2_import::instance::{Instance, FmuError};
+use fmi2_import::instance::{FmuError, Instance};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;
 use fmi2_import::package::Package;

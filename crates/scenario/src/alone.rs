@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::{Given, Override, Scenario, ScenarioError, suggestions};
-use fmi2_import::description::{Causality, Description};
+use fmi2_import::description::{Causality, ModelDescription};
 
 /// Makes a scenario of one unit: an instance named after the file, with its outputs recorded, and those
 /// inputs that are set. Its `DefaultExperiment` says from when to when and in which steps it runs. In `set`,
@@ -15,7 +15,7 @@ use fmi2_import::description::{Causality, Description};
 /// The parts do not make a valid scenario.
 pub fn alone(
     path: &Path,
-    unit: &Description,
+    unit: &ModelDescription,
     given: Given,
     set: &[Override],
 ) -> Result<Scenario, ScenarioError> {
@@ -47,7 +47,7 @@ fn instance_name(path: &Path) -> String {
 }
 
 /// The value for a variable of the instance, whether or not the instance is named.
-fn named(it: &Override, instance: &str, unit: &Description) -> Override {
+fn named(it: &Override, instance: &str, unit: &ModelDescription) -> Override {
     let own = it.target.strip_prefix(instance).and_then(|rest| rest.strip_prefix('.'));
     let target = match own {
         // a structured name may begin like the instance's
@@ -58,7 +58,7 @@ fn named(it: &Override, instance: &str, unit: &Description) -> Override {
 }
 
 /// The signals of interest.
-fn recorded(unit: &Description, instance: &str, overrides: &[Override]) -> Vec<String> {
+fn recorded(unit: &ModelDescription, instance: &str, overrides: &[Override]) -> Vec<String> {
     let name = |&index: &usize| format!("{instance}.{}", unit.variables[index].name);
     let is_set = |input: &String| {
         let fits = |name: &String| name == input || patterns::matches(name, input);

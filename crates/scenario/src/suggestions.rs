@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::{Experiment, Scenario, ScenarioError};
-use fmi2_import::description::{DefaultExperiment, Description};
+use fmi2_import::description::{DefaultExperiment, ModelDescription};
 use fmi2_import::package::Package;
 
 /// Steps of a run for which neither the scenario nor the unit names one.
@@ -88,7 +88,7 @@ impl LeftOut {
 
 /// What units suggest.
 struct Suggested<'a> {
-    units: &'a [(PathBuf, Description)],
+    units: &'a [(PathBuf, ModelDescription)],
 }
 
 /// One of the numbers in a `DefaultExperiment`.
@@ -163,7 +163,7 @@ impl Suggested<'_> {
         if experiment.steps().is_ok() || !(count.is_finite() && count > 0.0) {
             return;
         }
-        let vary = |(_, unit): &(PathBuf, Description)| {
+        let vary = |(_, unit): &(PathBuf, ModelDescription)| {
             unit.co_simulation.can_handle_variable_communication_step_size
         };
         if left.step && (self.units.iter().all(vary) || count < 1.0) {
@@ -180,7 +180,11 @@ impl Suggested<'_> {
 
 /// The experiment of a unit that runs alone: what is given, what it suggests, and where it suggests
 /// nothing, from 0 over 1 s in 500 steps. With the notes on what was taken from where.
-pub(crate) fn alone(path: &Path, unit: &Description, given: Given) -> (Experiment, Vec<String>) {
+pub(crate) fn alone(
+    path: &Path,
+    unit: &ModelDescription,
+    given: Given,
+) -> (Experiment, Vec<String>) {
     let (mut notes, mut left) = (Vec::new(), LeftOut { start: true, stop: true, step: true });
     let mut experiment = Experiment { start: 0.0, stop: 0.0, step: 0.0, tolerance: None };
     left.take(&mut experiment, given);
@@ -210,8 +214,8 @@ mod tests {
     use super::*;
 
     /// A unit with that DefaultExperiment that can vary its step or not.
-    fn unit(attributes: &str, vary: bool) -> Description {
-        Description::parse(&format!(
+    fn unit(attributes: &str, vary: bool) -> ModelDescription {
+        ModelDescription::parse(&format!(
             r#"<fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">
             <CoSimulation modelIdentifier="m" canHandleVariableCommunicationStepSize="{vary}"/>
             <DefaultExperiment {attributes}/><ModelVariables/><ModelStructure/>

@@ -18,7 +18,7 @@ use crate::coupling::acceleration::Accelerator;
 use crate::graph::SignalGraph;
 use crate::system::{Link, Port, Transfer};
 use fmi2_import::description::Type;
-use fmi2_import::instance::{Offer, FmuError};
+use fmi2_import::instance::{FmuError, Offer};
 use scenario::{Acceleration, Initialization};
 
 /// A sweep that leaves more than this part of the change is slow.

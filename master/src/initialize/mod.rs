@@ -19,7 +19,7 @@ use loops::Loop;
 use crate::graph::SignalGraph;
 use crate::system::{Link, Port, System, Transfer};
 use fmi2_import::description::{Causality, Type};
-use fmi2_import::instance::{Instance, FmuError};
+use fmi2_import::instance::{FmuError, Instance};
 use results::summary::SolvedLoop;
 use scenario::{Experiment, Initialization};
 

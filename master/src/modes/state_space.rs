@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use super::ModesError;
-use fmi2_import::description::{Description, Type};
+use fmi2_import::description::{ModelDescription, Type};
 
 /// One entry of a sparse matrix: row, column, value.
 type Entry = (usize, usize, f64);
@@ -119,7 +119,7 @@ impl StateSpace {
     pub fn between(
         &self,
         instance: &str,
-        description: &Description,
+        description: &ModelDescription,
         inputs: &[usize],
         outputs: &[usize],
     ) -> Result<Linear, ModesError> {

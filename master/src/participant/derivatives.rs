@@ -4,7 +4,7 @@
 //! and ignore a call that mixes them; in a single call to units that say so in their annotation.
 
 use super::Participant;
-use fmi2_import::instance::{Offer, Refusal, FmuError};
+use fmi2_import::instance::{FmuError, Offer, Refusal};
 
 impl Participant {
     /// Lays out the calls anew.

@@ -19,7 +19,7 @@ use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use equal::Equal;
 use fmi2_import::component::{Layout, Received, Sent};
 use fmi2_import::description::{Causality, Type};
-use fmi2_import::instance::{Instance, StateId, FmuError};
+use fmi2_import::instance::{FmuError, Instance, StateId};
 pub use odd::OddValue;
 use rate::Rate;
 use retry::Retry;

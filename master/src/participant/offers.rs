@@ -15,7 +15,7 @@
 
 use super::Participant;
 use crate::coupling::{Capabilities, Unit as _};
-use fmi2_import::instance::{Instance, Offer, FmuError};
+use fmi2_import::instance::{FmuError, Instance, Offer};
 
 /// What the unit offers, as far as is known.
 pub(super) fn capabilities(instance: &Instance) -> Capabilities {

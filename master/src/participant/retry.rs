@@ -9,7 +9,7 @@
 use super::Participant;
 use super::rate::shifted;
 use crate::coupling::signal::Taylor;
-use fmi2_import::instance::{StateId, FmuError, FmuFault};
+use fmi2_import::instance::{FmuError, FmuFault, StateId};
 use fmi2_import::logger;
 use fmi2_import::span::{parts, plain};
 

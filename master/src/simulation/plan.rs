@@ -16,7 +16,7 @@ use crate::graph;
 use crate::participant::Participant;
 use crate::system::{Plan, Port, System, SystemError};
 use fmi2_import::description::Type;
-use fmi2_import::instance::{Instance, Options, FmuError};
+use fmi2_import::instance::{FmuError, Instance, Options};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;
 use fmi2_import::trace::Trace;

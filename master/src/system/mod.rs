@@ -18,7 +18,7 @@ use indexmap::IndexMap;
 pub use error::SystemError;
 pub use transfer::Transfer;
 
-use fmi2_import::description::{Description, Value, Variability, Variable};
+use fmi2_import::description::{ModelDescription, Value, Variability, Variable};
 use fmi2_import::package::Package;
 use scenario::{Scenario, Setting};
 
@@ -72,7 +72,7 @@ pub struct Plan {
 impl Plan {
     /// Description of its unit.
     #[must_use]
-    pub fn description(&self) -> &Description {
+    pub fn description(&self) -> &ModelDescription {
         self.package.description()
     }
 

@@ -11,7 +11,7 @@ use super::trace::Trace;
 use super::{Observation, Stop};
 use crate::CheckError;
 use fmi2_import::description::{
-    Causality, Description, Initial, Severity, Type, Value, Variability, Variable,
+    Causality, Initial, ModelDescription, Severity, Type, Value, Variability, Variable,
 };
 use fmi2_import::library::Functions;
 use fmi2_import::package::Package;
@@ -53,7 +53,7 @@ impl Bench {
         &self.package
     }
 
-    pub(crate) fn description(&self) -> &Description {
+    pub(crate) fn description(&self) -> &ModelDescription {
         self.package.description()
     }
 

@@ -15,7 +15,7 @@ use thiserror::Error;
 pub use files::{Experiment, Table};
 
 use fmi2_import::description::Type;
-use fmi2_import::instance::{Instance, FmuError};
+use fmi2_import::instance::{FmuError, Instance};
 use fmi2_import::library::{Functions, LibraryError};
 use fmi2_import::package::Package;
 use fmi2_import::span::between;

@@ -26,7 +26,7 @@ use std::path::Path;
 use roxmltree::{Document, Node, ParsingOptions};
 
 pub use contents::{Contents, Unreadable};
-use fmi2_import::description::{Description, Finding, Severity, Variable};
+use fmi2_import::description::{Finding, ModelDescription, Severity, Variable};
 use fmi2_import::xml::Plain as _;
 
 /// One check.
@@ -52,7 +52,7 @@ pub struct Subject<'a> {
     /// Why it is not.
     pub malformed: Option<&'a roxmltree::Error>,
     /// What the description says, if it is complete enough to be used.
-    pub description: Option<&'a Description>,
+    pub description: Option<&'a ModelDescription>,
     /// What the schema has to say, and the elements that it knows.
     reading: schema::Reading<'a>,
 }
@@ -163,7 +163,7 @@ pub fn check(path: &Path) -> Result<Vec<Finding>, Unreadable> {
         ..ParsingOptions::default()
     };
     let parsed = text.map(|text| Document::parse_with_options(text, options));
-    let described = text.map(Description::parse);
+    let described = text.map(ModelDescription::parse);
     let document = parsed.as_ref().and_then(|parsed| parsed.as_ref().ok());
     let subject = Subject {
         contents: &contents,

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashSet};
 use roxmltree::Node;
 
 use super::{Subject, counted, doubled, several, table};
-use fmi2_import::description::{Causality, Description, Initial, Type, Variability, Variable};
+use fmi2_import::description::{Causality, Initial, ModelDescription, Type, Variability, Variable};
 use fmi2_import::xml::{Plain as _, number, words};
 
 table! {
@@ -67,7 +67,7 @@ fn each_entry<'a>(
         .collect()
 }
 
-fn variable(description: &Description, index: usize) -> Option<&Variable> {
+fn variable(description: &ModelDescription, index: usize) -> Option<&Variable> {
     description.variables.get(index.checked_sub(1)?)
 }
 
@@ -155,7 +155,7 @@ fn derivatives(subject: &Subject) -> Vec<String> {
 }
 
 /// Derivatives that are listed, and their states: indices from 1.
-fn exposed_states(subject: &Subject, description: &Description) -> BTreeSet<usize> {
+fn exposed_states(subject: &Subject, description: &ModelDescription) -> BTreeSet<usize> {
     let derivatives = listed(subject, "Derivatives");
     let state = |index: &usize| Some(variable(description, *index)?.derivative_of? + 1);
     let states: Vec<usize> = derivatives.iter().filter_map(state).collect();
@@ -166,7 +166,7 @@ fn guessed(variable: &Variable) -> bool {
     matches!(variable.initial, Some(Initial::Calculated | Initial::Approx))
 }
 
-fn initial_wanted(subject: &Subject, description: &Description) -> BTreeSet<usize> {
+fn initial_wanted(subject: &Subject, description: &ModelDescription) -> BTreeSet<usize> {
     let states = exposed_states(subject, description);
     let mut wanted = all(subject, |variable| match variable.causality {
         Causality::Output => guessed(variable),

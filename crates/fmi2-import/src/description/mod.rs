@@ -1,6 +1,6 @@
 //! What a unit says about itself: the contents of its modelDescription.xml.
 //!
-//! [`Description::parse`] reads everything of an FMI 2.0 co-simulation description. Tolerable
+//! [`ModelDescription::parse`] reads everything of an FMI 2.0 co-simulation description. Tolerable
 //! defects become [`Finding`]s, so that imperfect units still run; only what makes a unit
 //! unusable is an error.
 
@@ -186,7 +186,7 @@ pub struct Variable {
 /// An output or initial unknown with what it depends on.
 #[derive(Debug, Clone, Serialize)]
 pub struct Unknown {
-    /// Index into [`Description::variables`], counted from 0.
+    /// Index into [`ModelDescription::variables`], counted from 0.
     pub variable: usize,
     /// Indices of the knowns; `None` where the description leaves it open (that is: all).
     pub dependencies: Option<Vec<usize>>,
@@ -261,7 +261,7 @@ pub struct DefaultExperiment {
 /// Everything that modelDescription.xml says.
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "camelCase")]
-pub struct Description {
+pub struct ModelDescription {
     /// `2.0`
     pub fmi_version: String,
     /// `modelName`, as the modelling tool shows it.
@@ -315,7 +315,7 @@ pub struct Description {
     places: Places,
 }
 
-/// Positions in the lists of a [`Description`], which may be long.
+/// Positions in the lists of a [`ModelDescription`], which may be long.
 #[derive(Debug, Clone, Default)]
 struct Places {
     /// of a unit of measurement, by its name
@@ -340,7 +340,7 @@ impl Places {
     }
 }
 
-impl Description {
+impl ModelDescription {
     /// Index of the variable of that name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {

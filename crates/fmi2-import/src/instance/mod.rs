@@ -627,10 +627,7 @@ impl Drop for Instance {
 fn identity(package: &Package, name: &str, options: &Options) -> Result<Identity, FmuError> {
     let text = |what: &str, text: &str| {
         CString::new(text).map_err(|_| {
-            FmuError::from(FmuFault::ZeroByte {
-                instance: name.to_owned(),
-                what: what.to_owned(),
-            })
+            FmuError::from(FmuFault::ZeroByte { instance: name.to_owned(), what: what.to_owned() })
         })
     };
     Ok(Identity {

@@ -6,8 +6,8 @@
 //! instance is freed and all units are started again, without that [`Offer`].
 
 use super::fault::signal_name;
-use super::{Instance, FmuError, FmuFault};
-use crate::description::Description;
+use super::{FmuError, FmuFault, Instance};
+use crate::description::ModelDescription;
 use crate::logger::Message;
 
 /// Something that a description declares.
@@ -75,7 +75,7 @@ pub(super) struct Offers {
 }
 
 impl Offers {
-    pub(super) fn of(description: &Description) -> Self {
+    pub(super) fn of(description: &ModelDescription) -> Self {
         let unit = &description.co_simulation;
         Self {
             output_derivatives: unit.max_output_derivative_order > 0,

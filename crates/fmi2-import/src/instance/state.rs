@@ -1,6 +1,6 @@
 //! Saving and restoring the state of an instance, and its derivatives with respect to inputs.
 
-use super::{Backend, Instance, FmuError, FmuFault, fail};
+use super::{Backend, FmuError, FmuFault, Instance, fail};
 use crate::component::{Data, Request};
 
 /// A saved state of one instance, which owns it: valid until freed or until the instance is dropped.

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::{Backend, Instance, StateId, FmuError, FmuFault, fail};
+use super::{Backend, FmuError, FmuFault, Instance, StateId, fail};
 use crate::component::{Answer, Data, Layout, Received, Request, Sent};
 use crate::library::Call;
 

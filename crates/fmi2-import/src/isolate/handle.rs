@@ -20,7 +20,7 @@ use super::{ARGUMENT, Isolation};
 use crate::component::{
     Answer, Data, IDLE, Identity, LOADING, Layout, Outcome, Received, Reply, Request, Sent,
 };
-use crate::description::Description;
+use crate::description::ModelDescription;
 use crate::instance::{FmuError, FmuFault};
 use crate::interrupt;
 use crate::library::{Call, Functions, LibraryError};
@@ -260,7 +260,7 @@ impl Worker {
     }
 
     /// Takes the unit's messages, with variable references expanded.
-    pub(crate) fn take_messages(&mut self, description: &Description) -> Vec<Message> {
+    pub(crate) fn take_messages(&mut self, description: &ModelDescription) -> Vec<Message> {
         let mut messages = self.control().ring.take();
         for message in &mut messages {
             message.text = expand(&message.text, description);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::Isolation;
 use crate::component::{Answer, Identity, Layout, Received, Reply, Request, Sent};
-use crate::description::Description;
+use crate::description::ModelDescription;
 use crate::instance::{FmuError, FmuFault};
 use crate::logger::Message;
 use crate::package::Package;
@@ -53,7 +53,7 @@ impl Worker {
         match *self {}
     }
 
-    pub(crate) fn take_messages(&mut self, _description: &Description) -> Vec<Message> {
+    pub(crate) fn take_messages(&mut self, _description: &ModelDescription) -> Vec<Message> {
         match *self {}
     }
 

@@ -6,7 +6,7 @@ use fmi2_sys as sys;
 
 use super::registry::{self, Badge};
 use super::{Message, callbacks, expand};
-use crate::description::Description;
+use crate::description::ModelDescription;
 #[cfg(target_os = "linux")]
 use crate::isolate::Ring;
 
@@ -96,7 +96,7 @@ impl Sink {
     }
 
     /// Takes all messages, with variable references expanded.
-    pub(crate) fn take(&self, description: &Description) -> Vec<Message> {
+    pub(crate) fn take(&self, description: &ModelDescription) -> Vec<Message> {
         let mut messages = match &mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner)
         {
             Store::Here(flood) => flood.take(),

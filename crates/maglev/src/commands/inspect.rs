@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use fmi2_import::description::{
-    Causality, DefaultExperiment, Description, Value, Variability, Variable,
+    Causality, DefaultExperiment, ModelDescription, Value, Variability, Variable,
 };
 use fmi2_import::package::Package;
 use maglev::Error;
@@ -128,7 +128,7 @@ fn experiment(suggested: &DefaultExperiment) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-fn capabilities(description: &Description) -> String {
+fn capabilities(description: &ModelDescription) -> String {
     let co = &description.co_simulation;
     let mut text = "\nCapabilities\n".to_owned();
     let yes = |flag: bool| if flag { "yes" } else { "no" };
@@ -151,7 +151,7 @@ fn capabilities(description: &Description) -> String {
     text
 }
 
-fn counts(description: &Description) -> String {
+fn counts(description: &ModelDescription) -> String {
     let mut text = "\nVariables\n".to_owned();
     for (name, causality) in [
         ("parameters", Causality::Parameter),
@@ -166,7 +166,7 @@ fn counts(description: &Description) -> String {
     text
 }
 
-fn constants(description: &Description) -> String {
+fn constants(description: &ModelDescription) -> String {
     let mut text = String::new();
     let constants =
         description.variables.iter().filter(|it| it.variability == Variability::Constant);

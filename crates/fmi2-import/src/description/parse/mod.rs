@@ -1,4 +1,4 @@
-//! From XML text to [`Description`].
+//! From XML text to [`ModelDescription`].
 //!
 //! What can be guessed is guessed, with one finding per defect; what cannot (no value reference, no
 //! type, a doubled name) is an error.
@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use crate::xml::{self, Plain as _};
 
-use super::{CoSimulation, DefaultExperiment, Description, Finding, Places, Severity, Type};
+use super::{CoSimulation, DefaultExperiment, Finding, ModelDescription, Places, Severity, Type};
 
 /// More XML nodes than this are refused: about 100 bytes of memory each.
 pub const MAX_NODES: u32 = 5_000_000;
@@ -89,7 +89,7 @@ pub enum DescriptionError {
 
 type Result<T> = std::result::Result<T, DescriptionError>;
 
-impl Description {
+impl ModelDescription {
     /// Reads the text of a modelDescription.xml.
     ///
     /// # Errors
@@ -119,7 +119,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn read(mut self) -> Result<Description> {
+    fn read(mut self) -> Result<ModelDescription> {
         let root = self.document.root_element();
         if !root.is("fmiModelDescription") {
             return Err(DescriptionError::Root(root.tag_name().name().to_owned()));
@@ -139,7 +139,7 @@ impl<'a> Reader<'a> {
         let units = self.units(root)?;
         self.undefined_units(&mut variables, &units);
         let (outputs, initial_unknowns) = self.structure(root, &variables)?;
-        let mut description = Description {
+        let mut description = ModelDescription {
             fmi_version,
             model_name,
             guid: self.required(root, "guid")?.to_owned(),
