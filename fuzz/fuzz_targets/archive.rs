@@ -4,10 +4,10 @@
 use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
-use fmi2_import::archive::Archive;
+use fmi2_import::archive::FmuArchive;
 
 fuzz_target!(|bytes: &[u8]| {
-    let Ok(mut archive) = Archive::new(Cursor::new(bytes)) else { return };
+    let Ok(mut archive) = FmuArchive::new(Cursor::new(bytes)) else { return };
     let names: Vec<String> = archive.files().map(str::to_owned).collect();
     assert!(names.iter().all(|name| !name.starts_with('/') && !name.split('/').any(|it| it == "..")));
     let _ = archive.description();

@@ -126,7 +126,7 @@ impl ArchiveError {
 }
 
 /// An opened archive whose entry names have all been checked.
-pub struct Archive<R> {
+pub struct FmuArchive<R> {
     zip: ZipArchive<R>,
     /// checked name of each entry in zip order; `None` for folders
     names: Vec<Option<String>>,
@@ -136,7 +136,7 @@ pub struct Archive<R> {
     warnings: Vec<String>,
 }
 
-impl Archive<BufReader<File>> {
+impl FmuArchive<BufReader<File>> {
     /// Opens the archive at `path`.
     ///
     /// # Errors
@@ -151,7 +151,7 @@ impl Archive<BufReader<File>> {
     }
 }
 
-impl<R: Read + Seek> Archive<R> {
+impl<R: Read + Seek> FmuArchive<R> {
     /// Reads the directory of the archive and checks every entry.
     ///
     /// # Errors
@@ -361,8 +361,8 @@ mod tests {
         writer.finish().unwrap().into_inner()
     }
 
-    fn open(entries: &[(&str, &[u8])]) -> Result<Archive<Cursor<Vec<u8>>>, ArchiveError> {
-        Archive::new(Cursor::new(packed(entries)))
+    fn open(entries: &[(&str, &[u8])]) -> Result<FmuArchive<Cursor<Vec<u8>>>, ArchiveError> {
+        FmuArchive::new(Cursor::new(packed(entries)))
     }
 
     #[test]
@@ -387,7 +387,7 @@ mod tests {
             writer.add_directory(name, SimpleFileOptions::default()).unwrap();
         }
         let bytes = writer.finish().unwrap().into_inner();
-        let mut archive = Archive::new(Cursor::new(bytes)).unwrap();
+        let mut archive = FmuArchive::new(Cursor::new(bytes)).unwrap();
         assert_eq!(archive.files().count(), 0);
         let folder = tempfile::tempdir().unwrap();
         archive.unpack(folder.path(), |name| name.starts_with("resources/")).unwrap();
@@ -417,7 +417,7 @@ mod tests {
         let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
         writer.add_symlink("resources/link", "/etc/passwd", SimpleFileOptions::default()).unwrap();
         let bytes = writer.finish().unwrap().into_inner();
-        assert!(matches!(Archive::new(Cursor::new(bytes)), Err(ArchiveError::Link { .. })));
+        assert!(matches!(FmuArchive::new(Cursor::new(bytes)), Err(ArchiveError::Link { .. })));
     }
 
     #[test]
@@ -458,11 +458,11 @@ mod tests {
             writer.start_file(k.to_string(), SimpleFileOptions::default()).unwrap();
         }
         let bytes = writer.finish().unwrap().into_inner();
-        assert!(matches!(Archive::new(Cursor::new(bytes)), Err(ArchiveError::TooMany { .. })));
+        assert!(matches!(FmuArchive::new(Cursor::new(bytes)), Err(ArchiveError::TooMany { .. })));
     }
 
     fn read_all(bytes: Vec<u8>) {
-        if let Ok(mut archive) = Archive::new(Cursor::new(bytes)) {
+        if let Ok(mut archive) = FmuArchive::new(Cursor::new(bytes)) {
             let names: Vec<String> = archive.files().map(str::to_owned).collect();
             let _ = archive.description();
             for name in names {

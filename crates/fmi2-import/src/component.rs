@@ -233,7 +233,7 @@ pub(crate) struct Reply {
 
 /// What goes to and comes from an instance in every step, by value references.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Layout {
+pub struct StepLayout {
     /// Reals that are set.
     pub set_reals: Vec<u32>,
     /// Integers and Enumerations that are set.
@@ -258,7 +258,7 @@ pub struct Layout {
     pub get_orders: Vec<i32>,
 }
 
-impl Layout {
+impl StepLayout {
     /// The variables that a call of [`Component::send`] or [`Component::receive`] is about.
     pub fn references(&self, call: Call) -> &[u32] {
         match call {
@@ -275,7 +275,7 @@ impl Layout {
     }
 }
 
-/// Values of the `set_` lists of a [`Layout`].
+/// Values of the `set_` lists of a [`StepLayout`].
 #[derive(Debug, Clone, Copy)]
 pub struct Sent<'a> {
     /// Reals.
@@ -288,7 +288,7 @@ pub struct Sent<'a> {
     pub derivatives: &'a [f64],
 }
 
-/// Places for the values of the `get_` lists of a [`Layout`].
+/// Places for the values of the `get_` lists of a [`StepLayout`].
 #[derive(Debug)]
 pub struct Received<'a> {
     /// Reals.
@@ -570,7 +570,7 @@ impl Component {
 
     /// Sets all inputs of a step. Stops at the first call that fails; a warning is kept.
     #[inline]
-    pub(crate) fn send(&mut self, layout: &Layout, sent: &Sent) -> Answer {
+    pub(crate) fn send(&mut self, layout: &StepLayout, sent: &Sent) -> Answer {
         let mut worst = Answer::good(Call::fmi2SetReal);
         let l = layout;
         if !l.set_reals.is_empty() {
@@ -598,7 +598,7 @@ impl Component {
 
     /// Reads all outputs after a step. Stops at the first call that fails; a warning is kept.
     #[inline]
-    pub(crate) fn receive(&mut self, layout: &Layout, received: &mut Received) -> Answer {
+    pub(crate) fn receive(&mut self, layout: &StepLayout, received: &mut Received) -> Answer {
         let mut worst = Answer::good(Call::fmi2GetReal);
         let l = layout;
         if !l.get_reals.is_empty() {

@@ -29,7 +29,7 @@ struct Runs {
 
 /// What comes of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum Interruption {
     /// Runs will end after their steps.
     Asked,
     /// All runs have ended by themselves.
@@ -41,25 +41,25 @@ pub enum Outcome {
 
 /// Asks all runs to end, the second time urgently. Call it from a thread for signals, not from a signal
 /// handler: the second time it waits for the runs.
-pub fn ask() -> Outcome {
+pub fn ask() -> Interruption {
     let first = ASKED.fetch_add(1, Ordering::SeqCst) == 0;
     let mut runs = runs();
     if first {
-        return Outcome::Asked;
+        return Interruption::Asked;
     }
     if runs.going == 0 {
-        return Outcome::GivenUp;
+        return Interruption::GivenUp;
     }
     CHANGED.notify_all();
     let begin = Instant::now();
     while runs.going > runs.given_up {
         let left = PATIENCE.saturating_sub(begin.elapsed());
         if left.is_zero() {
-            return Outcome::GivenUp;
+            return Interruption::GivenUp;
         }
         runs = wait(runs, left);
     }
-    if runs.going == 0 { Outcome::Ended } else { Outcome::GivenUp }
+    if runs.going == 0 { Interruption::Ended } else { Interruption::GivenUp }
 }
 
 /// Whether a run is still going on after a while.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use thiserror::Error;
 
-use crate::archive::{Archive, ArchiveError};
+use crate::archive::{ArchiveError, FmuArchive};
 use crate::description::{DescriptionError, Finding, ModelDescription, Severity};
 use crate::scratch::Scratch;
 
@@ -120,7 +120,7 @@ impl Package {
     /// The archive or its description is unusable, or the temporary folder cannot be written.
     pub fn open(path: &Path) -> Result<Self, PackageError> {
         let archived = |source| PackageError::Archive { path: path.to_owned(), source };
-        let mut archive = Archive::open(path).map_err(archived)?;
+        let mut archive = FmuArchive::open(path).map_err(archived)?;
         let text = archive.description().map_err(archived)?;
         let description = ModelDescription::parse(&text)
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
@@ -161,7 +161,7 @@ impl Package {
     /// The archive or its description is unusable.
     pub fn describe(path: &Path) -> Result<ModelDescription, PackageError> {
         let archived = |source| PackageError::Archive { path: path.to_owned(), source };
-        let text = Archive::open(path).and_then(|mut it| it.description()).map_err(archived)?;
+        let text = FmuArchive::open(path).and_then(|mut it| it.description()).map_err(archived)?;
         ModelDescription::parse(&text)
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })
     }

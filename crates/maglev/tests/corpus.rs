@@ -7,7 +7,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use fmi2_import::archive::Archive;
+use fmi2_import::archive::FmuArchive;
 use fmi2_import::description::ModelDescription;
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -37,7 +37,7 @@ fn accepted(kind: &str, inputs: &[Vec<u8>]) -> usize {
 }
 
 fn archive(bytes: &[u8]) -> bool {
-    let Ok(mut archive) = Archive::new(Cursor::new(bytes)) else { return false };
+    let Ok(mut archive) = FmuArchive::new(Cursor::new(bytes)) else { return false };
     let names: Vec<String> = archive.files().map(str::to_owned).collect();
     for name in &names {
         assert!(!name.starts_with('/') && !name.split('/').any(|part| part == ".."), "{name}");

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use crate::coupling::signal::Taylor;
 use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use equal::Equal;
-use fmi2_import::component::{Layout, Received, Sent};
+use fmi2_import::component::{Received, Sent, StepLayout};
 use fmi2_import::description::{Causality, Type};
 use fmi2_import::instance::{FmuError, Instance, StateId};
 pub use odd::OddValue;
@@ -79,7 +79,7 @@ pub struct Participant {
     timing: Timing,
     capabilities: Capabilities,
     states: [Option<StateId>; PLACES],
-    layout: Layout,
+    layout: StepLayout,
     /// whether the instance knows the layout
     laid_out: bool,
     sent: Buffers,
@@ -174,7 +174,7 @@ impl Participant {
             matches!(causality, Causality::Output | Causality::Local)
         };
         let computed = (0..reals.len()).filter(is_computed).collect();
-        let layout = Layout {
+        let layout = StepLayout {
             set_reals: traffic
                 .real_inputs
                 .iter()
@@ -185,7 +185,7 @@ impl Participant {
             get_reals: references(&reals),
             get_integers: references(&integers),
             get_booleans: references(&booleans),
-            ..Layout::default()
+            ..StepLayout::default()
         };
         let mut participant = Self {
             sent: Buffers::new(
@@ -358,7 +358,7 @@ impl Unit for Participant {
     }
 
     fn preset(&mut self, inputs: &Inputs) -> Result<(), FmuError> {
-        let Layout { set_reals, set_integers, set_booleans, .. } = &self.layout;
+        let StepLayout { set_reals, set_integers, set_booleans, .. } = &self.layout;
         let reals: Vec<f64> = inputs.reals.iter().map(|p| p[0]).collect();
         self.instance.set_real(set_reals, &reals)?;
         self.instance.set_integer(set_integers, &inputs.integers)?;

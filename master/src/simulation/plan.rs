@@ -16,7 +16,7 @@ use crate::graph;
 use crate::participant::Participant;
 use crate::system::{Plan, Port, System, SystemError};
 use fmi2_import::description::Type;
-use fmi2_import::instance::{FmuError, Instance, Options};
+use fmi2_import::instance::{FmuError, Instance, InstanceOptions};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;
 use fmi2_import::trace::Trace;
@@ -46,7 +46,7 @@ pub(super) fn instantiate(
     let mut instances = Vec::with_capacity(system.instances.len());
     for plan in &system.instances {
         let package = &plan.package;
-        let options = Options { debug_log: plan.debug_log.clone(), trace: trace.cloned() };
+        let options = InstanceOptions { debug_log: plan.debug_log.clone(), trace: trace.cloned() };
         if isolated(plan) {
             let made = Instance::isolated_with_options(package, &isolation, &plan.name, &options);
             let mut instance = made.map_err(Error::Instantiate)?;

@@ -12,7 +12,7 @@ use zip::result::ZipError;
 
 use super::directory::{self, Directory};
 use super::kit::{hash, made_by_kit};
-use fmi2_import::archive::{self, Archive, ArchiveError, MAX_DESCRIPTION_SIZE, MAX_ENTRY_SIZE};
+use fmi2_import::archive::{self, ArchiveError, FmuArchive, MAX_DESCRIPTION_SIZE, MAX_ENTRY_SIZE};
 
 /// The file cannot be read.
 #[derive(Debug, Error)]
@@ -65,7 +65,7 @@ impl Contents {
         let mut contents = Self {
             file_name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             directory: directory::read(&mut file).map_err(unreadable)?,
-            refusal: Archive::open(path).and_then(|mut archive| archive.description()).err(),
+            refusal: FmuArchive::open(path).and_then(|mut archive| archive.description()).err(),
             ..Self::default()
         };
         match ZipArchive::new(BufReader::new(file)) {

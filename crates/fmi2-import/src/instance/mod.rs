@@ -35,7 +35,7 @@ pub(crate) use fault::signal_name;
 pub use fault::{FmuError, FmuFault};
 pub use offers::BrokenPromise;
 pub use offers::Offer;
-pub use options::Options;
+pub use options::InstanceOptions;
 pub use state::StateId;
 pub use warnings::{Refusal, Warnings};
 
@@ -92,7 +92,7 @@ impl Instance {
         dead: &Arc<AtomicBool>,
         name: &str,
     ) -> Result<Self, FmuError> {
-        Self::with_options(package, functions, dead, name, &Options::default())
+        Self::with_options(package, functions, dead, name, &InstanceOptions::default())
     }
 
     /// The same with options.
@@ -104,7 +104,7 @@ impl Instance {
         functions: Functions,
         dead: &Arc<AtomicBool>,
         name: &str,
-        options: &Options,
+        options: &InstanceOptions,
     ) -> Result<Self, FmuError> {
         let identity = identity(package, name, options)?;
         let sink = Sink::new(name);
@@ -132,7 +132,7 @@ impl Instance {
         isolation: &Isolation,
         name: &str,
     ) -> Result<Self, FmuError> {
-        Self::isolated_with_options(package, isolation, name, &Options::default())
+        Self::isolated_with_options(package, isolation, name, &InstanceOptions::default())
     }
 
     /// The same with options.
@@ -143,7 +143,7 @@ impl Instance {
         package: &Arc<Package>,
         isolation: &Isolation,
         name: &str,
-        options: &Options,
+        options: &InstanceOptions,
     ) -> Result<Self, FmuError> {
         let identity = identity(package, name, options)?;
         let worker = Worker::start(package, isolation, &identity, name)?;
@@ -153,7 +153,7 @@ impl Instance {
     }
 
     /// Asks for the debug messages of single categories.
-    fn asked_for(mut self, options: &Options) -> Result<Self, FmuError> {
+    fn asked_for(mut self, options: &InstanceOptions) -> Result<Self, FmuError> {
         let Some(categories) = options.debug_log.as_ref().filter(|it| !it.is_empty()) else {
             return Ok(self);
         };
@@ -624,7 +624,11 @@ impl Drop for Instance {
     }
 }
 
-fn identity(package: &Package, name: &str, options: &Options) -> Result<Identity, FmuError> {
+fn identity(
+    package: &Package,
+    name: &str,
+    options: &InstanceOptions,
+) -> Result<Identity, FmuError> {
     let text = |what: &str, text: &str| {
         CString::new(text).map_err(|_| {
             FmuError::from(FmuFault::ZeroByte { instance: name.to_owned(), what: what.to_owned() })

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use fmi2_sys::fmi2Status as Status;
 
 use super::{Backend, FmuError, FmuFault, Instance, StateId, fail};
-use crate::component::{Answer, Data, Layout, Received, Request, Sent};
+use crate::component::{Answer, Data, Received, Request, Sent, StepLayout};
 use crate::library::Call;
 
 impl Instance {
@@ -59,7 +59,7 @@ impl Instance {
     ///
     /// # Errors
     /// The instance's process is gone.
-    pub fn lay_out(&mut self, layout: &Layout) -> Result<(), FmuError> {
+    pub fn lay_out(&mut self, layout: &StepLayout) -> Result<(), FmuError> {
         match &mut self.backend {
             Backend::Here { .. } => Ok(()),
             Backend::Elsewhere(worker) => {
@@ -74,7 +74,7 @@ impl Instance {
     /// # Errors
     /// The unit's; that of an isolated instance comes with the step.
     #[inline]
-    pub fn send(&mut self, layout: &Layout, sent: &Sent) -> Result<(), FmuError> {
+    pub fn send(&mut self, layout: &StepLayout, sent: &Sent) -> Result<(), FmuError> {
         self.alive()?;
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => component.send(layout, sent),
@@ -90,7 +90,7 @@ impl Instance {
     #[inline]
     pub fn receive(
         &mut self,
-        layout: &Layout,
+        layout: &StepLayout,
         received: &mut Received,
         time: f64,
     ) -> Result<(), FmuError> {

@@ -18,7 +18,7 @@ use super::memory::{Area, Control, control, control_in, part};
 use super::protocol::{Order, Report, read_frame, write_frame};
 use super::{ARGUMENT, Isolation};
 use crate::component::{
-    Answer, Data, IDLE, Identity, LOADING, Layout, Outcome, Received, Reply, Request, Sent,
+    Answer, Data, IDLE, Identity, LOADING, Outcome, Received, Reply, Request, Sent, StepLayout,
 };
 use crate::description::ModelDescription;
 use crate::instance::{FmuError, FmuFault};
@@ -119,7 +119,7 @@ impl Worker {
     fn spawn(isolation: &Isolation, name: &str) -> io::Result<Self> {
         let memory = File::from(rustix::fs::memfd_create("isolated-unit", MemfdFlags::CLOEXEC)?);
         let map = control(&memory)?;
-        let area = Area::map(&memory, &Layout::default())?;
+        let area = Area::map(&memory, &StepLayout::default())?;
         let (socket, theirs) = UnixStream::pair()?;
         let program = match &isolation.program {
             Some(program) => program.clone(),
@@ -193,7 +193,7 @@ impl Worker {
     }
 
     /// Tells what steps send and receive.
-    pub(crate) fn lay_out(&mut self, layout: &Layout) -> Answer {
+    pub(crate) fn lay_out(&mut self, layout: &StepLayout) -> Answer {
         self.fresh = false;
         self.waiting = 0;
         match Area::map(&self.memory, layout) {

@@ -9,7 +9,7 @@ use memmap2::{MmapOptions, MmapRaw};
 use rustix::thread::futex;
 
 use super::ring::Ring;
-use crate::component::{Answer, Layout, Outcome, Received, Sent};
+use crate::component::{Answer, Outcome, Received, Sent, StepLayout};
 use crate::library::Call;
 
 /// Parts of an exchange, done in this order. None of them: a message waits in the socket.
@@ -168,7 +168,7 @@ struct Counts {
 const WIDTH: usize = 8;
 
 impl Counts {
-    fn of(layout: &Layout) -> Self {
+    fn of(layout: &StepLayout) -> Self {
         Self {
             sent: [
                 layout.set_reals.len(),
@@ -192,7 +192,7 @@ impl Counts {
 
 impl Area {
     /// Maps the values of a step. The master, which comes first, makes room for them.
-    pub(super) fn map(memory: &File, layout: &Layout) -> io::Result<Self> {
+    pub(super) fn map(memory: &File, layout: &StepLayout) -> io::Result<Self> {
         let counts = Counts::of(layout);
         let bytes = counts.bytes().max(WIDTH);
         memory.set_len((VALUES_AT + bytes) as u64)?;

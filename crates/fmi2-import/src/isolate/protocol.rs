@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::component::{Identity, Layout, Reply, Request};
+use crate::component::{Identity, Reply, Request, StepLayout};
 
 /// From the master.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub(super) enum Order {
         memory: Option<u64>,
     },
     /// What steps send and receive from now on.
-    LayOut(Layout),
+    LayOut(StepLayout),
     /// Anything else.
     Perform(Request),
     /// The last one: free the instance and end.

@@ -16,7 +16,7 @@ use rustix::process::{Resource, Rlimit, Signal};
 use super::ARGUMENT;
 use super::memory::{Area, Control, control, control_in, part};
 use super::protocol::{Order, Report, read_frame, write_frame};
-use crate::component::{Answer, Component, Layout, Outcome};
+use crate::component::{Answer, Component, Outcome, StepLayout};
 use crate::library::{Call, Functions};
 use crate::logger::Sink;
 
@@ -53,9 +53,9 @@ fn serve(memory: File, mut socket: UnixStream, master: u32) -> io::Result<()> {
     let control: &'static Control = unsafe { &*control_in(map) };
     let mut worker = Served {
         control,
-        area: Area::map(&memory, &Layout::default())?,
+        area: Area::map(&memory, &StepLayout::default())?,
         memory,
-        layout: Layout::default(),
+        layout: StepLayout::default(),
         component: None,
         dead: Arc::default(),
     };
@@ -92,7 +92,7 @@ struct Served {
     control: &'static Control,
     memory: File,
     area: Area,
-    layout: Layout,
+    layout: StepLayout,
     component: Option<Component>,
     dead: Arc<AtomicBool>,
 }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use super::Isolation;
-use crate::component::{Answer, Identity, Layout, Received, Reply, Request, Sent};
+use crate::component::{Answer, Identity, Received, Reply, Request, Sent, StepLayout};
 use crate::description::ModelDescription;
 use crate::instance::{FmuError, FmuFault};
 use crate::logger::Message;
@@ -33,7 +33,7 @@ impl Worker {
         match *self {}
     }
 
-    pub(crate) fn lay_out(&mut self, _layout: &Layout) -> Answer {
+    pub(crate) fn lay_out(&mut self, _layout: &StepLayout) -> Answer {
         match *self {}
     }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use fmi2_import::interrupt::{self, Outcome};
+use fmi2_import::interrupt::{self, Interruption};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use maglev::Error;
 use maglev::run::{Checkpoint, Observer};
@@ -91,11 +91,11 @@ impl Handler {
             }
         };
         match interrupt::ask() {
-            Outcome::Asked if interrupt::goes_on(PATIENCE) => {
+            Interruption::Asked if interrupt::goes_on(PATIENCE) => {
                 tell("the run ends after this step; another Ctrl-C ends a step that hangs");
             }
-            Outcome::Asked | Outcome::Ended => {}
-            Outcome::GivenUp => {
+            Interruption::Asked | Interruption::Ended => {}
+            Interruption::GivenUp => {
                 let folder = self.folder.display();
                 tell(&format!("interrupted in a step that hangs; results until then: {folder}"));
                 fmi2_import::witness::end_at_once(1);
