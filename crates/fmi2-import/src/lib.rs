@@ -26,6 +26,7 @@ pub mod isolate;
 pub mod library;
 pub mod logger;
 pub mod package;
+pub mod per_type;
 pub mod scratch;
 pub mod span;
 pub mod trace;
