@@ -1,6 +1,8 @@
 //! Guards the layout of the workspace: which crate may use which, and how large files may be.
 //! ARCHITECTURE.md says what each crate is for.
 
+#![allow(clippy::unwrap_used, reason = "a test program")]
+
 use std::{
     collections::BTreeSet,
     fs,

@@ -1,6 +1,8 @@
 //! A first build compiles each dependency once, although cargo is called for xtask, for the units and for
 //! the command.
 
+#![allow(clippy::unwrap_used, reason = "a test program")]
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     process::Command,
