@@ -1,7 +1,7 @@
 //! FMI 2.0 co-simulation unit `ems`: one levitation electromagnet with its controller (eqs 1-5).
 //!
-//! The physics is in the crate `magnet`; here is its interface: `table` declares the variables,
-//! [`EmsFmu`] maps them on the physics.
+//! The physics is in the crate `magnet`; this crate is its FMI interface: `table` and `parameters`
+//! declare the variables, [`EmsFmu`] maps them to the physics.
 
 mod linear;
 mod model;

@@ -1,4 +1,4 @@
-//! Maps the unit's variables on the physics.
+//! Maps the unit's variables to the physics.
 
 use fmi2_export::{
     Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
@@ -17,10 +17,10 @@ pub struct EmsFmu {
     outputs: OutputHandles,
     derived: DerivedHandles,
     parameters: ParameterHandles,
-    /// Always rebuilt where a state was made with other parameters, so it is a cache only.
+    /// A cache: rebuilt if a state was computed with other parameters.
     magnet: Magnet,
     workspace: Workspace,
-    /// What the outputs' derivatives of one call share.
+    /// Derivatives of all outputs, computed once for the calls of one communication point.
     rates: OutputRates,
 }
 
@@ -28,7 +28,7 @@ pub struct EmsFmu {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct State {
     magnet: magnet::State,
-    /// The parameters that this state was reached with; tunable ones may change between steps.
+    /// The parameters with which this state was computed; tunable ones may change between steps.
     parameters: MagnetParameters,
     /// Derivatives of the inputs at the end of the last step: for the outputs' derivatives.
     rates: InputRates,
@@ -201,7 +201,7 @@ impl Model for EmsFmu {
     }
 }
 
-/// First derivative of an input at the end of a step, after which the kit forgets the polynomial.
+/// First derivative of an input at the end of a step, after which the kit discards the polynomial.
 fn slope(u: &[f64; 4], size: f64) -> f64 {
     u[1] + size * (u[2] + 0.5 * size * u[3])
 }
@@ -215,7 +215,8 @@ fn at(time: f64, error: &magnet::Error) -> Error {
     Error::caused(error).context(format_args!("at t = {time} s"))
 }
 
-/// A step that fails at its start cannot be mended by a smaller one; what happens on the way can.
+/// A smaller step does not help against a failure at the start of the step, but may against a later
+/// one.
 fn refused(step: Step, error: &magnet::Error) -> Error {
     match error {
         magnet::Error::GapClosed { time, .. } if *time > step.time => Error::discard(error),

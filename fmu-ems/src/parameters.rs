@@ -106,7 +106,7 @@ impl ParameterHandles {
         }
     }
 
-    /// The physics' parameters out of the variables' values.
+    /// The parameters of the physics, from the values of the variables.
     pub(crate) fn read(&self, values: &Values) -> MagnetParameters {
         let [k1, k2, k3, k4, k5] = self.gains.map(|gain| values.real(gain));
         let [gap_cutoff, gap_damping, velocity_cutoff, velocity_damping, position_cutoff] =
@@ -152,13 +152,13 @@ impl ParameterHandles {
         }
     }
 
-    /// What the constants of force and coil follow from.
+    /// Parameters that determine the constants of force and coil.
     pub(crate) fn of_coil(&self) -> [VariableRow; 4] {
         [self.turns, self.pole_area, self.nominal_gap, self.operating_current]
             .map(VariableRow::from)
     }
 
-    /// What current and voltage at rest follow from.
+    /// Parameters that determine current and voltage at rest.
     pub(crate) fn of_controller(&self) -> Vec<VariableRow> {
         let mut rows = self.of_coil().to_vec();
         rows.extend([self.resistance, self.filter[4], self.sample_time].map(VariableRow::from));

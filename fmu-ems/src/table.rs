@@ -1,10 +1,10 @@
-//! The unit's variables, declared once: inputs, outputs, and what depends on what.
+//! The unit's variables, declared once: inputs, outputs, and their dependencies.
 
 use fmi2_export::{Info, Interface, RealVar, UnitOfMeasure};
 
 use crate::parameters::ParameterHandles;
 
-/// What the unit says of itself.
+/// Name, description and default experiment of the unit.
 pub(crate) fn info() -> Info {
     Info::new("ems", "Levitation electromagnet with controller")
         .description(
@@ -41,7 +41,7 @@ pub(crate) struct OutputHandles {
     pub estimates: [RealVar; 5],
 }
 
-/// Handles of the constants that follow from the parameters.
+/// Handles of the constants that are computed from the parameters.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DerivedHandles {
     pub inductance: RealVar,
@@ -108,7 +108,7 @@ impl InputHandles {
 
 impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface) -> Self {
-        // with the order up to which its time derivatives are on offer
+        // with the highest order of its time derivatives
         let mut output =
             |name: &'static str, order, unit: UnitOfMeasure, nominal: f64, text: &'static str| {
                 let output = interface.real(name).output().derivatives(order);
@@ -193,8 +193,8 @@ impl DerivedHandles {
     }
 }
 
-/// What depends on what. After initialization flux and filter are states, so only what is fed
-/// through counts: there is no way from the acceleration to the force, and one from the gap only
+/// Declares the dependencies. After initialization flux and filter are states, so only direct
+/// feed-through counts: the force does not depend directly on the acceleration, and on the gap only
 /// while a current limit holds the current instead of the flux.
 pub(crate) fn depend(
     interface: &mut Interface,

@@ -21,8 +21,8 @@ fn issue_stepping_saving_and_restoring_do_not_allocate() {
     unit.set_reals(&positions, &place(0.0)).unwrap();
     unit.set_real("speed", 1.4).unwrap();
     unit.exit_initialization().unwrap();
-    // The first save makes the memory, the first derivative the scratch, the first step of a size
-    // its propagator.
+    // The first save allocates the memory, the first derivative the scratch data, the first step of
+    // a size its propagator.
     unit.save().unwrap();
     unit.derivative("midspan_acceleration_01", "force_01").unwrap();
     unit.step(0.0, 1e-3).unwrap();

@@ -1,11 +1,11 @@
-//! The report `linear`: modes under magnets that stand where they stand now.
+//! The report `linear`: modes with the magnets at their current positions.
 
 use fmi2_export::{Error, StateSpace, Values};
 use guideway::{Guideway, Load, State, Surface, Workspace};
 
 use crate::table::{InputHandles, OutputHandles};
 
-/// x = (q, q̇) of all modes. For moving magnets it is the system of the frozen moment.
+/// x = (q, q̇) of all modes. For moving magnets it is the system of the instant.
 pub(crate) fn report(
     guideway: &Guideway,
     work: &mut Workspace,

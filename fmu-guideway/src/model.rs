@@ -1,4 +1,4 @@
-//! Maps the unit's variables on the physics.
+//! Maps the unit's variables to the physics.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ pub struct GuidewayFmu {
     outputs: OutputHandles,
     derived: DerivedHandles,
     parameters: ParameterHandles,
-    /// A cache: built anew where a state belongs to other parameters.
+    /// A cache: rebuilt if a state belongs to other parameters.
     built: Option<Built>,
 }
 
@@ -39,7 +39,7 @@ struct Built {
     seen: Seen,
 }
 
-/// What a computation of the surfaces was made for.
+/// The state and inputs for which the surfaces were computed.
 #[derive(Debug, Default)]
 struct Seen {
     valid: bool,
@@ -55,7 +55,7 @@ pub struct State {
     girders: guideway::State,
     /// Fingerprint of the parameters (and of the irregularity file) that this state belongs to.
     key: u64,
-    /// Where the state is in time (s).
+    /// Time of the state (s).
     time: f64,
     /// Rate of the speed at the end of the last step (m/s²), for derivatives of outputs.
     acceleration: f64,
@@ -74,14 +74,14 @@ impl Clone for State {
 
 fn caused(error: guideway::Error) -> Error {
     match error {
-        // A smaller step may do, and the state is untouched.
+        // A smaller step may succeed, and the state is unchanged.
         guideway::Error::TooManySubsteps { .. } => Error::discard(error),
         error => Error::caused(&error),
     }
 }
 
 impl GuidewayFmu {
-    /// The guideway that the parameters describe. Builds it unless it is there already.
+    /// The guideway that the parameters describe. Builds it unless it already exists.
     fn build(&mut self, values: &Values) -> Result<&mut Built, Error> {
         let description = self.parameters.apply(&self.layout, values)?;
         let file = self.profile_file(&description)?;
@@ -96,7 +96,7 @@ impl GuidewayFmu {
         self.built.as_mut().ok_or_else(|| Error::invalid("no guideway was built"))
     }
 
-    /// Text of the irregularity file, if one is asked for.
+    /// Text of the irregularity file, if one is set.
     fn profile_file(&self, description: &GuidewayDescription) -> Result<Option<String>, Error> {
         let Some(file) = description.irregularity.file.as_ref() else { return Ok(None) };
         if !description.irregularity.on {
@@ -119,7 +119,7 @@ impl GuidewayFmu {
             Some(built) if built.key == state.key => Ok(built),
             _ => Err(Error::invalid(format!(
                 "at t = {} s: the guideway state belongs to another irregularity file or other \
-                 parameters; put the file back as it was, or initialize anew",
+                 parameters; restore the file, or initialize again",
                 state.time
             ))),
         }
@@ -192,7 +192,7 @@ impl Built {
     }
 }
 
-/// Index of `output` in a row, if it is one of it.
+/// Index of `output` in a row, if it belongs to the row.
 fn index_in(row: fmi2_export::RealVars, output: RealVar) -> Option<usize> {
     let first = row.checked_get(0)?.value_reference();
     let k = output.value_reference().checked_sub(first)? as usize;
@@ -210,10 +210,10 @@ impl Model for GuidewayFmu {
         if let Some(file) = &layout.irregularity.file
             && !std::path::Path::new(file).is_absolute()
         {
-            // Counts into the unit's identity like the layout itself.
+            // Part of the unit's GUID like the layout itself.
             resources.read(file)?;
         }
-        // For the table alone: the profile is built when a simulation needs it.
+        // Only for the table: the profile is built when a simulation needs it.
         let mut bare = layout.clone();
         bare.irregularity.on = false;
         (bare.stiffness_factor, bare.mass_factor) = (1.0, 1.0);
@@ -309,7 +309,7 @@ impl Model for GuidewayFmu {
     ) -> Result<Option<f64>, Error> {
         let outputs = self.outputs;
         let (v, a) = (values.real(self.inputs.speed), state.acceleration);
-        // What the preparation left is that of this state and these values.
+        // The preparation computed the surfaces for this state and these values.
         let built = self.built.as_mut().ok_or_else(|| Error::invalid("no guideway was built"))?;
         let part = |s: &Surface, row| match row {
             0 | 1 => *s,
@@ -371,7 +371,7 @@ impl Model for GuidewayFmu {
         }
         built.hold(&inputs, values);
         let changes = seed.reals(inputs.force).iter().zip(places).map(|(&f, &x)| (f, x));
-        // The change takes the accelerations' place in memory; they are to be computed anew.
+        // The change overwrites the accelerations, so they must be recomputed.
         built.seen.valid = false;
         let Built { guideway, work, loads, accelerations, .. } = built;
         guideway.acceleration_change(work, loads, changes, accelerations);

@@ -1,4 +1,4 @@
-//! The unit's parameters: every number of the layout that a study may want to vary.
+//! The unit's parameters: the numbers of the layout that studies vary.
 
 use fmi2_export::{
     BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, StringVar, UnitOfMeasure, Values,
@@ -46,7 +46,7 @@ struct ChirpHandles {
     end_frequency: RealVar,
 }
 
-/// Names of the kinds of span in front of their parameters: none where there is but one kind.
+/// Names of the kinds of span in front of their parameters: empty if there is only one kind.
 pub(crate) fn prefixes(layout: &GuidewayDescription) -> Vec<String> {
     let alone = layout.girders.len() == 1;
     layout.girders.keys().map(|n| if alone { String::new() } else { format!("{n}_") }).collect()
@@ -136,7 +136,7 @@ impl ParameterHandles {
         })
     }
 
-    /// What the modal masses depend on.
+    /// Parameters that the modal masses depend on.
     pub(crate) fn of_modal_mass(&self) -> [VariableRow; 2] {
         [self.mass_factor.row(), self.modes.row()]
     }
@@ -145,7 +145,7 @@ impl ParameterHandles {
         values.boolean(self.position_from_speed)
     }
 
-    /// What the irregularity at a place depends on.
+    /// Parameters that the irregularity at a position depends on.
     pub(crate) fn of_irregularity(&self) -> Vec<VariableRow> {
         let i = &self.irregularity;
         vec![

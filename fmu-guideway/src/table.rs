@@ -1,11 +1,11 @@
-//! The unit's inputs and outputs, declared once, and what depends on what.
+//! The unit's inputs and outputs, declared once, and their dependencies.
 
 use fmi2_export::{Info, IntegerVar, Interface, RealVar, RealVars, UnitOfMeasure};
 use guideway::Guideway;
 
 use crate::parameters::ParameterHandles;
 
-/// What the unit says of itself.
+/// Name, description and default experiment of the unit.
 pub(crate) fn info() -> Info {
     Info::new("guideway", "Flexible guideway")
         .description(
@@ -70,7 +70,7 @@ pub(crate) struct OutputHandles {
 
 impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface, magnets: usize, spans: usize) -> Self {
-        // with the order up to which its time derivatives are on offer
+        // with the highest order of its time derivatives
         let mut row = |name, count, order, unit, nominal, text: &str| {
             interface
                 .reals(name, count)
@@ -149,9 +149,9 @@ impl OutputHandles {
         }
     }
 
-    /// Between steps the deflection is a state: no force feeds through but on accelerations. At
-    /// first it is the static one, which depends on everything; nothing is said of it then, and
-    /// an importer has to assume just that.
+    /// Between steps the deflection is a state: forces act directly only on accelerations.
+    /// Initially it is the static deflection, which depends on everything; no dependencies are
+    /// declared for it, which means exactly that.
     pub(crate) fn declare_dependencies(
         &self,
         interface: &mut Interface,
@@ -171,7 +171,7 @@ impl OutputHandles {
     }
 }
 
-/// Handles of what never changes or follows from parameters.
+/// Handles of constants and of values computed from parameters.
 #[derive(Debug, Clone)]
 pub(crate) struct DerivedHandles {
     /// Per kind of span its modal masses.

@@ -18,7 +18,7 @@ fn issue_stepping_saving_and_restoring_do_not_allocate() {
     let mut values = [0.0; 64];
     unit.reals(&loads, &mut values).unwrap();
     values[5] += 300.0;
-    // The first save makes the memory, the first directional derivative the scratch.
+    // The first save allocates the memory, the first directional derivative the scratch data.
     unit.save().unwrap();
     unit.derivative("acceleration_01", "force_01").unwrap();
     let mut gap = [0.0; 64];

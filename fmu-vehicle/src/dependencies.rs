@@ -1,11 +1,11 @@
-//! What depends on what, after initialization and during it.
+//! Dependencies of the outputs, in initialization mode and afterwards.
 
 use fmi2_export::{Interface, VariableRow};
 use multibody::{ComponentIndex, MagnetIndex, ObservedIndex, VehicleModel};
 
 use crate::table::{InputHandles, OutputHandles, ParameterHandles};
 
-/// Which outputs follow which inputs at once.
+/// Declares the direct dependencies of outputs on inputs.
 pub(crate) fn depend(
     interface: &mut Interface,
     model: &VehicleModel,
@@ -16,7 +16,8 @@ pub(crate) fn depend(
     interface.depends_elementwise(outputs.gap, inputs.track_displacement);
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
-    // forces reach at once what is joined to their magnet: force elements need time
+    // forces act directly only on bodies joined to their magnet: force elements do not transmit
+    // accelerations
     let forces_on = |component: Option<ComponentIndex>| -> Vec<VariableRow> {
         (0..magnets)
             .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
@@ -24,7 +25,7 @@ pub(crate) fn depend(
             .collect()
     };
     let track = inputs.track_displacement.row();
-    // what the static equilibrium follows from
+    // what the static equilibrium depends on
     let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
     let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest, more].concat() };
     for k in 0..magnets {
@@ -43,7 +44,7 @@ pub(crate) fn depend(
             interface.initially_depends(row, &rest);
         }
     }
-    // the pose at the start is the equilibrium below the whole track, the motion is none
+    // the initial pose is the equilibrium below the whole track, at rest
     interface.initially_depends(outputs.gap, &rest);
     interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
     for row in

@@ -32,8 +32,8 @@ impl Jerks {
         }
     }
 
-    /// Forgets what belongs to another state or other inputs. Comparing costs more than handing out
-    /// one rate, so it is done once for all rates that are asked for together.
+    /// Discards rates of another state or other inputs. A comparison costs more than reading one
+    /// rate, so it is done once for all rates that are read together.
     pub fn check(&mut self, state: &State, values: &Values, inputs: &InputHandles) {
         self.known = self.known
             && self.force == values.reals(inputs.force)
@@ -43,7 +43,7 @@ impl Jerks {
             && self.state == state.vehicle;
     }
 
-    /// The rates of all magnets; computed unless known.
+    /// The rates of all magnets, computed if necessary.
     pub fn all(
         &mut self,
         model: &VehicleModel,

@@ -1,14 +1,14 @@
 //! FMI 2.0 co-simulation unit `vehicle`: a Maglev vehicle as a constrained multibody system
 //! (eqs 9-12).
 //!
-//! The physics is in the crate `multibody`; here is its interface: `table` declares the
-//! variables, [`VehicleFmu`] maps them. The layout (bodies, joints, force elements, magnets) is data:
-//! `vehicle.json` in the unit's resources.
+//! The physics is in the crate `multibody`; this crate is its FMI interface: `table` declares the
+//! variables, [`VehicleFmu`] maps them to the physics. The layout (bodies, joints, force elements,
+//! magnets) is data: `vehicle.json` in the unit's resources.
 //!
 //! # Frames
-//! The equations run in a frame that travels with `travel_speed`; it is inertial, and what the file
-//! calls `ground` travels with it. So a single magnet on a vertical guide can be sent along a track
-//! as well as a train. A magnet's `position` along the track is its place in that frame plus
+//! The equations run in a frame that travels with `travel_speed`; it is inertial, and the file's
+//! `ground` travels with it. So a single magnet on a vertical guide can travel along a track as
+//! well as a train. A magnet's `position` along the track is its place in that frame plus
 //! `initial_position` + `travel_speed`·(time since the start).
 
 #[cfg(test)]

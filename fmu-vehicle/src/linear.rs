@@ -1,4 +1,4 @@
-//! The report `linear`: small motions about the present state, between forces and gaps.
+//! The report `linear`: small motions about the current state, from forces to gaps.
 
 use fmi2_export::{Error, RealVars, StateSpace, Values};
 use multibody::{Linearisation, MagnetSprings, State, VehicleModel};
@@ -26,7 +26,7 @@ pub(crate) fn report(
     system.to_json()
 }
 
-/// What the equations of motion and of the magnets consist of.
+/// Matrices of the equations of motion and of the magnets' displacements.
 struct MagnetShapes {
     dof: usize,
     magnets: usize,
@@ -106,7 +106,7 @@ impl MagnetShapes {
         }
         let down = rows(system, outputs.acceleration, &(-&self.up * &self.by_place), 0);
         write(system, down, &(-&self.up * &self.by_rate), rates);
-        // the forces were the first inputs, in this order
+        // the forces are the first inputs, in this order
         let by_loads = [(0, &self.by_force), (self.magnets, &self.by_lateral)];
         for (first, by_load) in by_loads {
             let feed = -&self.up * by_load;

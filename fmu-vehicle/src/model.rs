@@ -1,4 +1,4 @@
-//! Maps the unit's variables on the physics.
+//! Maps the unit's variables to the physics.
 
 use fmi2_export::{
     Error, Interface, Model, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace, Step,
@@ -23,14 +23,14 @@ pub struct VehicleFmu {
     outputs: OutputHandles,
     parameters: ParameterHandles,
     work: Workspace,
-    /// For derivatives, so that `work` keeps what belongs to the current state.
+    /// Used for derivatives, so that `work` keeps the results of the current state.
     probe: Workspace,
-    /// A step runs here and counts once it has succeeded.
+    /// Scratch state: a step runs on it and is copied when it has succeeded.
     trial: multibody::State,
     jerks: Jerks,
 }
 
-/// A step whose joints cannot be closed may succeed in smaller pieces; nothing else can.
+/// Only a step whose joints cannot be closed may succeed with a smaller size.
 fn refused(error: &multibody::Error) -> Error {
     match error {
         multibody::Error::Projection { .. } => Error::discard(error),
@@ -46,8 +46,8 @@ impl VehicleFmu {
             ..Holding::default()
         };
         let track = values.reals(self.inputs.track_displacement);
-        // the same law, in the same bits, as that of the ems unit: what the equilibrium reckons with is
-        // what the magnets then do
+        // the same law as in the ems unit, bit for bit: the equilibrium uses the forces that the
+        // magnets then exert
         let guided = values.boolean(self.parameters.lateral_guidance);
         let width = values.real(self.parameters.pole_width);
         let guidance = |load: f64, gap: f64, offset: f64| {
@@ -264,7 +264,7 @@ impl Model for VehicleFmu {
         Ok(true)
     }
 
-    /// `modes`, perhaps followed by options as JSON, or `linear`.
+    /// Requests: `modes`, optionally followed by options as JSON, and `linear`.
     fn report(
         &mut self,
         state: &State,

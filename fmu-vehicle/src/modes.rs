@@ -1,4 +1,4 @@
-//! The report `modes`: natural frequencies, damping ratios and what moves.
+//! The report `modes`: natural frequencies, damping ratios and participation.
 
 use fmi2_export::Error;
 use multibody::{
@@ -6,11 +6,11 @@ use multibody::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Shares below this are left out.
+/// Participation below this is omitted.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// What may follow the word `modes`, as JSON. What is left out is zero: the forces on the magnets are
-/// then held.
+/// Options of the report `modes`, as JSON. Omitted values are zero: the forces on the magnets are
+/// then constant.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct ModesOptions {
@@ -22,7 +22,7 @@ pub(crate) struct ModesOptions {
     magnet_lateral_stiffness: f64,
     /// N·s/m at each magnet, lateral.
     magnet_lateral_damping: f64,
-    /// About which state.
+    /// State of the linearisation.
     pub at: At,
 }
 
@@ -32,12 +32,12 @@ pub(crate) enum At {
     /// At rest under the static loads.
     #[default]
     Equilibrium,
-    /// As it moves now, under the forces that are set.
+    /// The current state, under the current forces.
     State,
 }
 
 impl ModesOptions {
-    /// Reads what follows the word `modes`.
+    /// Parses the options of the request `modes`.
     pub fn read(text: &str) -> Result<Self, Error> {
         if text.trim().is_empty() {
             return Ok(Self::default());
@@ -83,7 +83,7 @@ struct ModesReport<'a> {
 struct ModeEntry<'a> {
     /// 1/s.
     real: f64,
-    /// rad/s; 0 for a mode that does not oscillate, otherwise the pair's positive one.
+    /// rad/s; 0 for a mode that does not oscillate, otherwise the positive one of the pair.
     imaginary: f64,
     /// |λ|/2π of a mode that oscillates.
     frequency_hz: Option<f64>,
@@ -138,7 +138,7 @@ pub(crate) fn report(
     serde_json::to_string(&report).map_err(|e| Error::caused(&e).context("the report modes"))
 }
 
-/// Bodies by their share, largest first.
+/// Bodies by participation, largest first.
 fn participation<'a>(model: &'a VehicleModel, shape: &[BodyShape]) -> Vec<Participation<'a>> {
     let mut all: Vec<_> = model
         .body_names()

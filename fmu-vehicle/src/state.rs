@@ -1,4 +1,4 @@
-//! All that changes while the vehicle steps.
+//! The state of the vehicle.
 
 use fmi2_export::Values;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct State {
     pub(crate) rates: LoadRates,
 }
 
-/// Rates of inputs, which the kit forgets at the end of a step.
+/// Rates of the inputs. The kit discards them at the end of a step.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LoadRates {
     pub force: Vec<f64>,

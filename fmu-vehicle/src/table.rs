@@ -5,7 +5,7 @@ use fmi2_export::{
 };
 use multibody::{JointKind, Loads, VehicleModel};
 
-/// What the unit says of itself.
+/// Name, description and default experiment of the unit.
 pub(crate) fn info(model: &VehicleModel) -> Info {
     Info::new("vehicle", format!("Maglev vehicle: {}", model.name()))
         .description(
@@ -104,7 +104,7 @@ impl InputHandles {
         }
     }
 
-    /// The forces that are set now.
+    /// The current forces on the magnets.
     pub(crate) fn loads<'a>(&self, values: &'a Values) -> Loads<'a> {
         Loads { vertical: values.reals(self.force), lateral: values.reals(self.lateral_force) }
     }
@@ -348,7 +348,7 @@ impl ParameterHandles {
     }
 }
 
-/// What the vehicle consists of, for people and inspectors.
+/// Declares constants with the counts of the vehicle's parts, for display.
 pub(crate) fn declare_constants(interface: &mut Interface, model: &VehicleModel) {
     let counts = model.counts();
     let joints = |kind| counts.joints.get(&kind).copied().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! System tests of units and master together, through the files and the command that users have.
+//! System tests of units and master together, through the files and the command that users use.
 //!
 //! They run what `cargo xtask package` built: `target/fmu/*.fmu` and `target/release/maglev`.
 
@@ -35,7 +35,8 @@ pub fn scenario(name: &str) -> PathBuf {
 /// Starts the command and waits for it.
 ///
 /// # Errors
-/// It cannot be started; `cargo xtask package` and a release build of `maglev` must come first.
+/// It cannot be started; `cargo xtask package` and a release build of `maglev-cli` are required
+/// first.
 pub fn start<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Result<Output, String> {
     let maglev = maglev();
     Command::new(&maglev)
@@ -44,7 +45,7 @@ pub fn start<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Result<Output, String> {
         .map_err(|e| format!("{}: {e}; run `cargo xtask test`", maglev.display()))
 }
 
-/// The files of a run that ended well.
+/// The files of a successful run.
 pub struct Run {
     folder: tempfile::TempDir,
     /// summary.json
@@ -52,10 +53,10 @@ pub struct Run {
 }
 
 impl Run {
-    /// Runs `scenario` with further options into a folder of its own.
+    /// Runs `scenario` with further options. Results go to a new folder.
     ///
     /// # Errors
-    /// The run failed; the message is what `maglev` said.
+    /// The run failed; the message is the output of `maglev`.
     pub fn of(scenario: &Path, options: &[&str]) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
         let mut args: Vec<String> = vec!["run".into(), scenario.display().to_string()];

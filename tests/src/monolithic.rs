@@ -1,4 +1,4 @@
-//! The whole system as one ordinary differential equation: what co-simulation is measured against.
+//! The whole system as one ordinary differential equation: the reference for co-simulation.
 //!
 //! The right-hand sides are those of the crates `magnet` (eqs 1-5), `guideway` (eqs 6-8, 13) and
 //! `multibody` (eqs 9-12), evaluated at one instant with nothing held or extrapolated between them;
@@ -10,9 +10,9 @@
 //! | magnets | x₁ … x₅, Δλ: 6 each | as in eq. 4, Wb |
 //! | guideway | q₁ … qₙ, then q̇₁ … q̇ₙ | m, m/s |
 //!
-//! Integrated with the explicit Dormand-Prince scheme of order 8 with error control. Joints are closed
-//! on the level of accelerations only; at the tolerances used here the poses drift by less than what
-//! [`Trajectory::opening`] tells.
+//! Integrated with the explicit Dormand-Prince scheme of order 8 with error control. Joints are
+//! closed on the level of accelerations only; at the tolerances used here the poses drift by less
+//! than [`Trajectory::opening`].
 
 use std::cell::RefCell;
 
@@ -26,15 +26,15 @@ use nalgebra::Complex;
 
 const BODY: usize = 13;
 const MAGNET: usize = 6;
-/// The static state is found when no height of the track moves by more (m): rounding of places of
-/// some ten metres.
+/// The static state has converged when no height of the track changes by more than this (m):
+/// rounding of positions of some ten metres.
 const SETTLED: f64 = 1e-14;
 const MOST_SWEEPS: usize = 100;
 /// Eigenvalues below are those of coordinates without motion, 1/s: double zeros, which differences of
 /// 1e-9 move by the root of that times the equations' size.
 pub const STATIC: f64 = 0.5;
 
-/// What is coupled, and how it travels.
+/// The coupled parts and the travel of the vehicle.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The vehicle.
@@ -84,7 +84,7 @@ pub struct Instant {
     pub force: f64,
 }
 
-/// Signals at the times that were asked for.
+/// Signals at the requested times.
 #[derive(Debug, Clone, Default)]
 pub struct Trajectory {
     /// Times (s).
@@ -107,7 +107,7 @@ impl System {
     /// Assembles the parts at rest relative to the track, the girders deflected by the static loads.
     ///
     /// # Errors
-    /// A part that cannot be built or has no equilibrium.
+    /// A part cannot be built or has no equilibrium.
     pub fn new(setup: &Setup) -> Result<Self, String> {
         let vehicle = VehicleModel::new(&setup.vehicle).map_err(told)?;
         let guideway = Guideway::new(&setup.guideway, None).map_err(told)?;
@@ -144,9 +144,9 @@ impl System {
         Ok(system)
     }
 
-    /// State at the start, as the units find it together: the vehicle in equilibrium below the track,
-    /// each magnet at rest at its gap, the girders bent by the magnets' forces. Magnets on one frame
-    /// cannot all stand at c0 below a bent track, so some start beside it.
+    /// Initial state, as in co-simulation: the vehicle in equilibrium below the track, each magnet
+    /// at rest at its gap, the girders bent by the magnets' forces. Magnets on one frame cannot all
+    /// be at c0 below a bent track, so some start with another gap.
     fn rest(&mut self) -> Result<(), String> {
         let scratch = self.scratch.get_mut();
         let mut track = vec![0.0; self.loads.len()];
@@ -257,13 +257,13 @@ impl System {
         scratch.girders.v.copy_from_slice(v);
     }
 
-    /// Gaps, forces and accelerations of everything at the state in scratch memory.
+    /// Computes gaps, forces and accelerations for the state in scratch memory.
     fn evaluate(&self, t: f64, scratch: &mut Scratch) -> Result<(), String> {
         for k in 0..scratch.places.len() {
             let motion = self.vehicle.magnet(&scratch.bodies, MagnetIndex(k));
             let x = self.initial_position + self.travel_speed * t + motion.position.x;
             let Scratch { guideway, girders, modal, .. } = scratch;
-            // the place counts here, not the accelerations
+            // only the position matters here, not the accelerations
             let surface = self.guideway.surface(guideway, girders, modal, x);
             let gap = self.vehicle.nominal_gap() + surface.displacement() - motion.displacement.z;
             let inputs = magnet::MagnetInputs {
@@ -285,7 +285,7 @@ impl System {
         Ok(())
     }
 
-    /// ẏ from what [`System::evaluate`] left.
+    /// ẏ from the results of [`System::evaluate`].
     fn write_rates(&self, scratch: &Scratch, rates: &mut [f64]) {
         let (bodies, rest) = rates.split_at_mut(BODY * scratch.bodies.bodies.len());
         for (k, (body, out)) in
@@ -330,11 +330,12 @@ impl System {
         Ok(())
     }
 
-    /// Solves from t = 0 over all `times` (s, ascending, the first may be 0) with relative tolerance
-    /// `tolerance`; absolute ones follow from it and the size of each kind of state.
+    /// Solves from t = 0 to each of `times` (s, ascending, the first may be 0) with relative
+    /// tolerance `tolerance`; the absolute tolerances are derived from it and the size of each kind
+    /// of state.
     ///
     /// # Errors
-    /// A gap closed, a joint became singular, or the integrator gave up.
+    /// A gap closed, a joint became singular, or the integrator failed.
     pub fn solve(&self, times: &[f64], tolerance: f64) -> Result<Trajectory, String> {
         let stop = times.last().copied().unwrap_or(0.0);
         let method = ExplicitRungeKutta::dop853()
@@ -368,18 +369,18 @@ impl System {
         Ok(trajectory)
     }
 
-    /// Eigenvalues (1/s) of the equations linearised about the start by central differences, largest
-    /// magnitude first. Those near zero come from coordinates that carry no motion: violated joints,
-    /// lengths of quaternions; only |λ| > [`STATIC`] is told.
+    /// Eigenvalues (1/s) of the equations linearised about the start by central differences,
+    /// largest magnitude first. Those near zero come from coordinates without motion: violated
+    /// joints, lengths of quaternions; only |λ| > [`STATIC`] is returned.
     ///
     /// # Errors
-    /// A state beside the start cannot be evaluated.
+    /// A state near the initial state cannot be evaluated.
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, String> {
         let n = self.start.len();
         let mut jacobian = Mat::zeros(n, n);
         let (mut y, mut above, mut below) = (self.start.clone(), vec![0.0; n], vec![0.0; n]);
         for (k, size) in self.absolute_tolerances(1.0).into_iter().enumerate() {
-            // a thousandth of what the state usually does: forces are curved over millimetres
+            // a thousandth of the usual size of the state: forces are nonlinear over millimetres
             let by = 1e-3 * size;
             y[k] = self.start[k] + by;
             self.rates(0.0, &y, &mut above)?;

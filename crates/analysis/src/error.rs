@@ -1,6 +1,6 @@
-//! What can be wrong with a signal or with what is asked of it.
+//! Errors of signals and settings.
 
-/// Why an analysis was refused.
+/// An error of an analysis.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// Fewer samples than the analysis needs.
@@ -18,42 +18,42 @@ pub enum Error {
         "sample {index} is {value}; a spectrum needs finite numbers, so cut the signal before it"
     )]
     NotFinite {
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
-        /// What it is.
+        /// The value.
         value: f64,
     },
-    /// Samples do not follow each other at one interval.
+    /// The samples are not evenly spaced.
     #[error(
         "the time axis is uneven: sample {index} is at {time} s, and at the interval of {interval} s it \
          would be at {expected} s; record at a constant interval, or cut the signal to where it is"
     )]
     Uneven {
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
         /// Its time, in s.
         time: f64,
-        /// Where it should be, in s.
+        /// Expected time, in s.
         expected: f64,
         /// The mean interval, in s.
         interval: f64,
     },
-    /// A setting of the analysis makes no sense.
-    #[error("{setting} is {value}, and must be {rule}")]
+    /// A setting of the analysis is invalid.
+    #[error("{setting} is {value}, but must be {rule}")]
     Setting {
-        /// Which setting.
+        /// Name of the setting.
         setting: &'static str,
-        /// What it is.
+        /// The value.
         value: f64,
-        /// What it must be.
+        /// The condition that it breaks.
         rule: &'static str,
     },
-    /// The Fourier transform refused its buffers.
+    /// The Fourier transform failed.
     #[error("Fourier transform of {length} samples: {reason}")]
     Transform {
-        /// Samples to transform.
+        /// Number of samples.
         length: usize,
-        /// What the FFT crate says.
+        /// Error of the FFT library.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! The Fourier transform of real signals, and what removes a mean or a slope before it.
+//! The Fourier transform of real signals, and the removal of a mean or a slope before it.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -9,14 +9,15 @@ use realfft::{RealFftPlanner, RealToComplex};
 use crate::error::Error;
 
 thread_local! {
-    /// Plans of the lengths seen: signals of a run have one length, and a plan costs more than its use.
+    /// Plans by length: the signals of a run have one length, and a plan costs more than a
+    /// transform.
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
 }
 
 /// The transform of real pieces of one length, with its buffers.
 pub(crate) struct Transform {
     plan: Arc<dyn RealToComplex<f64>>,
-    /// What is transformed; overwritten by it.
+    /// Input of the transform, which overwrites it.
     pub input: Vec<f64>,
     output: Vec<Complex64>,
     scratch: Vec<Complex64>,
@@ -46,7 +47,7 @@ impl Transform {
     }
 }
 
-/// Which part of a piece is taken out before it is windowed.
+/// What is subtracted from a piece before it is windowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detrend {
     /// Nothing.
@@ -54,12 +55,12 @@ pub enum Detrend {
     /// Its mean.
     #[default]
     Constant,
-    /// The straight line that fits it best.
+    /// The line of least squares.
     Linear,
 }
 
 impl Detrend {
-    /// Takes it out of `piece`.
+    /// Subtracts it from `piece`.
     pub(crate) fn remove(self, piece: &mut [f64]) {
         let count = piece.len() as f64;
         let mean = piece.iter().sum::<f64>() / count;
@@ -80,12 +81,12 @@ impl Detrend {
     }
 }
 
-/// Passes a signal that is at rest before its first sample through a linear filter, given by its response
-/// at any frequency from 0 to half the rate.
+/// Applies a linear filter to a signal that is zero before its first sample. The filter is given by
+/// its response at any frequency from 0 to half the rate.
 ///
-/// The response is applied to the transform of the signal with zeros behind it, so that it is exact at any
-/// rate. `memory` in s is how long the filter remembers: that many zeros keep its answer to the signal's end
-/// from running into the beginning.
+/// The response is applied to the transform of the zero-padded signal, so it is exact at any rate.
+/// `memory` in s is the duration of the filter's response: that many zeros keep the response to the
+/// end of the signal from wrapping around to its beginning.
 pub(crate) fn filter(
     values: &[f64],
     rate: f64,
@@ -103,7 +104,7 @@ pub(crate) fn filter(
     let last = spectrum.len() - 1;
     for (k, x) in spectrum.iter_mut().enumerate() {
         *x *= response(k as f64 * rate / length as f64) / length as f64;
-        // a real signal has real ends of its spectrum
+        // the first and last value of a real signal's spectrum are real
         if k == 0 || k == last {
             x.im = 0.0;
         }

@@ -1,54 +1,58 @@
-//! Peaks of a spectrum: where they are between the bins, and the damping that their width tells.
+//! Peaks of a spectrum: their frequency between the bins, and the damping from their width.
 //!
-//! **Frequency and height** are those of the parabola through the logarithms of the highest bin and its two
-//! neighbours; through a flat top, the height is the bin's own. Of a sine seen through a Hann window, the
-//! frequency is then within 0.02 bins and the height within 4 % (rectangular: 0.17 bins and 28 %, flat top:
-//! 0.14 bins and 0.12 %); of a resonance over many bins both are as good as the spectrum.
+//! **Frequency and height** are those of the parabola through the logarithms of the highest bin and
+//! its two neighbours; through a flat top, the height is the bin's own. Of a sine seen through a
+//! Hann window, the frequency is then within 0.02 bins and the height within 4 % (rectangular: 0.17
+//! bins and 28 %, flat top: 0.14 bins and 0.12 %); of a resonance over many bins both are as
+//! accurate as the spectrum.
 //!
-//! **Damping** is the half-power bandwidth's, ζ = Δ / 2f₀. The line's half-power points are those of the
-//! curve 1/P = a + b f + c f², which is that of a lightly damped resonance, P ~ 1 / ((f - f₀)² + (Δ/2)²): fitted to
-//! the bins from f₀ - m to f₀ + m, with m the half-power width that it shows itself, weighted by P, so that all bins
-//! count alike that are uncertain by the same share. In a spectrum without noise that is the classical
-//! bandwidth; with noise, taking the first bins below half power instead would make the damping too small. It errs by
-//! about ζ² relative; neighbouring resonances must be further away than m.
+//! **Damping** is the half-power bandwidth's, ζ = Δ / 2f₀. The line's half-power points are those
+//! of the curve 1/P = a + b f + c f², which is that of a lightly damped resonance, P ~ 1 / ((f -
+//! f₀)² + (Δ/2)²): fitted to the bins from f₀ - m to f₀ + m, with m the half-power width that it
+//! shows itself, weighted by P, so that bins with the same relative uncertainty have the same
+//! weight. In a spectrum without noise that is the classical bandwidth; with noise, using the first
+//! bins below half power instead would make the damping too small. It errs by about ζ² relative;
+//! neighbouring resonances must be further away than m.
 //!
-//! Every window widens a line. A stationary random response seen through a window of half-power width w shows
-//! the width m of a resonance of width Δ as m² = Δ² + β w², with β = 1.12 (Hann) and 0.8 (flat top), and m = Δ +
-//! 0.39 w (rectangular), fitted to each window's own autocorrelation times e^(-πΔτ); within 1 % of Δ. Densities
-//! are corrected by it, and the damping is `None` where m is less than twice w, because the difference would
-//! be mostly error: then take longer pieces. Amplitude spectra give a damping only through the rectangular window,
-//! where they are those of a decay that begins and ends within the record, if the line is two bins wide or more;
-//! a decay that was weighted by another window has lost its width.
+//! Every window widens a line. A stationary random response seen through a window of half-power
+//! width w shows the width m of a resonance of width Δ as m² = Δ² + β w², with β = 1.12 (Hann) and
+//! 0.8 (flat top), and m = Δ + 0.39 w (rectangular), fitted to each window's own autocorrelation
+//! times e^(-πΔτ); within 1 % of Δ. Densities are corrected by it, and the damping is `None` if m
+//! is less than twice w, because the difference would be mostly error: longer pieces help.
+//! Amplitude spectra give a damping only through the rectangular window, where they are those of a
+//! decay that begins and ends within the record, if the line is two bins wide or more; with another
+//! window the width of a decay is lost.
 //!
-//! Noise: of n pieces that overlap by half, a bin is uncertain by about 1/√n of itself. With seven pieces, two of
-//! three dampings of a random response are within 0.63 to 1.26 of what they are (median 0.95); with 180, within 3 %.
+//! Noise: of n pieces that overlap by half, a bin is uncertain by about 1/√n of itself. With seven
+//! pieces, two of three dampings of a random response are within 0.63 to 1.26 of their true value
+//! (median 0.95); with 180, within 3 %.
 
 use std::ops::RangeInclusive;
 
 use crate::spectrum::{Scale, Spectrum};
 use crate::window::Window;
 
-/// The least half-power width that is believed, in half-power widths of the window (densities).
+/// Smallest half-power width that is evaluated, in half-power widths of the window (densities).
 const RESOLVED: f64 = 2.0;
-/// The least half-power width that is believed, in bins (amplitudes). A decay with this width ends at
-/// e^(-2π), 0.2 %, of where it began.
+/// Smallest half-power width that is evaluated, in bins (amplitudes). A decay with this width ends
+/// at e^(-2π), 0.2 %, of its initial value.
 const RESOLVED_BINS: f64 = 2.0;
-/// How often a line is fitted to the bins that its last fit shows to be its.
+/// Number of fits of a line, each to the bins within the width of the previous fit.
 const FITS: usize = 3;
 
-/// Which peaks are wanted.
+/// Criteria for peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakSearch {
     /// Lowest frequency, in Hz. The first and the last bin of a spectrum are never peaks.
     pub from: f64,
     /// Highest frequency, in Hz.
     pub to: f64,
-    /// How many times higher than the higher one of the two valleys beside it, in the spectrum's values, a
-    /// peak must be. A valley reaches to the next higher value or to the end of the search.
+    /// Smallest ratio of a peak to the higher one of the two valleys beside it, in the spectrum's
+    /// values. A valley extends to the next higher value or to the end of the search.
     pub prominence: f64,
-    /// How high a peak must be, as a share of the highest value within the search.
+    /// Smallest height of a peak, as a fraction of the highest value within the search.
     pub floor: f64,
-    /// At most so many, the highest first.
+    /// Largest number of peaks, the highest first.
     pub count: usize,
 }
 
@@ -62,11 +66,11 @@ impl Default for PeakSearch {
 /// A peak of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
-    /// Where, in Hz, between the bins.
+    /// Frequency in Hz, interpolated between the bins.
     pub frequency: f64,
-    /// How high, in the spectrum's unit.
+    /// Height in the spectrum's unit.
     pub value: f64,
-    /// Damping ratio from the half-power width, where there is one that can be believed.
+    /// Damping ratio from the half-power width, if the width is resolved.
     pub damping: Option<f64>,
 }
 
@@ -92,8 +96,8 @@ pub fn peaks(spectrum: &Spectrum, search: &PeakSearch) -> Vec<Peak> {
     found.into_iter().map(|k| peak(spectrum, k + bins.start)).collect()
 }
 
-/// For each value, the higher one of the lowest values on the way to the next higher value on either side;
-/// the highest has the higher one of the lowest on both sides.
+/// For each value, the higher one of the lowest values on the way to the next higher value on
+/// either side; for the highest value, the higher one of the lowest values on both sides.
 fn valleys(values: &[f64]) -> Vec<f64> {
     let left = lowest_before(values.iter().copied());
     let mut right = lowest_before(values.iter().rev().copied());
@@ -103,7 +107,7 @@ fn valleys(values: &[f64]) -> Vec<f64> {
 
 /// For each value, the lowest since the last higher one.
 fn lowest_before(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    // values that are higher than all after them, each with the lowest since the one before it
+    // values that are higher than all later ones, each with the lowest value since the previous one
     let mut higher: Vec<(f64, f64)> = Vec::new();
     let lowest = |value: f64| {
         let mut lowest = value;
@@ -131,7 +135,8 @@ fn peak(spectrum: &Spectrum, k: usize) -> Peak {
     }
 }
 
-/// Where the parabola through (-1, `before`), (0, `top`), (1, `after`) has its vertex, and its height there.
+/// Position and height of the vertex of the parabola through (-1, `before`), (0, `top`), (1,
+/// `after`).
 fn vertex(before: f64, top: f64, after: f64) -> (f64, f64) {
     let curvature = before - 2.0 * top + after;
     if curvature == 0.0 {
@@ -149,11 +154,11 @@ fn power(spectrum: &Spectrum, k: usize) -> f64 {
     }
 }
 
-/// Damping ratio of the peak at bin `k`, where its half-power points are found and resolved.
+/// Damping ratio of the peak at bin `k`, if its half-power points are found and resolved.
 fn damping(spectrum: &Spectrum, k: usize) -> Option<f64> {
     let below_half = |i: &usize| power(spectrum, *i) <= 0.5 * power(spectrum, k);
     let last = spectrum.values.len() - 1;
-    // DC is no part of a resonance
+    // DC is not part of a resonance
     let mut bins = (1..k).rev().find(below_half)?..=(k + 1..=last).find(below_half)?;
     let mut fitted = line(spectrum, k, bins)?;
     for _ in 0..FITS {
@@ -190,7 +195,7 @@ fn line(spectrum: &Spectrum, k: usize, bins: RangeInclusive<usize>) -> Option<Li
     }
     let column = |n: usize| [squares[n], squares[n + 1], squares[n + 2]];
     let columns = [column(0), column(1), column(2)];
-    // Cramer's rule; the common denominator falls out of the ratios below
+    // Cramer's rule; the common denominator cancels in the ratios below
     let solved = |n: usize| {
         let mut replaced = columns;
         replaced[n] = sums;

@@ -22,7 +22,7 @@ pub use crate::fourier::Detrend;
 pub use crate::peaks::{Peak, PeakSearch, peaks};
 pub use crate::window::Window;
 
-/// What the values of a spectrum are.
+/// Meaning of the values of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// Amplitudes of sines, in the signal's unit.
@@ -38,9 +38,9 @@ pub struct Spectrum {
     pub resolution: f64,
     /// One value per bin, from DC to Nyquist.
     pub values: Vec<f64>,
-    /// What the values are.
+    /// Meaning of the values.
     pub scale: Scale,
-    /// The window that the samples went through.
+    /// The window applied to the samples.
     pub window: Window,
 }
 
@@ -54,15 +54,16 @@ impl Spectrum {
     /// The bins from `from` to `to` Hz, both included.
     #[must_use]
     pub fn bins(&self, from: f64, to: f64) -> Range<usize> {
-        // a millionth of a bin: what is meant to be a bin's frequency is that bin
+        // tolerance of a millionth of a bin, so that the frequency of a bin selects that bin
         let first = (from / self.resolution - 1e-6).ceil().max(0.0) as usize;
         let end = (to / self.resolution + 1e-6).floor().max(-1.0) + 1.0;
         let end = (end as usize).min(self.values.len());
         first.min(end)..end
     }
 
-    /// Mean square of the signal's part from `from` to `to` Hz, of a density: Σ P_k Δf; of amplitudes, Σ A_k²/2,
-    /// which is true of sines on bins only. DC and Nyquist are counted as the sines they are not.
+    /// Mean square of the signal's part from `from` to `to` Hz, of a density: Σ P_k Δf; of
+    /// amplitudes, Σ A_k²/2, which is correct only for sines on bins. DC and Nyquist are also
+    /// counted as sines.
     #[must_use]
     pub fn mean_square(&self, from: f64, to: f64) -> f64 {
         let values = &self.values[self.bins(from, to)];
@@ -73,28 +74,29 @@ impl Spectrum {
     }
 }
 
-/// How a signal is cut into pieces for [`welch`] and [`spectrogram`].
+/// How a signal is divided into pieces for [`welch`] and [`spectrogram`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Welch {
     /// Samples of a piece; the resolution is the rate divided by it.
     pub segment: usize,
-    /// Which share of a piece belongs to the next one too, 0 to below 1. Rounded down to whole samples.
+    /// Fraction of a piece that overlaps the next one, from 0 to below 1. Rounded down to whole
+    /// samples.
     pub overlap: f64,
-    /// What a piece is multiplied by.
+    /// Window of each piece.
     pub window: Window,
-    /// What is taken out of each piece first.
+    /// What is subtracted from each piece first.
     pub detrend: Detrend,
 }
 
 impl Welch {
-    /// Pieces as long as `resolution` in Hz needs them at `rate` in Hz: Hann, half overlapping, without
-    /// their means.
+    /// Pieces that give the `resolution` in Hz at `rate` in Hz: Hann window, half overlapping, mean
+    /// removed.
     #[must_use]
     pub fn of_resolution(rate: f64, resolution: f64) -> Self {
         Self::of_segment((rate / resolution).round() as usize)
     }
 
-    /// Pieces of so many samples: Hann, half overlapping, without their means.
+    /// Pieces of this many samples: Hann window, half overlapping, mean removed.
     #[must_use]
     pub fn of_segment(segment: usize) -> Self {
         Self { segment, overlap: 0.5, window: Window::Hann, detrend: Detrend::Constant }
@@ -121,11 +123,11 @@ impl Welch {
 pub struct Spectrogram {
     /// Middle of the first piece, in s after the signal's first sample.
     pub start: f64,
-    /// From one piece to the next, in s.
+    /// Time between pieces, in s.
     pub step: f64,
     /// Distance of two bins, in Hz.
     pub resolution: f64,
-    /// What the values are.
+    /// Meaning of the values.
     pub scale: Scale,
     /// One spectrum per piece, from DC to Nyquist.
     pub slices: Vec<Vec<f64>>,
@@ -141,13 +143,13 @@ impl Spectrogram {
 
 /// Amplitude spectrum of the whole signal: a sine of amplitude 1 reads 1.
 ///
-/// The (window-weighted) mean is taken out before the window is applied and stands in the first bin, so
-/// that it does not leak into the next ones. What a sine between two bins reads depends on the window, see
-/// [`Window`].
+/// The (window-weighted) mean is subtracted before the window is applied and reported in the first
+/// bin, so that it does not leak into the next ones. The reading of a sine between two bins depends
+/// on the window, see [`Window`].
 ///
 /// # Errors
 ///
-/// A rate that is none, fewer than 8 samples, or one that is not finite.
+/// An invalid rate, fewer than 8 samples, or a sample that is not finite.
 pub fn amplitude(values: &[f64], rate: f64, window: Window) -> Result<Spectrum, Error> {
     check_rate(rate)?;
     enough(values, FEWEST)?;
@@ -168,12 +170,12 @@ pub fn amplitude(values: &[f64], rate: f64, window: Window) -> Result<Spectrum, 
 
 /// Power spectral density by Welch's method: the mean of the densities of overlapping pieces.
 ///
-/// Samples after the last whole piece are not used. Of one piece, a random signal's density is as uncertain
-/// as it is large; of n independent ones, its standard deviation is 1/√n of it.
+/// Samples after the last whole piece are not used. With one piece, the standard deviation of a
+/// random signal's density equals the density; with n independent pieces, it is 1/√n of it.
 ///
 /// # Errors
 ///
-/// A rate or a setting that is none, fewer samples than one piece, or one that is not finite.
+/// An invalid rate or setting, fewer samples than one piece, or a sample that is not finite.
 pub fn welch(values: &[f64], rate: f64, settings: &Welch) -> Result<Spectrum, Error> {
     settings.check(values, rate)?;
     let mut sum = vec![0.0; settings.segment / 2 + 1];
@@ -214,7 +216,7 @@ pub fn spectrogram(
     })
 }
 
-/// Transforms piece after piece, and shows each.
+/// Transforms piece after piece and passes each to a function.
 fn each_piece(
     values: &[f64],
     rate: f64,
@@ -239,7 +241,7 @@ struct Piece {
     transform: Transform,
     power: Vec<f64>,
     scale: Scale,
-    /// What |X_k| or |X_k|² is multiplied by, between DC and Nyquist.
+    /// Scale of |X_k| or |X_k|² between DC and Nyquist.
     factor: f64,
 }
 

@@ -1,18 +1,18 @@
-//! Windows: what a piece of signal is multiplied by before it is transformed.
+//! Windows: weights of a piece of signal before it is transformed.
 
 use std::f64::consts::TAU;
 
-/// A window. All are periodic sums of cosines ("DFT-even"), as spectral averaging wants them.
+/// A window. All are periodic sums of cosines ("DFT-even"), as appropriate for spectral averaging.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Window {
-    /// No weighting. Right for signals that begin and end at rest within the piece, and for whole periods;
-    /// otherwise a sine reads up to 36 % low between two bins and leaks far.
+    /// No weighting. Suitable for signals that begin and end at rest within the piece, and for
+    /// whole periods; otherwise a sine between two bins reads up to 36 % low and leaks widely.
     Rectangular,
-    /// Hann: the one to take when nothing else is known. A sine between two bins reads up to 15 % low.
+    /// Hann: the default choice. A sine between two bins reads up to 15 % low.
     #[default]
     Hann,
-    /// Flat top (the five terms of `scipy.signal.windows.flattop`): a sine reads its amplitude within
-    /// 0.12 % wherever it falls, and its line is five bins wide at half height.
+    /// Flat top (the five terms of `scipy.signal.windows.flattop`): a sine reads its amplitude
+    /// within 0.12 % at any frequency, and its line is five bins wide at half height.
     FlatTop,
 }
 

@@ -18,12 +18,12 @@ impl ExportedInstance {
             let rule = rule.ok_or_else(|| unknown(VariableType::Real, reference))?;
             let name = self.table.name(VariableType::Real, reference as usize);
             if !rule.continuous {
-                let text = format!("{name} is no continuous input and so has no derivative");
+                let text = format!("{name} is not a continuous input and has no derivatives");
                 return Err(Error::invalid(text));
             }
             if !(1..=INPUT_DERIVATIVES).contains(&order) {
                 let text = format!(
-                    "{name}: derivatives of order 1 to {INPUT_DERIVATIVES} are used, not {order}"
+                    "{name}: only derivatives of order 1 to {INPUT_DERIVATIVES} are supported, not {order}"
                 );
                 return Err(Error::invalid(text));
             }

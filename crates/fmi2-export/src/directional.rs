@@ -155,10 +155,14 @@ impl ExportedInstance {
             let fits = role == VariableRole::Input
                 || (initial && matches!(role, VariableRole::Parameter | VariableRole::Tunable));
             if !fits {
-                return Err(Error::invalid(format!("{name} is not known to derive by")));
+                return Err(Error::invalid(format!(
+                    "{name} is not an input or parameter to differentiate by"
+                )));
             }
             if !component.is_finite() {
-                return Err(Error::invalid(format!("the seed of {name} is {component}")));
+                return Err(Error::invalid(format!(
+                    "the seed of {name} is {component}; it must be finite"
+                )));
             }
         }
         Ok(())

@@ -586,7 +586,7 @@ pub unsafe extern "C" fn cancel_step(component: fmi2Component) -> fmi2Status {
 
 /// Error for a status kind that only exists after `fmi2Pending`, which this kit never returns.
 fn no_status() -> Error {
-    Error::discard("no such status: steps are never pending here")
+    Error::discard("there is no such status: steps are never pending")
 }
 
 /// `fmi2GetStatus`: nothing is ever pending.

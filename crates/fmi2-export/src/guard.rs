@@ -128,7 +128,7 @@ pub(crate) unsafe fn slice_out<'a, T>(
 fn check_array<T>(pointer: *const T, length: usize, what: &str) -> Result<(), Error> {
     let fits = length <= isize::MAX as usize / size_of::<T>().max(1);
     if pointer.is_null() || !pointer.is_aligned() || !fits {
-        return Err(Error::invalid(format!("the array {what} of {length} elements is no array")));
+        return Err(Error::invalid(format!("{what} is not a valid array of {length} elements")));
     }
     Ok(())
 }

@@ -124,7 +124,7 @@ impl ExportedInstance {
         if self.progress.mode == InstanceMode::Poisoned {
             let table = self.model.rebuild(&Resources::new(self.resources.path()))?;
             if table.guid != self.table.guid {
-                let text = "the resources changed since the instance was made; make a new one";
+                let text = "the resources have changed since the instantiation; instantiate again";
                 return Err(Error::invalid(text));
             }
             self.table = table;
@@ -188,7 +188,7 @@ impl ExportedInstance {
         let name = self.table.name(VariableType::Real, reference);
         let value = self.values.arrays.reals[reference];
         Error::invalid(format!(
-            "{name} is {value} at t = {} s: the model has left the range in which it computes; \
+            "{name} is {value} at t = {} s: the model has left its valid range; \
              check its inputs and parameters, or try a smaller step",
             self.progress.time
         ))

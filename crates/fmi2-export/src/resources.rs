@@ -65,7 +65,7 @@ impl Resources {
         let path = Path::new(name);
         let stays = path.components().all(|part| matches!(part, Component::Normal(_)));
         if name.is_empty() || !stays {
-            let text = format!("resource {name:?}: a name inside the unit's resources is needed");
+            let text = format!("resource {name:?}: the name must be inside the unit's resources");
             return Err(Error::invalid(text));
         }
         Ok(self.folder.join(path))

@@ -110,7 +110,7 @@ fn payload<'b>(bytes: &'b [u8], guid: &Uuid) -> Result<&'b [u8], Error> {
         return damaged("it is too short");
     }
     if bytes[..7] != MAGIC[..7] {
-        return damaged("it does not begin like one");
+        return damaged("its header is wrong");
     }
     if bytes[7] != MAGIC[7] {
         let text = "the serialised state was written by another version of the unit";

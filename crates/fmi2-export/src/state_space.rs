@@ -84,7 +84,9 @@ impl StateSpace {
     pub fn to_json(&self) -> Result<String, Error> {
         let all = [&self.a, &self.b, &self.c, &self.d];
         if let Some((i, j, value)) = all.into_iter().flatten().find(|entry| !entry.2.is_finite()) {
-            return Err(Error::invalid(format!("the linearisation has {value} at ({i}, {j})")));
+            return Err(Error::invalid(format!(
+                "the linearisation has {value} at ({i}, {j}); all entries must be finite"
+            )));
         }
         serde_json::to_string(self).map_err(Error::invalid)
     }

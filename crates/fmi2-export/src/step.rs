@@ -71,11 +71,11 @@ impl ExportedInstance {
             format!("communication step size {size} s is not greater than 0")
         } else if !expected {
             format!(
-                "communication point {time} s is not where the instance stands, t = {now} s; \
-                 steps must follow each other, or a saved state be set first"
+                "communication point {time} s is not the time of the instance, t = {now} s; \
+                 steps must be consecutive, unless a saved state is set first"
             )
         } else if !moves {
-            format!("communication step size {size} s vanishes beside t = {time} s in rounding")
+            format!("communication step size {size} s vanishes by rounding at t = {time} s")
         } else {
             let stop = self.progress.stop.unwrap_or(f64::INFINITY);
             format!("the step from {time} s by {size} s ends after the stop time {stop} s")

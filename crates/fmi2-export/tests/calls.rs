@@ -211,7 +211,7 @@ fn issue_steps_must_follow_each_other() {
     }
     for time in [0.0, 0.2, f64::NAN] {
         let failure = one.step(time, 0.1).unwrap_err();
-        assert!(failure.to_string().contains("not where the instance stands"), "{failure}");
+        assert!(failure.to_string().contains("is not the time of the instance"), "{failure}");
     }
     assert!(one.step(0.1, 1e-18).unwrap_err().to_string().contains("vanishes"));
     // An importer that adds up 0.1: 0.1 + 0.1 + 0.1 is not 0.3.

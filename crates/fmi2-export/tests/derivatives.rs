@@ -55,8 +55,8 @@ fn issue_input_derivatives_are_checked() {
         ("u", 4, 1.0, "order 1 to 3"),
         ("u", -1, 1.0, "order 1 to 3"),
         ("u", 1, f64::NAN, "cannot be NaN"),
-        ("y", 1, 1.0, "no continuous input"),
-        ("gain", 1, 1.0, "no continuous input"),
+        ("y", 1, 1.0, "not a continuous input"),
+        ("gain", 1, 1.0, "not a continuous input"),
     ] {
         let failure = one.set_input_derivative(name, order, value).unwrap_err();
         assert!(failure.to_string().contains(why), "{failure}");

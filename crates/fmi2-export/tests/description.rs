@@ -294,7 +294,7 @@ fn issue_faulty_declarations_are_named() {
         (faulty!(t => t.real("").output().done()), "a name is a letter"),
         (faulty!(t => t.real("a".repeat(56)).output().done()), "56 characters, at most 55"),
         (faulty!(t => t.real("x").done()), "x needs one of input"),
-        (faulty!(t => t.real("x").input(0.0).output().done()), "two things at once"),
+        (faulty!(t => t.real("x").input(0.0).output().done()), "two roles"),
         (faulty!(t => t.real("x").input(f64::NAN).done()), "must be finite"),
         (faulty!(t => t.real("x").parameter(2.0).max(1.0).done()), "start 2.0 is above max 1.0"),
         (faulty!(t => t.integer("x").parameter(0).min(1).done()), "start 0 is below min 1"),
@@ -315,7 +315,7 @@ fn issue_faulty_declarations_are_named() {
                 let (x, y) = (t.real("x").output().done(), t.real("y").output().done());
                 t.depends(x, &[y]);
             }),
-            "x: y is not known to depend on",
+            "x cannot depend on y",
         ),
         (
             faulty!(t => {

@@ -17,7 +17,7 @@ pub struct Archive {
 }
 
 impl Archive {
-    /// An archive with nothing but its `modelDescription.xml`.
+    /// An archive that holds only `modelDescription.xml`.
     ///
     /// # Errors
     /// The text is not the description of a co-simulation unit.
@@ -34,10 +34,10 @@ impl Archive {
         Ok(Self { identifier, files: BTreeMap::from([description]) })
     }
 
-    /// Reads an .fmu that was packed before.
+    /// Reads an existing .fmu.
     ///
     /// # Errors
-    /// The file cannot be read, or is no unit.
+    /// The file cannot be read, or is not an FMU.
     pub fn open(file: &Path) -> Result<Self, Error> {
         let mut zip = ZipArchive::new(Cursor::new(fs::read(file).map_err(Error::at(file))?))?;
         let mut files = BTreeMap::new();
@@ -59,7 +59,7 @@ impl Archive {
         Ok(archive)
     }
 
-    /// Its files, by name.
+    /// The files, sorted by name.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.files.iter().map(|(name, content)| (name.as_str(), content.as_slice()))
     }
@@ -70,7 +70,8 @@ impl Archive {
         &self.identifier
     }
 
-    /// Adds the library for a platform ([`platform`](crate::platform)) under the name it must have.
+    /// Adds the library for a platform ([`platform`](crate::platform)), under the name that FMI
+    /// prescribes.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -87,10 +88,10 @@ impl Archive {
         self.file(&name, content)
     }
 
-    /// Adds a folder with all that it holds as the folder `under`.
+    /// Adds a folder with all its files as the folder `under`.
     ///
     /// # Errors
-    /// A file cannot be read, or has a name that archives do not carry safely.
+    /// A file cannot be read, or its name is not portable in archives.
     pub fn folder(&mut self, under: &str, folder: &Path) -> Result<&mut Self, Error> {
         for entry in fs::read_dir(folder).map_err(Error::at(folder))? {
             let path = entry.map_err(Error::at(folder))?.path();
@@ -108,7 +109,7 @@ impl Archive {
     /// Adds one file, or replaces it.
     ///
     /// # Errors
-    /// The name is not one that archives carry safely.
+    /// The name is not portable in archives.
     pub fn file(&mut self, name: &str, content: impl Into<Vec<u8>>) -> Result<&mut Self, Error> {
         if name.is_empty() || name.contains('\\') || name.chars().any(|c| !(' '..='~').contains(&c))
         {
@@ -118,7 +119,8 @@ impl Archive {
         Ok(self)
     }
 
-    /// The archive's bytes: sorted, without times, so the same files give the same bytes.
+    /// The archive's bytes. Files are sorted and have no times, so the same files give the same
+    /// bytes.
     ///
     /// # Errors
     /// The archive would become too large for its format.
@@ -140,7 +142,7 @@ impl Archive {
     /// The file cannot be written.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
         let bytes = self.to_bytes()?;
-        // Renamed into place, so that a run that starts meanwhile never sees half a unit.
+        // Renamed at the end, so that a run that starts in between never reads an incomplete unit.
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let partial = file.with_file_name(format!(".{name}.partial"));
         fs::write(&partial, bytes).map_err(Error::at(&partial))?;

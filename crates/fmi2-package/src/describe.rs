@@ -7,16 +7,16 @@ use libloading::Library;
 
 use crate::Error;
 
-/// The extra symbol of `fmi2-export`: writes the text, or why there is none, into a buffer. Returns
-/// the text's length, 0 where it refuses.
+/// The extra symbol of `fmi2-export`: writes the description, or the reason of a failure, into a
+/// buffer. Returns the length of the description, 0 on failure.
 type Describe = unsafe extern "C" fn(*const c_char, *mut c_char, usize) -> usize;
 
 /// `modelDescription.xml` as the library prints it with the files in `resources`.
 ///
-/// The library must be one for the system that this program runs on: it is loaded.
+/// The library is loaded, so it must be built for the system that this program runs on.
 ///
 /// # Errors
-/// It cannot be loaded, is not made with `fmi2-export`, or refuses the resources.
+/// It cannot be loaded, is not made with `fmi2-export`, or the resources are invalid.
 pub fn describe(library: &Path, resources: Option<&Path>) -> Result<String, Error> {
     let path = library.canonicalize().map_err(Error::at(library))?;
     let folder = resources.unwrap_or(Path::new(""));
@@ -30,7 +30,7 @@ pub fn describe(library: &Path, resources: Option<&Path>) -> Result<String, Erro
     let describe = describe.map_err(|_| Error::NotAUnit { path: path.clone() })?;
     let mut buffer = vec![0_u8; 1 << 16];
     loop {
-        // SAFETY: a NUL-terminated path, and a buffer with its true capacity.
+        // SAFETY: a NUL-terminated path, and a buffer with its actual capacity.
         let length = unsafe { describe(folder.as_ptr(), buffer.as_mut_ptr().cast(), buffer.len()) };
         if length == 0 {
             let end = buffer.iter().position(|&byte| byte == 0).unwrap_or(buffer.len());

@@ -1,24 +1,24 @@
-//! What can go wrong while packing.
+//! Errors of packing.
 
 use std::path::PathBuf;
 
-/// Why a unit cannot be packed.
+/// An error of packing a unit.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read or written.
     #[error("{}", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The system's loader refuses the library.
+    /// The library cannot be loaded.
     #[error("{}: the library cannot be loaded", path.display())]
     Load {
-        /// The library.
+        /// Path of the library.
         path: PathBuf,
-        /// What the loader says.
+        /// Error of the loader.
         source: libloading::Error,
     },
     /// The library is not made with `fmi2-export`.
@@ -27,38 +27,38 @@ pub enum Error {
         path.display()
     )]
     NotAUnit {
-        /// The library.
+        /// Path of the library.
         path: PathBuf,
     },
-    /// The unit refuses its resources or declarations.
+    /// The unit's resources or declarations are invalid.
     #[error("{}: {message}", path.display())]
     Refused {
-        /// The library.
+        /// Path of the library.
         path: PathBuf,
-        /// What the unit says.
+        /// The unit's error message.
         message: String,
     },
-    /// The description is not one.
+    /// The description is not that of a co-simulation unit.
     #[error("modelDescription.xml: {0}")]
     Description(String),
-    /// A path that an archive or the C interface cannot carry.
+    /// A name that archives or the C interface cannot represent.
     #[error("{}: the name must be plain ASCII without control characters, as importers expect in an archive", .0.display())]
     Name(PathBuf),
-    /// There is no name for a system.
+    /// FMI has no platform name for a system.
     #[error("FMI has no platform name for {os} on {arch}")]
     Platform {
-        /// The operating system.
+        /// Operating system, as in [`std::env::consts::OS`].
         os: &'static str,
-        /// The processor.
+        /// Processor architecture, as in [`std::env::consts::ARCH`].
         arch: &'static str,
     },
-    /// The archive cannot be made.
-    #[error("the archive cannot be made: {0}")]
+    /// The archive cannot be created.
+    #[error("cannot create the archive: {0}")]
     Zip(#[from] zip::result::ZipError),
 }
 
 impl Error {
-    /// For `map_err`: an input/output error at `path`.
+    /// Makes an I/O error at `path`, for `map_err`.
     pub(crate) fn at(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::File { path, source }

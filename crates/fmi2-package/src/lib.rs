@@ -9,11 +9,11 @@ pub use archive::Archive;
 pub use describe::describe;
 pub use error::Error;
 
-/// Name of the folder under `binaries/` for a system, in the words of [`std::env::consts`].
+/// Name of the folder under `binaries/` for a system, given as in [`std::env::consts`].
 ///
 /// FMI 2.0 (section 2.3.1) names systems by their word size only. Importers on 64-bit ARM (FMPy,
-/// `maglev`) look in the folders of those names too, so a library for ARM lies there; on macOS one
-/// universal file serves both processors.
+/// `maglev`) also look in these folders, so a library for ARM is stored there; on macOS one
+/// universal file contains both processors.
 #[must_use]
 pub fn platform(os: &str, arch: &str) -> Option<&'static str> {
     match (os, arch) {

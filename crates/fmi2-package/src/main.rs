@@ -1,6 +1,6 @@
-//! The command `fmi2-package`: a built library in, an .fmu out.
+//! The command `fmi2-package`: packs a built library into an .fmu.
 
-// A command talks to its user on the terminal.
+// A command prints to the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The error and its causes, the last of which says why.
+/// The error and its causes, separated by colons.
 fn chain(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")

@@ -286,7 +286,7 @@ fn table(given: &TabulatedShape, length: f64, path: &str) -> Result<Spline, Erro
         return Err(Error::invalid(
             format!("{path}.x"),
             format!("points from {first} m to {last} m"),
-            format!("let them run from 0 to the span length {length} m"),
+            format!("give points from 0 to the span length {length} m"),
         ));
     }
     let largest = given.phi.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -295,7 +295,7 @@ fn table(given: &TabulatedShape, length: f64, path: &str) -> Result<Spline, Erro
         return Err(Error::invalid(
             format!("{path}.phi"),
             format!("{} and {} at the ends", given.phi[0], given.phi[given.phi.len() - 1]),
-            "a span rests on its bearings: let phi be 0 at both ends and not all 0",
+            "phi must be 0 at both ends, where the span is supported, and not 0 everywhere",
         ));
     }
     Ok(spline)

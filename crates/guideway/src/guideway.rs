@@ -55,7 +55,7 @@ impl Guideway {
         if profile_file.is_none() && irregularity.on && irregularity.file.is_some() {
             return Err(Error::invalid(
                 "irregularity.file",
-                "named, but its content was not handed over",
+                "the file is named, but its content was not passed",
                 "read the file and pass its text",
             ));
         }
@@ -85,7 +85,7 @@ impl Guideway {
             return Err(Error::invalid(
                 "initial",
                 "a mode of frequency 0 has no static deflection",
-                "let the guideway start \"undeformed\" or give positive frequencies",
+                "set `initial` to \"undeformed\" or give positive frequencies",
             ));
         }
         Ok(())
@@ -222,7 +222,11 @@ fn check_counts(given: &GuidewayDescription) -> Result<(), Error> {
         return Err(Error::invalid("spans", "none", "give at least one span"));
     }
     if !given.start.is_finite() {
-        return Err(Error::invalid("start", format!("{} m", given.start), "give a finite place"));
+        return Err(Error::invalid(
+            "start",
+            format!("{} m", given.start),
+            "give a finite position",
+        ));
     }
     for (name, value) in
         [("stiffness_factor", given.stiffness_factor), ("mass_factor", given.mass_factor)]
@@ -245,7 +249,7 @@ fn place(
         let girder = names.iter().position(|name| *name == kind).ok_or_else(|| {
             Error::invalid(
                 format!("spans[{run}].girder"),
-                format!("no girder is called `{kind}`"),
+                format!("there is no girder `{kind}`"),
                 format!("use one of: {}", names.join(", ")),
             )
         })?;

@@ -164,7 +164,7 @@ impl FadeWindow {
                     "profile from {} m to {} m, fades of {} m",
                     self.start, self.end, self.fade
                 ),
-                "let it be at least two fade lengths long",
+                "make it at least two fade lengths long",
             ));
         }
         let cells = (length / spacing).ceil();

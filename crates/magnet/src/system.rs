@@ -134,11 +134,11 @@ impl Magnet {
     /// current of rest at that gap, Δi = Δv/R with the voltage that the resting gap alone asks for,
     /// within the limits.
     ///
-    /// At the nominal gap this is the operating point, F = F_s. A gap off by Δc gives ΔF = (kᵢ·(k₃
-    /// + k₅)·250/R − k_c)·Δc in the linear law: the static stiffness of the levitation. A gap rate
-    /// and an acceleration set the filter only: they do not last as long as the coil's time
-    /// constant L₀/R (0.75 s), and the current that they would settle at would detach a magnet that
-    /// starts moving along a slope.
+    /// At the nominal gap this is the operating point, F = F_s. A gap that deviates by Δc gives, in
+    /// the linear law, ΔF = (kᵢ·(k₃ + k₅)·250/R − k_c)·Δc: the static stiffness of the levitation.
+    /// A gap rate and an acceleration set the filter only: they do not last as long as the coil's
+    /// time constant L₀/R (0.75 s), and the current that they would settle at would detach a magnet
+    /// that starts moving along a slope.
     ///
     /// # Errors
     /// Inputs that are not finite, a closed gap, or (nonlinear law) a static force that no current

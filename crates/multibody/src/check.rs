@@ -35,10 +35,12 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>, list: &str) -> Result<(), Er
     for (k, name) in names.enumerate() {
         let path = format!("{list}[{k}].name");
         if name.is_empty() {
-            return Err(invalid(path, "a name is needed"));
+            return Err(invalid(path, "the name is empty"));
         }
         if let Some(first) = seen.insert(name, k) {
-            let message = format!("`{name}` is already {list}[{first}]; rename one of them");
+            let message = format!(
+                "duplicate name: `{name}` is also the name of {list}[{first}]; rename one of them"
+            );
             return Err(invalid(path, message));
         }
     }
@@ -52,7 +54,7 @@ fn orientation(q: Option<[f64; 4]>, path: &str) -> Result<(), Error> {
     if (norm - 1.0).abs() <= 1e-4 {
         Ok(())
     } else {
-        Err(invalid(path, format!("a unit quaternion (w, x, y, z) is needed, its norm is {norm}")))
+        Err(invalid(path, format!("not a unit quaternion (w, x, y, z): its norm is {norm}")))
     }
 }
 
@@ -80,7 +82,7 @@ fn check_inertia(inertia: &Mat3, path: &str) -> Result<(), Error> {
     if small <= 1e-12 * large {
         return Err(invalid(
             path,
-            format!("the inertia must be positive definite, a principal moment is {small} kg·m²"),
+            format!("the inertia must be positive definite; a principal moment is {small} kg·m²"),
         ));
     }
     // equality is a flat plate; allow for its rounding
@@ -88,7 +90,7 @@ fn check_inertia(inertia: &Mat3, path: &str) -> Result<(), Error> {
         return Err(invalid(
             path,
             format!(
-                "no body has the principal moments {small}, {middle}, {large} kg·m²: the largest \
+                "the principal moments {small}, {middle}, {large} kg·m² are impossible: the largest \
                  exceeds the sum of the others"
             ),
         ));
@@ -103,7 +105,7 @@ impl VehicleDescription {
     /// [`Error::Invalid`] with the JSON path of the first fault.
     pub fn check(&self) -> Result<(), Error> {
         if self.name.is_empty() {
-            return Err(invalid("name", "a name is needed"));
+            return Err(invalid("name", "the name is empty"));
         }
         finite(&self.gravity, "gravity")?;
         not_negative(&[self.nominal_gap], "nominal_gap")?;
@@ -152,7 +154,7 @@ impl VehicleDescription {
                 not_negative(&[length], &format!("{path}.free_length"))?;
             }
             if Vec3::from(spring.position_a) == Vec3::from(spring.position_b) {
-                return Err(invalid(path, "the spring has no length, so no direction"));
+                return Err(invalid(path, "the spring has zero length and so no direction"));
             }
         }
         self.check_joint_forces()
@@ -164,13 +166,16 @@ impl VehicleDescription {
             let Some(joint) = self.joints.iter().find(|j| j.name == force.joint) else {
                 let known = self.joints.iter().map(|j| j.name.as_str());
                 let hint = meant(&force.joint, known);
-                let message = format!("no joint is called `{}`{hint}", force.joint);
+                let message = format!("there is no joint `{}`{hint}", force.joint);
                 return Err(invalid(format!("{path}.joint"), message));
             };
             if !joint.kind.has_axis() {
                 return Err(invalid(
                     format!("{path}.joint"),
-                    format!("`{}` is {}, which has no free coordinate", joint.name, joint.kind),
+                    format!(
+                        "`{}` is a {} joint, which has no free coordinate",
+                        joint.name, joint.kind
+                    ),
                 ));
             }
             not_negative(&[force.stiffness], &format!("{path}.stiffness"))?;
@@ -188,7 +193,7 @@ impl VehicleDescription {
                 let path = format!("drive.bodies[{k}]");
                 names.moving(body, &path)?;
                 if let Some(first) = drive.bodies[..k].iter().position(|b| b == body) {
-                    let message = format!("`{body}` is already drive.bodies[{first}]");
+                    let message = format!("duplicate body: `{body}` is also drive.bodies[{first}]");
                     return Err(invalid(path, message));
                 }
             }

@@ -141,7 +141,7 @@ pub(crate) fn merge(description: &VehicleDescription) -> Result<Merged, Error> {
 fn all_repeated(joint: &str, a: &str, b: &str) -> Redundancy {
     Redundancy {
         joint: joint.to_owned(),
-        direction: format!("all directions (`{a}` and `{b}` are fixed to each other already)"),
+        direction: format!("all directions (`{a}` and `{b}` are already fixed to each other)"),
         together_with: Vec::new(),
     }
 }

@@ -75,8 +75,8 @@ pub enum Error {
         if component.contains("about") { "rad/s²" } else { "m/s²" },
         if component.contains("about") { "N·m" } else { "N" },
         if *guided { "" } else {
-            "; nothing holds the vehicle sideways here: without lateral guidance one whose loads on the \
-             left and on the right differ has no stable place"
+            "; nothing holds the vehicle sideways: without lateral guidance, a vehicle with different \
+             loads on the left and on the right has no stable position"
         },
     )]
     Equilibrium {

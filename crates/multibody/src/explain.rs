@@ -26,8 +26,8 @@ pub(crate) fn explain(
             Error::Invalid {
                 path: path.to_owned(),
                 message: format!(
-                    "the equations about `{name}` cannot be solved: masses, inertias, stiffnesses \
-                     and lengths there differ too much in size, or overflow"
+                    "the equations of `{name}` cannot be solved: masses, inertias, stiffnesses \
+                     and lengths differ too much in magnitude, or overflow"
                 ),
             }
         }

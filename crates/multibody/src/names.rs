@@ -21,14 +21,14 @@ impl<'a> BodyNames<'a> {
         }
         self.0.get(name).map(|k| Some(*k)).ok_or_else(|| {
             let known = self.0.keys().copied().chain([GROUND]);
-            invalid(path, format!("no body is called `{name}`{}", meant(name, known)))
+            invalid(path, format!("there is no body `{name}`{}", meant(name, known)))
         })
     }
 
     /// Index of the named body, which must not be the ground.
     pub fn moving(&self, name: &str, path: &str) -> Result<MemberIndex, Error> {
         self.find(name, path)?
-            .ok_or_else(|| invalid(path, "the ground cannot be used here, name a body"))
+            .ok_or_else(|| invalid(path, "the ground is not allowed here; name a body"))
     }
 
     /// The two ends of a joint or element, which must differ.
@@ -41,7 +41,10 @@ impl<'a> BodyNames<'a> {
         let first = self.find(a, &format!("{path}.body_a"))?;
         let second = self.find(b, &format!("{path}.body_b"))?;
         if first == second {
-            return Err(invalid(path, format!("both ends are on `{a}`")));
+            return Err(invalid(
+                path,
+                format!("both ends are on `{a}`; name two different bodies"),
+            ));
         }
         Ok((first, second))
     }
@@ -59,7 +62,7 @@ pub(crate) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Str
             .min()
             .filter(|(d, _)| 3 * d <= name.chars().count())
     };
-    found.map_or_else(String::new, |(_, other)| format!("; is `{other}` meant?"))
+    found.map_or_else(String::new, |(_, other)| format!("; did you mean `{other}`?"))
 }
 
 /// Levenshtein distance: letters to insert, delete or replace.

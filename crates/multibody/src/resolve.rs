@@ -27,7 +27,7 @@ impl Anchors<'_> {
         if anchor.body.0 == self.merged.composites.len() {
             return Err(Error::Invalid {
                 path: path.to_owned(),
-                message: format!("`{body}` is fixed to the ground, so a force there does nothing"),
+                message: format!("`{body}` is fixed to the ground, so a force there has no effect"),
             });
         }
         Ok(anchor)

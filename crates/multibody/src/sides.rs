@@ -61,8 +61,8 @@ pub(crate) fn joint_sides(
             path,
             format!(
                 "the two sides of joint `{}` do not meet in the initial pose: they are {:.3e} m \
-                 apart, `{}` stands off by ({:.3e}, {:.3e}, {:.3e}) m; correct `local_a`, `local_b` \
-                 or a body's place",
+                 apart, `{}` is off by ({:.3e}, {:.3e}, {:.3e}) m; correct `local_a`, `local_b` \
+                 or a body's position",
                 joint.name,
                 apart.norm(),
                 joint.body_b,
@@ -97,7 +97,7 @@ fn joint_axes(
         finite(&v, &format!("{path}.{field}"))?;
         let (v, largest) = (Vec3::from(v), Vec3::from(v).amax());
         if largest == 0.0 {
-            let message = "the axis must not be zero; any length will do";
+            let message = "the axis must not be zero";
             return Err(invalid(format!("{path}.{field}"), message));
         }
         // scaled first, so that no length overflows

@@ -52,7 +52,7 @@ fn invariant_each_complaint_names_place_and_cure() {
     use serde_json::json;
     for (pointer, new, parts) in [
         // names
-        ("/joints/1/body_a", json!("car1"), &["joints[1].body_a", "is `car_1` meant?"][..]),
+        ("/joints/1/body_a", json!("car1"), &["joints[1].body_a", "did you mean `car_1`?"][..]),
         ("/bushings/2/body_b", json!("nobody"), &["bushings[2].body_b", "no body", "`nobody`"]),
         ("/joints/0/body_b", json!("ground"), &["joints[0]", "both ends are on `ground`"]),
         ("/observed/0/body", json!("roof"), &["observed[0].body", "`roof`"]),
@@ -60,9 +60,13 @@ fn invariant_each_complaint_names_place_and_cure() {
         (
             "/joint_forces/0/joint",
             json!("car_1_table_1_left_slid"),
-            &["joint_forces[0].joint", "slide` meant?"],
+            &["joint_forces[0].joint", "slide`?"],
         ),
-        ("/joint_forces/0/joint", json!("guid"), &["joint_forces[0].joint", "is `guide` meant?"]),
+        (
+            "/joint_forces/0/joint",
+            json!("guid"),
+            &["joint_forces[0].joint", "did you mean `guide`?"],
+        ),
         ("/bodies/2/name", json!("ground"), &["bodies[2].name", "reserved"]),
         ("/bodies/2/name", json!(""), &["bodies[2].name", "name is needed"]),
         ("/joints/3/name", json!("guide"), &["joints[3].name", "already joints[0]", "rename"]),

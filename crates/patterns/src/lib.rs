@@ -1,15 +1,15 @@
-//! Index patterns: one line of a scenario for a whole row of signals.
+//! Index patterns: one line of a scenario for a row of signals.
 //!
-//! `ems_[01..64].gap` stands for `ems_01.gap`, `ems_02.gap` … `ems_64.gap`. A number keeps the
-//! zero padding of the range's first bound. Several ranges in one pattern count like nested
-//! loops, the last one fastest. Anything else, brackets included (`x[1]`), is taken literally.
-//! Where names are picked out of a known list (`record`, plots, `--set`, `order`), `*` also
-//! stands for any run of characters. A name that exists as it is written is that name, whatever is in
-//! it: who resolves a pattern looks for it first.
+//! `ems_[01..64].gap` means `ems_01.gap`, `ems_02.gap` … `ems_64.gap`. A number keeps the zero
+//! padding of the range's first bound. Several ranges in one pattern count like nested loops, the
+//! last one fastest. Anything else, brackets included (`x[1]`), is taken literally. Where names are
+//! selected from a known list (`record`, plots, `--set`, `order`), `*` also matches any sequence of
+//! characters. A name that exists literally takes precedence over its reading as a pattern: callers
+//! look for it first.
 
 use thiserror::Error;
 
-/// More names than this from one pattern is taken for a slip of the pen.
+/// Largest number of names of one pattern; more is treated as a typing error.
 pub const MAX_NAMES: usize = 1_000_000;
 
 /// Why a pattern cannot be expanded.
@@ -18,29 +18,29 @@ pub enum PatternError {
     /// The last number of the range is below the first.
     #[error("in \"{pattern}\" the range [{first}..{last}] runs backwards")]
     Backwards {
-        /// The whole pattern.
+        /// The pattern as written.
         pattern: String,
         /// First bound as written.
         first: String,
         /// Last bound as written.
         last: String,
     },
-    /// The pattern stands for more than [`MAX_NAMES`] names.
+    /// The pattern expands to more than [`MAX_NAMES`] names.
     #[error("\"{pattern}\" stands for more than {MAX_NAMES} names")]
     TooMany {
-        /// The whole pattern.
+        /// The pattern as written.
         pattern: String,
     },
-    /// Two sides of a connection stand for different numbers of signals.
+    /// The two sides of a connection expand to different numbers of signals.
     #[error("\"{from}\" stands for {from_count} signals and \"{to}\" for {to_count}")]
     Lengths {
         /// The source pattern.
         from: String,
-        /// How many signals it stands for.
+        /// Number of signals it expands to.
         from_count: usize,
         /// The target pattern.
         to: String,
-        /// How many signals it stands for.
+        /// Number of signals it expands to.
         to_count: usize,
     },
 }
@@ -50,7 +50,7 @@ enum Part<'a> {
     Range { first: u64, last: u64, width: usize },
 }
 
-/// All names that the pattern stands for, in order.
+/// All names that the pattern expands to, in order.
 ///
 /// ```
 /// let names = patterns::expand("ems_[09..11].gap")?;
@@ -90,18 +90,19 @@ pub fn expand(pattern: &str) -> Result<Vec<String>, PatternError> {
     Ok(names)
 }
 
-/// Pairs two patterns: equally many names pair off in order, one source feeds many targets.
+/// Pairs the names of two patterns: equal numbers of names in order, or one source with all
+/// targets.
 ///
 /// # Errors
-/// Different numbers of names, or either pattern cannot be expanded.
+/// Different numbers of names, or a pattern that cannot be expanded.
 pub fn zip(from: &str, to: &str) -> Result<Vec<(String, String)>, PatternError> {
     pair((from, expand(from)?), (to, expand(to)?))
 }
 
-/// Pairs what two patterns stand for, as [`zip`] does.
+/// Pairs the expansions of two patterns, as [`zip`] does.
 ///
 /// # Errors
-/// Different numbers, and not one source.
+/// Different numbers, with more than one source.
 pub fn pair<T: Clone>(
     (from, sources): (&str, Vec<T>),
     (to, targets): (&str, Vec<T>),
@@ -118,7 +119,7 @@ pub fn pair<T: Clone>(
     }
 }
 
-/// Cuts `instance.variable` at its first dot that is not in a range.
+/// Splits `instance.variable` at the first dot outside of a range.
 ///
 /// ```
 /// assert_eq!(patterns::split_port("ems_[01..64].gap.x"), Some(("ems_[01..64]", "gap.x")));
@@ -147,7 +148,7 @@ fn is_digits(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// Whether the name fits the glob, in which `*` stands for any run of characters.
+/// Whether the name matches the glob, in which `*` matches any sequence of characters.
 #[must_use]
 pub fn matches(glob: &str, name: &str) -> bool {
     let mut pieces = glob.split('*');
@@ -160,11 +161,11 @@ pub fn matches(glob: &str, name: &str) -> bool {
             None => return false,
         }
     }
-    // the greedy walk may have used the tail already: the name must end with it outright
+    // the greedy search may have consumed the tail already, so the end is checked separately
     name.len() >= first.len() + last.len() && name.ends_with(last)
 }
 
-/// Whether the text holds a range or a star.
+/// Whether the text contains a range or a star.
 #[must_use]
 pub fn is_pattern(text: &str) -> bool {
     text.contains('*') || split(text).is_ok_and(|parts| parts.len() > 1)
@@ -192,7 +193,7 @@ fn split(pattern: &str) -> Result<Vec<Part<'_>>, PatternError> {
     Ok(parts)
 }
 
-/// Reads `01..64]` and returns it with its length, or nothing where this is plain text.
+/// Parses `01..64]` and returns the range with its length, or `None` for plain text.
 fn range_at<'a>(pattern: &str, text: &str) -> Result<Option<(Part<'a>, usize)>, PatternError> {
     let Some(close) = text.find(']') else { return Ok(None) };
     let Some((low, high)) = text[..close].split_once("..") else { return Ok(None) };
@@ -214,7 +215,7 @@ fn range_at<'a>(pattern: &str, text: &str) -> Result<Option<(Part<'a>, usize)>, 
     Ok(Some((Part::Range { first, last, width }, close + 1)))
 }
 
-/// The candidate closest in spelling, if any is close enough to be meant.
+/// The candidate closest in spelling, if one is close enough.
 #[must_use]
 pub fn suggest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = name.to_lowercase();

@@ -1,9 +1,11 @@
-//! A unit's library, driven by its C functions alone.
+//! Loads a unit's library and calls it only through its C functions.
 //!
-//! Apart from the other system tests, so that it needs little and can be built with sanitizers.
+//! Separate from the other system tests, so that it has few dependencies and can be built with
+//! sanitizers.
 //!
-//! The libraries are those beside this program's folder (`target/release/libfmu_*.so` for a release
-//! test), so a build with other flags or another target folder tests itself.
+//! The libraries are those of the build that this program belongs to (`target/release/libfmu_*.so`
+//! for a release test), so a build with other flags or another target folder tests its own
+//! libraries.
 
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
@@ -72,29 +74,29 @@ functions! {
 /// A real variable.
 #[derive(Debug, Clone)]
 pub struct Real {
-    /// Its name.
+    /// Name, as in the description.
     pub name: String,
-    /// Its value reference.
+    /// FMI value reference.
     pub reference: u32,
-    /// Its causality, as the description says it.
+    /// Causality, as in the description.
     pub causality: String,
-    /// Its start value, 0 without one.
+    /// Start value, 0 if there is none.
     pub start: f64,
 }
 
-/// A unit that is loaded and described.
+/// A loaded unit with its description.
 pub struct Loaded {
-    /// Its functions, all of them there.
+    /// All functions of the unit.
     pub functions: Functions,
-    /// Its real variables.
+    /// All real variables of the unit.
     pub reals: Vec<Real>,
     guid: CString,
     resources: CString,
-    /// Keeps the functions alive.
+    /// Keeps the library loaded while the functions are in use.
     _library: Library,
 }
 
-/// The error and its causes.
+/// The error and its causes, separated by colons.
 fn text(error: impl std::error::Error) -> String {
     let causes = std::iter::successors(error.source(), |cause| cause.source());
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
@@ -159,14 +161,14 @@ impl Loaded {
         chosen.map(|real| (real.reference, real.start)).collect()
     }
 
-    /// A new instance with a logger that reads every message; `None` where the unit refuses.
+    /// A new instance with a logger that reads every message; `None` if the instantiation fails.
     #[must_use]
     pub fn instantiate(&self, messages: &AtomicU64) -> Option<fmi2Component> {
         let callbacks = callbacks(messages);
         let kind = fmi2Type::fmi2CoSimulation;
         let (guid, resources) = (self.guid.as_ptr(), self.resources.as_ptr());
-        // SAFETY: the function's own type; all pointers live through the call. The standard lets
-        // the callbacks' memory go after it.
+        // SAFETY: the function's own type; all pointers live through the call. The standard does
+        // not require the callbacks to live longer.
         let component = unsafe {
             self.functions.instantiate?(
                 c"one".as_ptr(),
@@ -191,7 +193,7 @@ fn callbacks(messages: &AtomicU64) -> fmi2CallbackFunctions {
         fmi2String,
     );
     // SAFETY: stable Rust cannot define a variadic function; where FMI units run, the named
-    // arguments of one travel like those of any other function, and our units pass no others.
+    // arguments of one are passed like those of any other function, and our units pass no others.
     let logger = unsafe { std::mem::transmute::<Option<Fixed>, fmi2CallbackLogger>(Some(count)) };
     fmi2CallbackFunctions {
         logger,
@@ -202,7 +204,7 @@ fn callbacks(messages: &AtomicU64) -> fmi2CallbackFunctions {
     }
 }
 
-/// Adds a message's length, so that all of it is read.
+/// Adds the lengths of the strings, so that every byte is read.
 unsafe extern "C" fn count(
     environment: fmi2ComponentEnvironment,
     instance: fmi2String,
@@ -210,7 +212,7 @@ unsafe extern "C" fn count(
     category: fmi2String,
     message: fmi2String,
 ) {
-    // SAFETY: the standard says that these are C strings; the kit never passes null for them.
+    // SAFETY: by the standard these are C strings; the kit never passes null for them.
     let length = [instance, category, message]
         .map(|text| unsafe { core::ffi::CStr::from_ptr(text) }.to_bytes().len() as u64);
     // SAFETY: the environment is the counter that lives as long as the instance.

@@ -7,8 +7,8 @@
 //! - acceleration-velocity transition H_t = K (1 + p/ω₃) / (1 + p/(Q₄ω₄) + (p/ω₄)²),
 //! - upward step H_s = (1 + p/(Q₅ω₅) + (p/ω₅)²) / (1 + p/(Q₆ω₆) + (p/ω₆)²) · (ω₅/ω₆)².
 //!
-//! They are applied as they stand, in the frequency domain; there is no discretisation that bends them near
-//! half the sampling rate. The tests compare them with the standards' tables.
+//! They are applied directly in the frequency domain, without a discretisation that would distort
+//! them near half the sampling rate. The tests compare them with the standards' tables.
 
 use std::f64::consts::SQRT_2;
 
@@ -26,7 +26,7 @@ const RUNNING: f64 = 1.0;
 /// octave about 80 Hz, 2 · 80 · 2^(1/6).
 pub const LOWEST_RATE: f64 = 180.0;
 
-/// Which way a person is shaken, and by which standard.
+/// Direction of the vibration, and standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weighting {
     /// Vertical (z), ISO 2631-1.
@@ -94,21 +94,21 @@ impl Weighting {
         self.response(frequency).norm()
     }
 
-    /// The weighted acceleration, of one at rest before its first sample.
+    /// The weighted acceleration; the signal is zero before its first sample.
     ///
     /// # Errors
     ///
-    /// A rate below [`LOWEST_RATE`], fewer than 8 samples, or one that is not finite.
+    /// A rate below [`LOWEST_RATE`], fewer than 8 samples, or a sample that is not finite.
     pub fn apply(self, acceleration: &[f64], rate: f64) -> Result<Vec<f64>, Error> {
         check_rate(rate)?;
         let rule = "180 Hz or more: the weightings reach to the third octave about 80 Hz";
-        // a rate found from printed times may be a rounding below
+        // a rate computed from printed times may be too low by rounding
         require(rate > LOWEST_RATE * (1.0 - 1e-9), "the sampling rate", rate, rule)?;
         enough(acceleration, FEWEST)?;
         filter(acceleration, rate, MEMORY, |f| self.response(f))
     }
 
-    /// Its name in the standards.
+    /// Name in the standards, such as `Wk`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -119,7 +119,7 @@ impl Weighting {
     }
 }
 
-/// What a weighted acceleration means to whom it shakes.
+/// Measures of a weighted acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
     /// Weighted r.m.s. acceleration a_w, in m/s² (6.1).
@@ -133,11 +133,11 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// Of a weighted acceleration in m/s² at a rate in Hz.
+    /// Computes the measures of a weighted acceleration in m/s² at a rate in Hz.
     ///
     /// # Errors
     ///
-    /// It is shorter than a second, or not finite.
+    /// The signal is shorter than a second, or not finite.
     pub fn of(weighted: &[f64], rate: f64) -> Result<Self, Error> {
         check_rate(rate)?;
         let second = ((RUNNING * rate).round() as usize).max(FEWEST);
@@ -153,8 +153,8 @@ impl Exposure {
         })
     }
 
-    /// Crest factor: peak over r.m.s. (6.2.1); 0 at rest. Above 9 the r.m.s. says too little, and the
-    /// standard wants the transient value or the dose beside it.
+    /// Crest factor: peak over r.m.s. (6.2.1); 0 at rest. Above 9 the r.m.s. is not sufficient, and
+    /// the standard also requires the transient value or the dose.
     #[must_use]
     pub fn crest_factor(&self) -> f64 {
         if self.rms > 0.0 { self.peak / self.rms } else { 0.0 }
@@ -177,7 +177,7 @@ fn largest_mean_square(values: &[f64], length: usize) -> f64 {
     largest / length as f64
 }
 
-/// Words of annex C.2.3 with the ranges of the vibration total value in m/s² that they stand for, in public
+/// Terms of annex C.2.3 with their ranges of the vibration total value in m/s², for public
 /// transport.
 const COMFORT: [(&str, f64, f64); 6] = [
     ("not uncomfortable", 0.0, 0.315),
@@ -188,7 +188,7 @@ const COMFORT: [(&str, f64, f64); 6] = [
     ("extremely uncomfortable", 2.0, f64::INFINITY),
 ];
 
-/// How people are likely to call a vibration total value in m/s²: one word or two, because the ranges of ISO
+/// Likely reactions to a vibration total value in m/s²: one term or two, because the ranges of ISO
 /// 2631-1, annex C.2.3, overlap.
 #[must_use]
 pub fn comfort(total: f64) -> Vec<&'static str> {

@@ -5,10 +5,10 @@
 //! vertically and 0.737 laterally, from 0.5 to 30 Hz. For one sine of amplitude a in cm/s² that is
 //! W_z = (a B)^0.3, because (100 √2)^0.3 = 4.42.
 //!
-//! Sources: V. K. Garg and R. V. Dukkipati, *Dynamics of Railway Vehicle Systems* (1984), for B(f) and the
-//! words; J. Förstberg, *Ride comfort and motion sickness in tilting trains* (KTH, 2000), for the form with the
-//! r.m.s. Sperling's first formula (1956), 0.896 (a³ F(f)/f)^0.1, has pieces of powers of f for the same curve
-//! within 20 %; a test compares them.
+//! Sources: V. K. Garg and R. V. Dukkipati, *Dynamics of Railway Vehicle Systems* (1984), for B(f)
+//! and the terms; J. Förstberg, *Ride comfort and motion sickness in tilting trains* (KTH, 2000),
+//! for the form with the r.m.s. Sperling's first formula (1956), 0.896 (a³ F(f)/f)^0.1,
+//! approximates the same curve piecewise by powers of f, within 20 %; a test compares them.
 
 use realfft::num_complex::Complex64;
 
@@ -17,23 +17,23 @@ use crate::error::{Error, require};
 use crate::fourier::filter;
 use crate::series::{FEWEST, check_rate, enough};
 
-/// The frequencies that count, in Hz.
+/// Frequency range of the index, in Hz.
 const RANGE: std::ops::RangeInclusive<f64> = 0.5..=30.0;
 
-/// The lowest sampling rate, in Hz: twice what counts.
+/// The lowest sampling rate, in Hz: twice the upper end of the range.
 pub const LOWEST_RATE: f64 = 60.0;
 
-/// Which way a person is shaken.
+/// Direction of the vibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// Up and down.
+    /// Vertical.
     Vertical,
-    /// To the sides, or forth and back.
+    /// Lateral or longitudinal.
     Horizontal,
 }
 
 impl Direction {
-    /// B as a filter: what stands above is |B| of this rational function of p = jf.
+    /// B as a filter: the formula above is |B| of this rational function of p = jf.
     fn response(self, frequency: f64) -> Complex64 {
         let gain = match self {
             Self::Vertical => 0.588,
@@ -51,11 +51,12 @@ impl Direction {
         self.response(frequency).norm()
     }
 
-    /// The weighted acceleration within 0.5 to 30 Hz, of one at rest before its first sample.
+    /// The weighted acceleration within 0.5 to 30 Hz, for a signal that is zero before its first
+    /// sample.
     ///
     /// # Errors
     ///
-    /// A rate below [`LOWEST_RATE`], fewer than 8 samples, or one that is not finite.
+    /// A rate below [`LOWEST_RATE`], fewer than 8 samples, or a sample that is not finite.
     pub fn apply(self, acceleration: &[f64], rate: f64) -> Result<Vec<f64>, Error> {
         check_rate(rate)?;
         let rule = "60 Hz or more: the index counts what is below 30 Hz";
@@ -73,7 +74,7 @@ pub fn index(weighted: &[f64]) -> f64 {
     4.42 * mean_square.sqrt().powf(0.3)
 }
 
-/// Words for passenger comfort, each with the index from which it is meant.
+/// Terms for passenger comfort, each with the index from which it applies.
 const WORDS: [(f64, &str); 8] = [
     (4.0, "extremely unpleasant, harmful if prolonged"),
     (3.5, "extremely irregular, unpleasant, intolerable if prolonged"),
@@ -85,7 +86,7 @@ const WORDS: [(f64, &str); 8] = [
     (0.0, "not noticeable"),
 ];
 
-/// What an index means to passengers.
+/// The term for an index.
 #[must_use]
 pub fn comfort(index: f64) -> &'static str {
     WORDS.iter().find(|(from, _)| index >= *from).map_or("not noticeable", |(_, word)| word)

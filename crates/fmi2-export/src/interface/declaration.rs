@@ -87,7 +87,7 @@ pub struct Draft<T: sealed::Declarable> {
 ///
 /// Set the role of the variable first (`input`, `parameter`, `tunable`, `calculated_parameter`,
 /// `output`, `local` or `constant`), then everything else.
-#[must_use = "a declaration counts once `done` is called"]
+#[must_use = "a declaration takes effect when `done` is called"]
 pub struct Declaration<'i, T: sealed::Declarable, H> {
     interface: &'i mut Interface,
     draft: Draft<T>,
@@ -116,7 +116,7 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
 
     fn role(mut self, role: VariableRole, start: Option<T::Value>) -> Self {
         if self.draft.role.is_some() {
-            let text = format!("{} is declared to be two things at once", self.draft.name);
+            let text = format!("{} is declared with two roles", self.draft.name);
             self.interface.fault(text);
         }
         self.draft.role = Some(role);
@@ -194,7 +194,8 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
         if let Some(starts) = &draft.starts
             && (starts.len() != count || draft.start.is_none())
         {
-            let text = format!("{}: {} start values for {count}", draft.name, starts.len());
+            let text =
+                format!("{}: {} start values for {count} variables", draft.name, starts.len());
             interface.fault(text);
         }
         let kind = T::data(&draft, None);

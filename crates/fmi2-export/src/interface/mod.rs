@@ -318,7 +318,7 @@ impl Interface {
     fn pairs(&mut self, unknowns: VariableRow, knowns: VariableRow) -> Vec<(usize, usize)> {
         if unknowns.count != knowns.count {
             self.fault(format!(
-                "element by element dependency of {} variables on {}",
+                "elementwise dependency of {} variables on {}",
                 unknowns.count, knowns.count
             ));
         }
@@ -352,6 +352,6 @@ impl Interface {
             return Ok(self);
         }
         let name = &self.info.model_identifier;
-        Err(Error::invalid(format!("the interface of {name:?} is faulty: {}", faults.join("; "))))
+        Err(Error::invalid(format!("invalid interface of {name:?}: {}", faults.join("; "))))
     }
 }

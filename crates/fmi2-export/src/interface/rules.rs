@@ -94,7 +94,7 @@ pub(super) fn check_table(interface: &Interface, faults: &mut Vec<String>) {
         let variable = &interface.variables[unknown];
         if !matches!(variable.role, VariableRole::Output | VariableRole::CalculatedParameter) {
             faults.push(format!(
-                "{}: only outputs and calculated parameters are unknown at first",
+                "{}: only outputs and calculated parameters have initial dependencies",
                 variable.name
             ));
         }
@@ -165,7 +165,7 @@ fn check_dependencies(
         for known in knowns.iter().map(|&known| &interface.variables[known]) {
             if !is_known(known) {
                 let name = &interface.variables[unknown].name;
-                faults.push(format!("{name}: {} is not known to depend on", known.name));
+                faults.push(format!("{name} cannot depend on {}", known.name));
             }
         }
     }
