@@ -4,7 +4,7 @@ use fmi2_export::{
     BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, StringVar, UnitOfMeasure, Values,
     VariableRow,
 };
-use guideway::description::{GuidewayDescription, Initial};
+use guideway::description::{GuidewayDescription, InitialDeflection};
 use guideway::{Guideway, MAX_FORCES, RUN_OUT};
 
 /// Handles of the parameters. Their start values are those of the layout.
@@ -183,9 +183,9 @@ impl ParameterHandles {
         d.pole.forces =
             usize::try_from(values.integer(self.forces_per_magnet)).map_err(Error::invalid)?;
         d.initial = match values.integer(self.initial_state) {
-            0 => Initial::Undeformed,
-            1 => Initial::Static,
-            2 => Initial::QuasiStatic,
+            0 => InitialDeflection::Undeformed,
+            1 => InitialDeflection::Static,
+            2 => InitialDeflection::QuasiStatic,
             n => return Err(Error::invalid(format!("initial_state {n}: give 0, 1 or 2"))),
         };
         self.irregularity.apply(&mut d, values)?;
@@ -194,11 +194,11 @@ impl ParameterHandles {
     }
 }
 
-fn initial_to_number(initial: Initial) -> i32 {
+fn initial_to_number(initial: InitialDeflection) -> i32 {
     match initial {
-        Initial::Undeformed => 0,
-        Initial::Static => 1,
-        Initial::QuasiStatic => 2,
+        InitialDeflection::Undeformed => 0,
+        InitialDeflection::Static => 1,
+        InitialDeflection::QuasiStatic => 2,
     }
 }
 

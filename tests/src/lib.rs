@@ -35,8 +35,7 @@ pub fn scenario(name: &str) -> PathBuf {
 /// Starts the command and waits for it.
 ///
 /// # Errors
-/// It cannot be started; `cargo xtask package` and a release build of `maglev-cli` are required
-/// first.
+/// It cannot be started; `cargo xtask package` and a release build of `master` must come first.
 pub fn start<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Result<Output, String> {
     let maglev = maglev();
     Command::new(&maglev)
@@ -46,13 +45,13 @@ pub fn start<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Result<Output, String> {
 }
 
 /// The files of a successful run.
-pub struct Run {
+pub struct FinishedRun {
     folder: tempfile::TempDir,
     /// summary.json
     pub summary: Value,
 }
 
-impl Run {
+impl FinishedRun {
     /// Runs `scenario` with further options. Results go to a new folder.
     ///
     /// # Errors

@@ -36,7 +36,7 @@ pub const STATIC: f64 = 0.5;
 
 /// The coupled parts and the travel of the vehicle.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct MonolithicSetup {
     /// The vehicle.
     pub vehicle: multibody::VehicleDescription,
     /// The guideway.
@@ -50,7 +50,7 @@ pub struct Setup {
 }
 
 /// The coupled equations.
-pub struct System {
+pub struct MonolithicSystem {
     vehicle: VehicleModel,
     guideway: Guideway,
     magnet: Magnet,
@@ -103,12 +103,12 @@ fn told(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-impl System {
+impl MonolithicSystem {
     /// Assembles the parts at rest relative to the track, the girders deflected by the static loads.
     ///
     /// # Errors
     /// A part cannot be built or has no equilibrium.
-    pub fn new(setup: &Setup) -> Result<Self, String> {
+    pub fn new(setup: &MonolithicSetup) -> Result<Self, String> {
         let vehicle = VehicleModel::new(&setup.vehicle).map_err(told)?;
         let guideway = Guideway::new(&setup.guideway, None).map_err(told)?;
         let magnet = Magnet::new(setup.magnet).map_err(told)?;
@@ -285,7 +285,7 @@ impl System {
         Ok(())
     }
 
-    /// ẏ from the results of [`System::evaluate`].
+    /// ẏ from the results of [`MonolithicSystem::evaluate`].
     fn write_rates(&self, scratch: &Scratch, rates: &mut [f64]) {
         let (bodies, rest) = rates.split_at_mut(BODY * scratch.bodies.bodies.len());
         for (k, (body, out)) in
@@ -420,7 +420,7 @@ impl System {
     }
 }
 
-impl ODE<f64, Vec<f64>> for System {
+impl ODE<f64, Vec<f64>> for MonolithicSystem {
     fn diff(&self, t: f64, y: &Vec<f64>, rates: &mut Vec<f64>) {
         if let Err(message) = self.rates(t, y, rates) {
             self.scratch.borrow_mut().failure.get_or_insert(message);

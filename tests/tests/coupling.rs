@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use system_tests::{Run, scenario};
+use system_tests::{FinishedRun, scenario};
 
 /// Gaps of one magnet under the shaken girder at common times, for one communication step.
 fn gap(file: &Path, step: f64, algorithm: &str, extrapolation: u32) -> Vec<f64> {
@@ -19,7 +19,7 @@ fn gap(file: &Path, step: f64, algorithm: &str, extrapolation: u32) -> Vec<f64> 
         ["--algorithm", algorithm],
         ["--extrapolation", &order],
     ];
-    let run = Run::of(file, options.as_flattened()).unwrap();
+    let run = FinishedRun::of(file, options.as_flattened()).unwrap();
     run.columns().unwrap().remove("vehicle.gap_01").unwrap()
 }
 
@@ -66,7 +66,7 @@ fn gap_by(name: &str, tolerance: f64, step: f64) -> Vec<f64> {
     let step = step.to_string();
     let options =
         [["--stop", "2"], ["--record-interval", "0.008"], ["--step", &step], ["--set", &max_step]];
-    let run = Run::of(&file, options.as_flattened()).unwrap();
+    let run = FinishedRun::of(&file, options.as_flattened()).unwrap();
     assert_eq!(run.summary["algorithm"]["iterations"][0]["unsettled"], 0, "{name} {step}");
     run.columns().unwrap().remove("vehicle.gap_01").unwrap()
 }
@@ -96,7 +96,8 @@ fn issue_every_scenario_runs() {
         if name == "schema.json" || path.extension().is_none_or(|e| e != "json") {
             continue;
         }
-        let run = Run::of(&path, &["--stop", "0.1"]).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let run =
+            FinishedRun::of(&path, &["--stop", "0.1"]).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(run.summary["status"], "finished", "{name}");
         count += 1;
     }

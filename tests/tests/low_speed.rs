@@ -1,6 +1,6 @@
 //! The paper's low-speed run (section 3.4, figures 10, 11 and 15), whole.
 
-use system_tests::{Run, scenario};
+use system_tests::{FinishedRun, scenario};
 
 /// 64 magnets of the two-car train.
 fn gaps() -> impl Iterator<Item = String> {
@@ -10,7 +10,7 @@ fn gaps() -> impl Iterator<Item = String> {
 /// 5 km/h over three spans with irregularity: the paper's two numbers, and a start without a jump.
 #[test]
 fn golden_the_low_speed_run_shows_the_papers_numbers() {
-    let run = Run::of(&scenario("low-speed.json"), &[]).unwrap();
+    let run = FinishedRun::of(&scenario("low-speed.json"), &[]).unwrap();
 
     // 3.5 mm simulated in the paper; ours may differ by 0.05 mm
     for span in 1..=3 {
@@ -50,8 +50,8 @@ fn golden_the_low_speed_run_shows_the_papers_numbers() {
 #[test]
 fn invariant_a_second_run_gives_identical_bytes() {
     // 8 s: the front bogies have reached the irregularity on the first span
-    let once = Run::of(&scenario("low-speed.json"), &["--stop", "8"]).unwrap();
-    let again = Run::of(&scenario("low-speed.json"), &["--stop", "8"]).unwrap();
+    let once = FinishedRun::of(&scenario("low-speed.json"), &["--stop", "8"]).unwrap();
+    let again = FinishedRun::of(&scenario("low-speed.json"), &["--stop", "8"]).unwrap();
     let bytes = once.csv().unwrap();
     assert!(bytes.len() > 100_000);
     assert!(bytes == again.csv().unwrap(), "two runs of the same scenario differ");
@@ -76,7 +76,7 @@ fn analytic_static_loads_sum_to_the_weight() {
     text["plots"] = serde_json::json!([]);
     let file = folder.path().join("loads.json");
     std::fs::write(&file, serde_json::to_vec(&text).unwrap()).unwrap();
-    let run = Run::of(&file, &["--stop", "0.01"]).unwrap();
+    let run = FinishedRun::of(&file, &["--stop", "0.01"]).unwrap();
     let loads: Vec<f64> = (1..=64)
         .map(|k| run.statistic(&format!("vehicle.static_load_{k:02}"), "final").unwrap())
         .collect();
@@ -95,7 +95,7 @@ fn analytic_static_loads_sum_to_the_weight() {
 #[test]
 fn issue_a_start_on_the_rough_girder_is_calm() {
     let start = ["--set", "vehicle.initial_position=12.5", "--stop", "2"];
-    let run = Run::of(&scenario("low-speed.json"), &start).unwrap();
+    let run = FinishedRun::of(&scenario("low-speed.json"), &start).unwrap();
     for gap in gaps() {
         // the irregularity alone moves the gaps by up to 2 mm in the whole run
         assert!(run.statistic(&gap, "min").unwrap() > 6e-3, "{gap}");
@@ -118,7 +118,7 @@ fn golden_the_papers_page_is_not_stale() {
         let time = girder["gap"]["time"].as_f64().unwrap();
         // whole recording intervals, and the largest value is the last row or earlier
         let stop = format!("{:.3}", (time / 0.002).round() * 0.002 + 0.002);
-        let run = Run::of(&scenario(&name), &["--stop", &stop]).unwrap();
+        let run = FinishedRun::of(&scenario(&name), &["--stop", &stop]).unwrap();
         let columns = run.columns().unwrap();
         let largest = gaps()
             .flat_map(|gap| {

@@ -85,7 +85,7 @@ fn coupled(options: &[&str]) -> Value {
 #[test]
 fn analytic_coupled_modes_are_those_of_the_monolithic_model() {
     let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();
-    let mut setup = system_tests::monolithic::Setup {
+    let mut setup = system_tests::monolithic::MonolithicSetup {
         vehicle: multibody::VehicleDescription::from_json(&read(
             "fmu-vehicle/resources/two-car/vehicle.json",
         ))
@@ -99,7 +99,8 @@ fn analytic_coupled_modes_are_those_of_the_monolithic_model() {
         initial_position: 37.5,
     };
     setup.guideway.irregularity.on = false;
-    let mut wanted = system_tests::monolithic::System::new(&setup).unwrap().eigenvalues().unwrap();
+    let mut wanted =
+        system_tests::monolithic::MonolithicSystem::new(&setup).unwrap().eigenvalues().unwrap();
     let report = coupled(&[]);
     let modes = report["modes"]["modes"].as_array().unwrap();
     assert_eq!(report["modes"]["states"], wanted.len());
@@ -149,7 +150,7 @@ fn analytic_modes_tell_which_step_is_too_large() {
     let largest = |step: &str| {
         let mut all = vec!["--step", step, "--stop", "4", "--record-interval", "0.08"];
         all.extend(held);
-        let run = system_tests::Run::of(std::path::Path::new(&file), &all);
+        let run = system_tests::FinishedRun::of(std::path::Path::new(&file), &all);
         // a magnet that touches the rail ends the run
         run.map_or(1.0, |run| {
             let gap = |name| run.statistic("vehicle.gap_01", name).unwrap();

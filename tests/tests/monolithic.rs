@@ -5,13 +5,13 @@
 
 use std::fs;
 
-use system_tests::monolithic::{Setup, System, Trajectory};
-use system_tests::{Run, root, scenario};
+use system_tests::monolithic::{MonolithicSetup, MonolithicSystem, Trajectory};
+use system_tests::{FinishedRun, root, scenario};
 
 /// The layouts that the units of a scenario are packed with.
-fn setup(vehicle: &str, guideway: &str) -> Setup {
+fn setup(vehicle: &str, guideway: &str) -> MonolithicSetup {
     let read = |path: String| fs::read_to_string(root().join(path)).unwrap();
-    Setup {
+    MonolithicSetup {
         vehicle: multibody::VehicleDescription::from_json(&read(format!(
             "fmu-vehicle/resources/{vehicle}/vehicle.json"
         )))
@@ -29,7 +29,7 @@ fn setup(vehicle: &str, guideway: &str) -> Setup {
 /// The paper's speed.
 const SPEED: f64 = 5.0 / 3.6;
 
-fn shaken(setup: &mut Setup, position: f64) {
+fn shaken(setup: &mut MonolithicSetup, position: f64) {
     setup.guideway.irregularity.on = false;
     setup.guideway.chirp.on = true;
     setup.guideway.chirp.position = Some(position);
@@ -37,7 +37,7 @@ fn shaken(setup: &mut Setup, position: f64) {
 
 /// RMS of a run's distance from the reference over the RMS of the reference's deviation from c0,
 /// over all gaps.
-fn distance(reference: &Trajectory, run: &Run) -> f64 {
+fn distance(reference: &Trajectory, run: &FinishedRun) -> f64 {
     let columns = run.columns().unwrap();
     let (mut error, mut size) = (0.0, 0.0);
     for k in 0..reference.magnets[0].len() {
@@ -59,7 +59,7 @@ fn times(stop: f64, interval: f64) -> Vec<f64> {
 /// One system, as the monolithic model and as a scenario with its settings.
 struct Case {
     name: &'static str,
-    setup: Setup,
+    setup: MonolithicSetup,
     scenario: &'static str,
     settings: &'static [&'static str],
     stop: f64,
@@ -110,7 +110,7 @@ fn cases() -> [Case; 4] {
 #[test]
 fn analytic_gaps_are_those_of_the_monolithic_model() {
     for case in cases() {
-        let system = System::new(&case.setup).unwrap();
+        let system = MonolithicSystem::new(&case.setup).unwrap();
         let times = times(case.stop, 0.005);
         let reference = system.solve(&times, 1e-10).unwrap();
         // what is left of the reference's own error: a tenth of the tolerance's effect
@@ -126,7 +126,7 @@ fn analytic_gaps_are_those_of_the_monolithic_model() {
             if step == "0.005" {
                 options.extend(["--set", "vehicle.max_step=0.005"]);
             }
-            distance(&reference, &Run::of(&scenario(case.scenario), &options).unwrap())
+            distance(&reference, &FinishedRun::of(&scenario(case.scenario), &options).unwrap())
         };
         let (fine, coarse) = (run("0.001"), run("0.005"));
         println!("{}: {fine:.2e} at 1 ms, {coarse:.2e} at 5 ms ({doubt:.0e})", case.name);
@@ -149,7 +149,7 @@ fn doubt(a: &Trajectory, b: &Trajectory) -> f64 {
 fn analytic_the_standing_train_has_652_modes_that_die_away() {
     let mut standing = standing_train().setup;
     standing.guideway.chirp.on = false;
-    let values = System::new(&standing).unwrap().eigenvalues().unwrap();
+    let values = MonolithicSystem::new(&standing).unwrap().eigenvalues().unwrap();
     assert_eq!(values.len(), 2 * 128 + 6 * 64 + 2 * 6);
     assert!(values.iter().all(|value| value.re < 0.0), "{values:?}");
 }

@@ -11,7 +11,7 @@ use std::path::Path;
 use fmi2_package::{Archive, describe, host};
 use multibody::{Body, Inertia, Joint, JointKind, VehicleDescription, train};
 use serde_json::{Value, json};
-use system_tests::{Run, root, scenario};
+use system_tests::{FinishedRun, root, scenario};
 
 /// 100 kg in the first car, half a metre beside its middle.
 fn with_cargo() -> VehicleDescription {
@@ -82,7 +82,7 @@ fn standing(description: &VehicleDescription, place: f64) -> BTreeMap<String, Ve
     text["plots"] = json!([]);
     let file = folder.path().join("standing.json");
     std::fs::write(&file, serde_json::to_vec(&text).unwrap()).unwrap();
-    let run = Run::of(&file, &["--stop", "1"]).unwrap();
+    let run = FinishedRun::of(&file, &["--stop", "1"]).unwrap();
     run.columns().unwrap()
 }
 

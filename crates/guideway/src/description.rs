@@ -25,9 +25,9 @@ pub struct GuidewayDescription {
     /// How each magnet's force is spread. Default: 8 forces over 0.65 m.
     #[serde(default)]
     pub pole: PoleDescription,
-    /// State of the girders at the start. Default: [`Initial::QuasiStatic`].
+    /// State of the girders at the start. Default: [`InitialDeflection::QuasiStatic`].
     #[serde(default)]
-    pub initial: Initial,
+    pub initial: InitialDeflection,
     /// Vertical irregularity of the track surface. Default: off.
     #[serde(default)]
     pub irregularity: IrregularityDescription,
@@ -126,7 +126,7 @@ impl Default for PoleDescription {
 /// State of the girders at the start of a simulation, under the loads at that time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Initial {
+pub enum InitialDeflection {
     /// q = 0, q̇ = 0: loads are applied suddenly.
     Undeformed,
     /// q = φᵀF/K, q̇ = 0: the loads have been at rest for a long time.

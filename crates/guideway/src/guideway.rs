@@ -3,7 +3,7 @@
 use crate::description::GuidewayDescription;
 use crate::girder::ShapeRow;
 use crate::propagator::NODES;
-use crate::{ChirpForce, Error, Girder, GirderMode, Initial, Pole, Profile};
+use crate::{ChirpForce, Error, Girder, GirderMode, InitialDeflection, Pole, Profile};
 
 /// One span in its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Guideway {
     spans: Vec<Span>,
     /// All modes, span by span.
     modes: Vec<GirderMode>,
-    initial: Initial,
+    initial: InitialDeflection,
     profile: Option<Profile>,
     chirp: Option<ChirpForce>,
     wavenumber: f64,
@@ -81,7 +81,9 @@ impl Guideway {
 
     /// A mode without stiffness has no static state.
     fn check_start(&self) -> Result<(), Error> {
-        if self.initial != Initial::Undeformed && self.modes.iter().any(|m| m.omega == 0.0) {
+        if self.initial != InitialDeflection::Undeformed
+            && self.modes.iter().any(|m| m.omega == 0.0)
+        {
             return Err(Error::invalid(
                 "initial",
                 "a mode of frequency 0 has no static deflection",
@@ -117,7 +119,7 @@ impl Guideway {
     }
 
     /// State at the start that was asked for.
-    pub fn initial(&self) -> Initial {
+    pub fn initial(&self) -> InitialDeflection {
         self.initial
     }
 

@@ -34,7 +34,7 @@ mod propagator;
 mod spline;
 
 pub use chirp::ChirpForce;
-pub use description::{GuidewayDescription, Initial};
+pub use description::{GuidewayDescription, InitialDeflection};
 pub use error::Error;
 pub use girder::{Girder, MAX_MODES};
 pub use guideway::{Guideway, Span};

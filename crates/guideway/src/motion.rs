@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::girder::ShapeRow;
 use crate::propagator::{NODES, PropagatorCache, SUBSTEP_PHASE, nodes};
-use crate::{Error, Guideway, Initial};
+use crate::{Error, Guideway, InitialDeflection};
 
 /// Everything that changes: modal coordinates and their rates, span by span, mode by mode.
 #[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
@@ -140,7 +140,7 @@ pub struct SpanMotion {
 }
 
 impl Guideway {
-    /// State at `time` under the given forces and places, as [`Initial`] asks. `speed` (m/s) is
+    /// State at `time` under the given forces and places, as [`InitialDeflection`] asks. `speed` (m/s) is
     /// that of the loads, for the quasi-static start.
     ///
     /// # Errors
@@ -155,10 +155,10 @@ impl Guideway {
         check_loads(loads, time)?;
         let zeros = vec![0.0; self.modes().len()];
         let mut state = State { q: zeros.clone(), v: zeros };
-        if self.initial() == Initial::Undeformed {
+        if self.initial() == InitialDeflection::Undeformed {
             return Ok(state);
         }
-        let moving = if self.initial() == Initial::QuasiStatic { speed } else { 0.0 };
+        let moving = if self.initial() == InitialDeflection::QuasiStatic { speed } else { 0.0 };
         for load in loads {
             let force = load.force[0];
             self.under_pole(load.position[0], &mut work.row, |span, row, share| {

@@ -73,7 +73,7 @@ functions! {
 
 /// A real variable.
 #[derive(Debug, Clone)]
-pub struct Real {
+pub struct RealVariable {
     /// Name, as in the description.
     pub name: String,
     /// FMI value reference.
@@ -89,7 +89,7 @@ pub struct Loaded {
     /// All functions of the unit.
     pub functions: Functions,
     /// All real variables of the unit.
-    pub reals: Vec<Real>,
+    pub reals: Vec<RealVariable>,
     guid: CString,
     resources: CString,
     /// Keeps the library loaded while the functions are in use.
@@ -120,9 +120,9 @@ fn built(name: &str) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-fn real(node: roxmltree::Node) -> Option<Real> {
+fn real(node: roxmltree::Node) -> Option<RealVariable> {
     let kind = node.children().find(|child| child.has_tag_name("Real"))?;
-    Some(Real {
+    Some(RealVariable {
         name: node.attribute("name")?.to_owned(),
         reference: node.attribute("valueReference")?.parse().ok()?,
         causality: node.attribute("causality").unwrap_or("local").to_owned(),
