@@ -17,9 +17,14 @@
 
 #![expect(clippy::result_large_err, reason = "errors name all that they concern, and end a run")]
 
+mod activity;
+mod answer;
 pub mod archive;
-pub mod component;
+mod component;
 pub mod description;
+pub mod exchange;
+mod fault;
+mod functions;
 pub mod instance;
 pub mod interrupt;
 pub mod isolate;
@@ -27,8 +32,15 @@ pub mod library;
 pub mod logger;
 pub mod package;
 pub mod per_type;
+mod request;
 pub mod scratch;
+mod signal;
 pub mod span;
+mod status;
 pub mod trace;
 pub mod witness;
 pub mod xml;
+
+pub use activity::Activity;
+pub use functions::Call;
+pub use status::{fmi2Status, status_with_name};

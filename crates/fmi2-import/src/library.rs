@@ -2,16 +2,16 @@
 //!
 //! Libraries stay loaded until the process ends, since unloading crashes some of them.
 
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use fmi2_sys as sys;
 use libloading::Library;
 use object::Object as _;
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::functions::{Call, indispensable};
+pub use crate::functions::{Functions, SYMBOLS};
 use crate::package::{PLATFORM, Package};
 use crate::witness;
 
@@ -61,7 +61,7 @@ pub enum LibraryError {
         /// What kind of file the binary is.
         binary: String,
         /// The C function that the binary does not export.
-        symbol: &'static str,
+        symbol: Call,
     },
     /// It is made for another version or platform.
     #[error("unit {unit}: {function} says \"{answer}\", expected was \"{expected}\"")]
@@ -69,7 +69,7 @@ pub enum LibraryError {
         /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// The function asked.
-        function: &'static str,
+        function: Call,
         /// What it answered.
         answer: String,
         /// The answer that FMI 2.0 requires.
@@ -106,129 +106,6 @@ impl LibraryError {
             Self::Copy { .. } => "free space in the folder for temporary files (TMPDIR)",
         }
     }
-}
-
-macro_rules! functions {
-    ($(#[$doc:meta])* $visibility:vis struct $name:ident { $($field:ident: $symbol:ident as $type:ident,)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy)]
-        $visibility struct $name {
-            $(
-                #[doc = concat!("`", stringify!($symbol), "`")]
-                pub $field: sys::$type,
-            )*
-            pub(crate) report: Option<Report>,
-        }
-
-        impl $name {
-            fn find(library: &Library) -> Self {
-                Self {
-                    $($field: {
-                        // SAFETY: a function of this name has this type by the FMI 2.0 standard,
-                        // which the description has promised to follow; null stays `None`
-                        unsafe { library.get::<sys::$type>(concat!(stringify!($symbol), "\0").as_bytes()) }
-                            .map_or(None, |symbol| *symbol)
-                    },)*
-                    // SAFETY: only units of this kit export this name, with this type
-                    report: unsafe { library.get::<Report>(b"fmi2_export_report\0") }
-                        .ok()
-                        .map(|symbol| *symbol),
-                }
-            }
-
-            /// Whether each function of the standard is there.
-            pub fn found(&self) -> Vec<(&'static str, bool)> {
-                vec![$((stringify!($symbol), self.$field.is_some())),*]
-            }
-        }
-
-        /// Names of all functions that a co-simulation unit exports.
-        pub const SYMBOLS: &[&str] = &[$(stringify!($symbol)),*];
-
-        /// A function of the interface, by its position in [`SYMBOLS`].
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-        #[expect(non_camel_case_types, clippy::enum_variant_names, reason = "the standard's names")]
-        #[allow(dead_code, reason = "the whole interface is named; not all of it is called")]
-        #[repr(u8)]
-        pub enum Call {
-            $(#[doc = concat!("`", stringify!($symbol), "`")] $symbol,)*
-        }
-
-        impl Call {
-            const ALL: &[Self] = &[$(Self::$symbol),*];
-        }
-    };
-}
-
-functions! {
-    /// The functions of a loaded unit; `None` where the binary lacks one.
-    pub struct Functions {
-        get_types_platform: fmi2GetTypesPlatform as fmi2GetTypesPlatformTYPE,
-        get_version: fmi2GetVersion as fmi2GetVersionTYPE,
-        set_debug_logging: fmi2SetDebugLogging as fmi2SetDebugLoggingTYPE,
-        instantiate: fmi2Instantiate as fmi2InstantiateTYPE,
-        free_instance: fmi2FreeInstance as fmi2FreeInstanceTYPE,
-        setup_experiment: fmi2SetupExperiment as fmi2SetupExperimentTYPE,
-        enter_initialization_mode: fmi2EnterInitializationMode as fmi2EnterInitializationModeTYPE,
-        exit_initialization_mode: fmi2ExitInitializationMode as fmi2ExitInitializationModeTYPE,
-        terminate: fmi2Terminate as fmi2TerminateTYPE,
-        reset: fmi2Reset as fmi2ResetTYPE,
-        get_real: fmi2GetReal as fmi2GetRealTYPE,
-        get_integer: fmi2GetInteger as fmi2GetIntegerTYPE,
-        get_boolean: fmi2GetBoolean as fmi2GetBooleanTYPE,
-        get_string: fmi2GetString as fmi2GetStringTYPE,
-        set_real: fmi2SetReal as fmi2SetRealTYPE,
-        set_integer: fmi2SetInteger as fmi2SetIntegerTYPE,
-        set_boolean: fmi2SetBoolean as fmi2SetBooleanTYPE,
-        set_string: fmi2SetString as fmi2SetStringTYPE,
-        get_fmu_state: fmi2GetFMUstate as fmi2GetFMUstateTYPE,
-        set_fmu_state: fmi2SetFMUstate as fmi2SetFMUstateTYPE,
-        free_fmu_state: fmi2FreeFMUstate as fmi2FreeFMUstateTYPE,
-        serialized_fmu_state_size: fmi2SerializedFMUstateSize as fmi2SerializedFMUstateSizeTYPE,
-        serialize_fmu_state: fmi2SerializeFMUstate as fmi2SerializeFMUstateTYPE,
-        deserialize_fmu_state: fmi2DeSerializeFMUstate as fmi2DeSerializeFMUstateTYPE,
-        get_directional_derivative: fmi2GetDirectionalDerivative as fmi2GetDirectionalDerivativeTYPE,
-        set_real_input_derivatives: fmi2SetRealInputDerivatives as fmi2SetRealInputDerivativesTYPE,
-        get_real_output_derivatives: fmi2GetRealOutputDerivatives as fmi2GetRealOutputDerivativesTYPE,
-        do_step: fmi2DoStep as fmi2DoStepTYPE,
-        cancel_step: fmi2CancelStep as fmi2CancelStepTYPE,
-        get_status: fmi2GetStatus as fmi2GetStatusTYPE,
-        get_real_status: fmi2GetRealStatus as fmi2GetRealStatusTYPE,
-        get_integer_status: fmi2GetIntegerStatus as fmi2GetIntegerStatusTYPE,
-        get_boolean_status: fmi2GetBooleanStatus as fmi2GetBooleanStatusTYPE,
-        get_string_status: fmi2GetStringStatus as fmi2GetStringStatusTYPE,
-    }
-}
-
-impl Call {
-    /// Its name in the standard.
-    pub(crate) const fn name(self) -> &'static str {
-        SYMBOLS[self as usize]
-    }
-
-    /// The function at a position in [`SYMBOLS`].
-    pub(crate) fn from_number(number: u32) -> Option<Self> {
-        Self::ALL.get(number as usize).copied()
-    }
-}
-
-/// `fmi2_export_report`, which is not of the standard: writes the answer to a request into a buffer
-/// and returns its length, 0 for none.
-pub(crate) type Report =
-    unsafe extern "C" fn(sys::fmi2Component, sys::fmi2String, *mut c_char, usize) -> usize;
-
-/// Functions without which no instance can be stepped; the others are missed when needed.
-fn indispensable(functions: &Functions) -> [(bool, &'static str); 8] {
-    [
-        (functions.get_version.is_some(), "fmi2GetVersion"),
-        (functions.instantiate.is_some(), "fmi2Instantiate"),
-        (functions.free_instance.is_some(), "fmi2FreeInstance"),
-        (functions.setup_experiment.is_some(), "fmi2SetupExperiment"),
-        (functions.enter_initialization_mode.is_some(), "fmi2EnterInitializationMode"),
-        (functions.exit_initialization_mode.is_some(), "fmi2ExitInitializationMode"),
-        (functions.terminate.is_some(), "fmi2Terminate"),
-        (functions.do_step.is_some(), "fmi2DoStep"),
-    ]
 }
 
 impl Functions {
@@ -304,10 +181,10 @@ impl Functions {
             }
         }
         let answers = [
-            (functions.get_version, "fmi2GetVersion", "2.0"),
-            (functions.get_types_platform, "fmi2GetTypesPlatform", "default"),
+            (functions.get_version, Call::fmi2GetVersion, "2.0"),
+            (functions.get_types_platform, Call::fmi2GetTypesPlatform, "default"),
         ];
-        for (function, name, expected) in answers {
+        for (function, call, expected) in answers {
             let Some(function) = function else { continue };
             // SAFETY: both functions take nothing and return a static C string
             let pointer = unsafe { function() };
@@ -320,7 +197,7 @@ impl Functions {
             if answer != expected {
                 return Err(LibraryError::Version {
                     unit: unit(),
-                    function: name,
+                    function: call,
                     answer,
                     expected,
                 });

@@ -41,6 +41,9 @@ pub struct PerType<R, I = R, B = R, S = R> {
     pub strings: S,
 }
 
+/// One value for each C type but String. Strings are not part of a step's exchange.
+pub type PerNumeric<R, I = R, B = R> = PerType<R, I, B, ()>;
+
 impl<R: Clone, I: Clone, B: Clone, S: Clone> Clone for PerType<R, I, B, S> {
     fn clone(&self) -> Self {
         Self {

@@ -1,8 +1,8 @@
-//! A trace: every C call to every unit, in order, in a text file.
+//! A trace: every C call to every FMU, in order, in a text file.
 //!
-//! A line is written before a call, with its arguments, and one after it, with its status, duration and
-//! what it brought. Nothing is buffered, so after a crash the last line of an instance is the call that
-//! it crashed in. Lines of instances that step at the same time mix; each names its instance. Isolated
+//! There is a line before each call, with its arguments, and one after it, with its status, duration and
+//! results. Nothing is buffered, so the last line of an instance that crashed is the call that it crashed
+//! in. Lines of instances that step at the same time are interleaved; each names its instance. Isolated
 //! instances write to the same file from their processes.
 
 use std::collections::HashMap;
@@ -16,11 +16,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use fmi2_sys::fmi2Status;
 use serde::{Deserialize, Serialize};
 
-use crate::component::{Answer, Kind, Outcome};
-use crate::description::{ModelDescription, Type};
-use crate::library::Call;
+use crate::answer::{Answer, Outcome};
+use crate::description::ModelDescription;
+use crate::functions::Call;
+use crate::per_type::CType;
 
-/// What the lines are.
+/// First line of the file.
 const HEADER: &str = "# calls of the units' functions: seconds since the start, instance, call with its \
 arguments (variables by name and #reference); once it has returned, its status\n";
 
@@ -33,55 +34,49 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Begins a trace in the file, which is made anew.
+    /// Begins a trace in a file. An existing file is overwritten.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn create(path: &Path) -> io::Result<Self> {
         let path = absolute(path)?;
-        // emptied first: writing at the end is what keeps lines of several processes whole
+        // emptied first, since lines of several processes stay whole only in append mode
         File::create(&path)?;
         let mut file = OpenOptions::new().append(true).open(&path)?;
         file.write_all(HEADER.as_bytes())?;
         Ok(Self { path, file: Arc::new(file), begin: now() })
     }
 
-    /// What an instance needs to write to it, in this process or in another one.
+    /// What an instance needs to write to the trace, in this process or another one.
     pub(crate) fn of(&self, instance: &str, description: &ModelDescription) -> Traced {
-        let variable = |kind| match kind {
-            Type::Real => Kind::Real,
-            Type::Integer | Type::Enumeration => Kind::Integer,
-            Type::Boolean => Kind::Boolean,
-            Type::String => Kind::String,
-        };
         let names = description.variables.iter().rev();
         Traced {
             path: self.path.clone(),
             begin: self.begin,
             instance: instance.to_owned(),
-            // of aliases the first, as in messages
+            // the first of several aliases, as in messages
             names: names
-                .map(|it| ((variable(it.kind), it.value_reference), it.name.clone()))
+                .map(|it| ((it.kind.c_type(), it.value_reference), it.name.clone()))
                 .collect(),
             file: Some(Arc::clone(&self.file)),
         }
     }
 }
 
-/// An instance's part in a trace.
+/// What an instance needs to write to a trace.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Traced {
     path: PathBuf,
-    /// since 1970, as processes have no other clock in common
+    /// since 1970, the only clock that processes share
     begin: Duration,
     instance: String,
     names: Names,
-    /// open in the process of the master
+    /// open in the process of the master only
     #[serde(skip)]
     file: Option<Arc<File>>,
 }
 
-type Names = HashMap<(Kind, u32), String>;
+type Names = HashMap<(CType, u32), String>;
 
 fn now() -> Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
@@ -97,7 +92,7 @@ pub(crate) struct Tracer {
 }
 
 impl Tracer {
-    /// Opens the file in a process that has not.
+    /// Opens the file if this process has not opened it yet.
     ///
     /// # Errors
     /// The file cannot be opened.
@@ -114,7 +109,7 @@ impl Tracer {
         })
     }
 
-    /// Notes a call that is about to be made.
+    /// Writes a line before a call.
     #[cold]
     #[inline(never)]
     pub(crate) fn before(&self, call: Call, tell: impl FnOnce(&mut Line<'_>)) -> Instant {
@@ -126,18 +121,18 @@ impl Tracer {
         Instant::now()
     }
 
-    /// Notes what a call returned.
+    /// Writes a line after a call.
     #[cold]
     #[inline(never)]
     pub(crate) fn after(&self, answer: Answer, begin: Instant, tell: impl FnOnce(&mut Line<'_>)) {
         let taken = 1e6 * begin.elapsed().as_secs_f64();
         let mut line = self.line(answer.call);
-        let mute = [Call::fmi2Instantiate, Call::fmi2FreeInstance].contains(&answer.call);
+        let has_no_status = [Call::fmi2Instantiate, Call::fmi2FreeInstance].contains(&answer.call);
         let status = match answer.outcome {
-            _ if mute => "returned".to_owned(),
+            _ if has_no_status => "returned".to_owned(),
             Outcome::Status(status) => fmi2Status(status).to_string(),
             Outcome::Lacks => "the unit has no such function".to_owned(),
-            Outcome::Lost => "the process is gone".to_owned(),
+            Outcome::Lost => "the process has ended".to_owned(),
         };
         line.add(format_args!(" = {status} in {taken:.1} us"));
         let length = line.text.len();
@@ -156,7 +151,7 @@ impl Tracer {
     }
 
     fn write(&self, line: Line<'_>) {
-        // one write per line keeps it whole; a trace that cannot be written is no failure of the run
+        // one write for each line keeps it whole; the run does not fail if the trace cannot be written
         let _ = (&*self.file).write_all((line.text + "\n").as_bytes());
     }
 }
@@ -182,7 +177,7 @@ impl Line<'_> {
         let _ = self.text.write_fmt(what);
     }
 
-    fn name(&self, kind: Kind, reference: u32) -> String {
+    fn name(&self, kind: CType, reference: u32) -> String {
         match self.names.get(&(kind, reference)) {
             Some(name) => format!("{name} #{reference}"),
             None => format!("#{reference}"),
@@ -190,7 +185,7 @@ impl Line<'_> {
     }
 
     /// Adds variables.
-    pub(crate) fn variables(&mut self, kind: Kind, references: &[u32]) {
+    pub(crate) fn variables(&mut self, kind: CType, references: &[u32]) {
         for &reference in references {
             let name = self.name(kind, reference);
             self.item(format_args!("{name}"));
@@ -198,7 +193,7 @@ impl Line<'_> {
     }
 
     /// Adds variables with their values.
-    pub(crate) fn values<T: Debug>(&mut self, kind: Kind, references: &[u32], values: &[T]) {
+    pub(crate) fn values<T: Debug>(&mut self, kind: CType, references: &[u32], values: &[T]) {
         for (&reference, value) in references.iter().zip(values) {
             let name = self.name(kind, reference);
             self.item(format_args!("{name} = {value:?}"));
@@ -208,7 +203,7 @@ impl Line<'_> {
     /// Adds derivatives of Reals, with their values if there are any.
     pub(crate) fn derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) {
         for (k, (&reference, order)) in references.iter().zip(orders).enumerate() {
-            let name = self.name(Kind::Real, reference);
+            let name = self.name(CType::Real, reference);
             match values.get(k) {
                 Some(value) => self.item(format_args!("{name} order {order} = {value:?}")),
                 None => self.item(format_args!("{name} order {order}")),

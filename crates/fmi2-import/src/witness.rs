@@ -1,41 +1,40 @@
-//! Last words, when the code of a unit ends this process by a crash or by `exit`.
+//! Reports that code of an FMU ends this process, by a crash or by `exit`.
 //!
-//! Nothing can go on after that; but which unit did it, in which call and at what time, can be
-//! reported, what was recorded can be written, and the exit status can be that of a failure.
-//! [Isolated](crate::isolate) units end only their own process.
+//! The run cannot continue after that. But the instance, the call and the time can be reported, recorded
+//! results can be written, and the exit status can be that of a failure. [Isolated](crate::isolate)
+//! FMUs end only their own process.
 
 use std::io::Write as _;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering};
 
-use crate::component::{IDLE, LOADING};
-use crate::library::Call;
+use crate::activity::Activity;
 use crate::logger::{self, Badge};
 
-/// The call going on in this process.
-pub(crate) static CALL: AtomicU32 = AtomicU32::new(IDLE);
+/// Number of the current [`Activity`] in this process.
+pub(crate) static CALL: AtomicU32 = AtomicU32::new(Activity::IDLE);
 /// The instance that was called last in this process.
 static LAST: AtomicPtr<Place> = AtomicPtr::new(std::ptr::null_mut());
 
-/// What the program saves when a unit ends the process.
+/// Saves results when an FMU ends the process.
 static RESCUE: OnceLock<fn()> = OnceLock::new();
 
-/// Sets what is called when a unit is about to end this process, to save what has been recorded. It may
-/// be called in a signal handler: it must take no lock that another thread holds, and neither allocate
-/// nor free memory. Only the first call counts.
+/// Sets the function that saves recorded results when an FMU is about to end this process. It may be
+/// called in a signal handler, so it must not take a lock that another thread can hold, and must neither
+/// allocate nor free memory. Only the first call has an effect.
 pub fn rescue_with(save: fn()) {
     let _ = RESCUE.set(save);
 }
 
-/// Saves what has been recorded.
+/// Saves recorded results.
 fn rescue() {
     if let Some(save) = RESCUE.get() {
         save();
     }
 }
 
-/// What is known of an instance. It stays for as long as the process, for whoever looks after a crash.
+/// What a crash report says about an instance. It is never freed.
 pub(crate) struct Place {
     name: String,
     /// simulated time (s) as bits; NaN before the start
@@ -62,11 +61,11 @@ impl Place {
     }
 }
 
-/// The call of a unit that this process is in, in words, if it is in one.
+/// The current call to an FMU in this process in words, if there is one.
 pub fn whereabouts() -> Option<String> {
-    let call = match CALL.load(Ordering::Relaxed) {
-        LOADING => "dlopen",
-        mark => Call::from_number(mark)?.name(),
+    let call = match Activity::from_number(CALL.load(Ordering::Relaxed)) {
+        Activity::None => return None,
+        activity => activity.name(),
     };
     // SAFETY: places are never freed
     let place = unsafe { LAST.load(Ordering::Relaxed).as_ref() }?;
@@ -75,33 +74,32 @@ pub fn whereabouts() -> Option<String> {
     Some(format!("unit {}: {call}{at} had not returned", place.name))
 }
 
-/// Loads a unit's library by `load`, during which its initialisers run. From now on, only the
-/// program itself may end this process ([`leave`], [`release`]).
+/// Loads a library with `load`, while its initialisers run. From now on only the program itself may end
+/// this process ([`leave`], [`release`]).
 pub(crate) fn while_loading<T>(unit: &str, load: impl FnOnce() -> T) -> T {
     system::guard();
     Place::new(unit, Badge::NONE).enter();
-    CALL.store(LOADING, Ordering::Relaxed);
+    CALL.store(Activity::LOADING, Ordering::Relaxed);
     let loaded = load();
-    CALL.store(IDLE, Ordering::Relaxed);
+    CALL.store(Activity::IDLE, Ordering::Relaxed);
     loaded
 }
 
-/// Lets crashes and exits in units' code say on stderr which unit it was, before they end the process
-/// with a status that is not 0. For programs, once, at their beginning; such a program calls
-/// [`leave`] or [`release`] before it ends.
+/// Reports crashes and exits in code of FMUs on stderr. The process then ends with a status other than 0.
+/// A program calls this once, at its beginning, and [`leave`] or [`release`] before it ends.
 pub fn report_crashes() {
     system::install();
 }
 
-/// Ends the process with a status if units have been loaded into it; otherwise returns the status.
-/// Units may do what they have registered for this moment, such as closing their files, but a crash
-/// or another end there does not change the status, and an endless loop is given up.
+/// Ends the process with a status if FMUs have been loaded into it; otherwise returns the status. Exit
+/// handlers of FMUs run, for instance to close files, but a crash or an exit in them does not change the
+/// status, and an endless loop is aborted.
 #[must_use]
 pub fn leave(status: ExitCode) -> ExitCode {
     if system::release() {
         crate::scratch::remove_all();
         if let Some(number) = (0..=u8::MAX).find(|&number| ExitCode::from(number) == status) {
-            // what cannot be printed is not waited for
+            // an error in printing does not matter any more
             let _ = std::io::stdout().flush();
             system::leave(number);
         }
@@ -109,23 +107,23 @@ pub fn leave(status: ExitCode) -> ExitCode {
     status
 }
 
-/// Ends the process at once with a status: nothing of the units is called any more, in whose calls
-/// other threads may still be.
+/// Ends the process at once with a status, without calls to FMUs. Other threads may still be in such
+/// calls.
 pub fn end_at_once(status: u8) -> ! {
     system::release();
     crate::scratch::remove_all();
-    // who does not read is not to be kept from the end
+    // an error in printing does not matter any more
     let _ = std::io::stdout().flush();
     system::exit_at_once(status.into())
 }
 
-/// The program ends by itself from here on, with whatever units do then.
+/// From now on the program may end, whatever FMUs do then.
 pub fn release() {
     system::release();
 }
 
-/// What `_exit` does: ends the process at once. If that is a unit's doing, it is reported and the
-/// status is 1. For programs that put this in the place of the C library's function.
+/// Replaces the C library's `_exit`: ends the process at once. If an FMU calls it, that is reported and
+/// the status is 1.
 pub fn exit_at_once(status: i32) -> ! {
     system::exit_at_once(status)
 }
@@ -138,19 +136,18 @@ mod system {
     use std::time::Duration;
 
     use super::{CALL, LAST};
-    use crate::component::{IDLE, LOADING};
-    use crate::instance::signal_name;
-    use crate::library::Call;
+    use crate::activity::Activity;
+    use crate::signal::signal_name;
 
-    /// The process whose handlers are installed, by its number; 0 if there is none.
+    /// Number of the process whose handlers are installed; 0 if there is none.
     static OWNER: AtomicI32 = AtomicI32::new(0);
-    /// The process that units must not end, by its number; 0 if there is none.
+    /// Number of the process that FMUs must not end; 0 if there is none.
     static GUARDED: AtomicI32 = AtomicI32::new(0);
-    /// The status that the process ends with, once that is certain; before, -1.
+    /// The status that the process ends with; -1 before it is certain.
     static FINAL: AtomicI32 = AtomicI32::new(-1);
     const FAULTS: [libc::c_int; 5] =
         [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGABRT];
-    /// Time that units have for what they do when the process ends.
+    /// Longest time for the exit handlers of FMUs.
     const PARTING: Duration = Duration::from_secs(10);
 
     #[cfg(target_os = "linux")]
@@ -181,17 +178,17 @@ mod system {
         }
     }
 
-    /// This process is not to be ended by a unit, if the handlers are there.
+    /// FMUs must not end this process, if the handlers are installed.
     pub(super) fn guard() {
         GUARDED.store(OWNER.load(Ordering::Relaxed), Ordering::Relaxed);
     }
 
-    /// Ends that, and returns whether it was so.
+    /// Undoes [`guard`], and returns whether it was in effect.
     pub(super) fn release() -> bool {
         GUARDED.swap(0, Ordering::Relaxed) != 0
     }
 
-    /// Whether a unit is ending the process; not in a process that a unit has forked.
+    /// Whether an exit of this process is caused by an FMU. A process that an FMU forked may end.
     fn is_guarded() -> bool {
         GUARDED.load(Ordering::Relaxed) == this_process()
     }
@@ -212,13 +209,13 @@ mod system {
         }
     }
 
-    /// Writes what C code has printed; not for long, as a thread of a unit may hold a file.
+    /// Flushes the output of C code. Does not wait long, since a thread of an FMU may hold a lock on a file.
     fn print_rest() {
         let (done, end) = mpsc::channel();
         let print = move || {
             // SAFETY: null stands for all files
             unsafe { libc::fflush(std::ptr::null_mut()) };
-            // nobody listens if it took too long
+            // the receiver is gone if it took too long
             let _ = done.send(());
         };
         if std::thread::Builder::new().spawn(print).is_ok() {
@@ -227,7 +224,7 @@ mod system {
     }
 
     extern "C" fn on_late_signal(signal: libc::c_int) {
-        let what = if signal == libc::SIGALRM { "does not come to an end" } else { "crashed" };
+        let what = if signal == libc::SIGALRM { "did not return" } else { "crashed" };
         let mut text = Text { bytes: [0; 1024], length: 0 };
         let _ = writeln!(
             text,
@@ -241,7 +238,7 @@ mod system {
 
     pub(super) fn exit_at_once(status: libc::c_int) -> ! {
         if is_guarded() {
-            last_words();
+            report_exit();
         }
         let certain = FINAL.load(Ordering::Relaxed);
         let ours = certain >= 0 && OWNER.load(Ordering::Relaxed) == this_process();
@@ -251,13 +248,13 @@ mod system {
     extern "C" fn on_exit() {
         if is_guarded() {
             crate::scratch::remove_all();
-            last_words();
+            report_exit();
         }
     }
 
-    /// Reports that a unit ends the process, saves what is gathered and fails.
-    fn last_words() -> ! {
-        tell(None);
+    /// Reports that an FMU ends the process, saves recorded results and ends the process with status 1.
+    fn report_exit() -> ! {
+        print_cause(None);
         super::rescue();
         end(1)
     }
@@ -277,12 +274,12 @@ mod system {
     }
 
     extern "C" fn on_signal(signal: libc::c_int) {
-        tell(Some(signal));
-        // a process that a unit has forked has copies of what this one writes
+        print_cause(Some(signal));
+        // a process that an FMU forked has copies of the results of this one
         if OWNER.load(Ordering::Relaxed) == this_process() {
             super::rescue();
         }
-        // on return the fault happens again, now with the default action
+        // on return the fault occurs again, now with the default action
     }
 
     /// Text without allocation.
@@ -308,20 +305,16 @@ mod system {
         }
     }
 
-    /// Names the unit, the call and the time; nothing if a crash is no unit's.
-    fn tell(signal: Option<libc::c_int>) {
-        let mark = CALL.load(Ordering::Relaxed);
+    /// Prints the instance, the call and the time; nothing if no FMU caused the crash.
+    fn print_cause(signal: Option<libc::c_int>) {
+        let activity = Activity::from_number(CALL.load(Ordering::Relaxed));
         let last = LAST.load(Ordering::Relaxed);
-        if last.is_null() || (mark == IDLE && signal.is_some()) {
+        if last.is_null() || (activity == Activity::None && signal.is_some()) {
             return;
         }
         // SAFETY: not null, and places are never freed
         let place = unsafe { &*last };
-        let call = match mark {
-            LOADING => "dlopen",
-            IDLE => "no call",
-            mark => Call::from_number(mark).map_or("a call", Call::name),
-        };
+        let call = activity.name();
         let time = f64::from_bits(place.time.load(Ordering::Relaxed));
         let mut text = Text { bytes: [0; 1024], length: 0 };
         let _ = match signal {
@@ -337,14 +330,14 @@ mod system {
             let _ = write!(text, " at {time} s");
         }
         let _ = text.write_str(
-            "\nhelp: in a process of its own (--isolate) this would end the unit only, and the \
-             results until then would be complete\n",
+            "\nhelp: in a process of its own (--isolate) the unit would end only itself, and the results \
+             up to then would be complete\n",
         );
         text.print();
     }
 }
 
-/// Handlers are for Unix; elsewhere the process ends as it would without.
+/// Handlers are available on Unix only.
 #[cfg(not(unix))]
 mod system {
     pub(super) fn install() {}

@@ -25,20 +25,20 @@ impl Participant {
             self.places[k][order - 1] = place;
         }
         let layout = &mut self.layout;
-        layout.set_derivatives = sent.iter().map(|&(k, _)| of(inputs[k].0)).collect();
-        layout.set_orders = (0..sent.len()).map(|place| whole(sent[place].1)).collect();
+        layout.set_derivatives.references = sent.iter().map(|&(k, _)| of(inputs[k].0)).collect();
+        layout.set_derivatives.orders = (0..sent.len()).map(|place| whole(sent[place].1)).collect();
         let ends = (1..=sent.len()).filter(|&end| {
             sent.get(end).is_none_or(|next| !self.traffic.one_call && next.1 != sent[end - 1].1)
         });
         layout.set_derivative_calls = ends.collect();
         let outputs = self.traffic.real_outputs.iter();
-        (layout.get_derivatives, layout.get_orders) = outputs
+        (layout.get_derivatives.references, layout.get_derivatives.orders) = outputs
             .flat_map(|&(variable, highest)| {
                 (1..=highest.min(3)).map(move |order| (of(variable), whole(order)))
             })
             .unzip();
-        self.sent.derivatives = vec![0.0; layout.set_derivatives.len()];
-        self.received.derivatives = vec![0.0; layout.get_derivatives.len()];
+        self.sent.derivatives = vec![0.0; layout.set_derivatives.references.len()];
+        self.received.derivatives = vec![0.0; layout.get_derivatives.references.len()];
         self.laid_out = false;
     }
 

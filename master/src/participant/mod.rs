@@ -17,9 +17,11 @@ use std::sync::Arc;
 use crate::coupling::signal::Taylor;
 use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
 use equal::Equal;
-use fmi2_import::component::{Received, Sent, StepLayout};
+
 use fmi2_import::description::{Causality, Type};
+use fmi2_import::exchange::{Received, Sent, StepLayout};
 use fmi2_import::instance::{FmuError, Instance, StateId};
+use fmi2_import::per_type::PerType;
 pub use odd::OddValue;
 use rate::Rate;
 use retry::Retry;
@@ -175,24 +177,27 @@ impl Participant {
         };
         let computed = (0..reals.len()).filter(is_computed).collect();
         let layout = StepLayout {
-            set_reals: traffic
-                .real_inputs
-                .iter()
-                .map(|(variable, _)| reference(variable))
-                .collect(),
-            set_integers: references(&traffic.integer_inputs),
-            set_booleans: references(&traffic.boolean_inputs),
-            get_reals: references(&reals),
-            get_integers: references(&integers),
-            get_booleans: references(&booleans),
+            set: PerType {
+                reals: traffic
+                    .real_inputs
+                    .iter()
+                    .map(|(variable, _)| reference(variable))
+                    .collect(),
+                integers: references(&traffic.integer_inputs),
+                booleans: references(&traffic.boolean_inputs),
+                strings: (),
+            },
+            get: PerType {
+                reals: references(&reals),
+                integers: references(&integers),
+                booleans: references(&booleans),
+                strings: (),
+            },
             ..StepLayout::default()
         };
+        let set = &layout.set;
         let mut participant = Self {
-            sent: Buffers::new(
-                layout.set_reals.len(),
-                layout.set_integers.len(),
-                layout.set_booleans.len(),
-            ),
+            sent: Buffers::new(set.reals.len(), set.integers.len(), set.booleans.len()),
             received: Buffers {
                 strings: vec![CString::default(); strings.len()],
                 ..Buffers::new(reals.len(), integers.len(), booleans.len())
@@ -358,11 +363,11 @@ impl Unit for Participant {
     }
 
     fn preset(&mut self, inputs: &Inputs) -> Result<(), FmuError> {
-        let StepLayout { set_reals, set_integers, set_booleans, .. } = &self.layout;
+        let set = &self.layout.set;
         let reals: Vec<f64> = inputs.reals.iter().map(|p| p[0]).collect();
-        self.instance.set_real(set_reals, &reals)?;
-        self.instance.set_integer(set_integers, &inputs.integers)?;
-        self.instance.set_boolean(set_booleans, &inputs.booleans)?;
+        self.instance.set_real(&set.reals, &reals)?;
+        self.instance.set_integer(&set.integers, &inputs.integers)?;
+        self.instance.set_boolean(&set.booleans, &inputs.booleans)?;
         for (&reference, text) in self.string_inputs.iter().zip(&inputs.strings) {
             self.instance.set_string(reference, text)?;
         }
@@ -537,7 +542,9 @@ impl Participant {
             self.tell_layout()?;
         }
         let Buffers { reals, integers, booleans, derivatives, .. } = &self.sent;
-        self.instance.send(&self.layout, &Sent { reals, integers, booleans, derivatives })
+        let values =
+            PerType { reals: &**reals, integers: &**integers, booleans: &**booleans, strings: () };
+        self.instance.send(&self.layout, &Sent { values, derivatives })
     }
 
     #[inline]
@@ -546,8 +553,13 @@ impl Participant {
             self.tell_layout()?;
         }
         let Buffers { reals, integers, booleans, derivatives, .. } = &mut self.received;
-        let mut received = Received { reals, integers, booleans, derivatives };
-        self.instance.receive(&self.layout, &mut received, time)
+        let values = PerType {
+            reals: &mut **reals,
+            integers: &mut **integers,
+            booleans: &mut **booleans,
+            strings: (),
+        };
+        self.instance.receive(&self.layout, &mut Received { values, derivatives }, time)
     }
 
     /// Strings one by one, as a unit may use the memory of one for the next.

@@ -88,9 +88,9 @@ impl Participant {
         if places.is_empty() {
             return Ok(());
         }
-        let known = self.layout.set_reals[input];
+        let known = self.layout.set.reals[input];
         // outputs that feed inputs come first
-        let unknowns: Vec<u32> = places.iter().map(|&k| self.layout.get_reals[k]).collect();
+        let unknowns: Vec<u32> = places.iter().map(|&k| self.layout.get.reals[k]).collect();
         let mut gains = vec![0.0; unknowns.len()];
         self.instance.get_directional_derivative(&unknowns, &[known], &[1.0], &mut gains)?;
         places.into_iter().zip(gains).for_each(|(k, gain)| column[k] = gain);

@@ -11,6 +11,7 @@ use crate::harness::drive::Selection;
 use crate::harness::raw::{Raw, name, ok, passed, refused};
 use crate::harness::{Stop, Verdict, fault, skip};
 use fmi2_import::description::{Causality, Initial, Severity, Type, Variability};
+use fmi2_import::per_type::CType;
 
 table! {
     "input-derivatives", "4.2.1", Error, "a step with an input's derivative ends as many small steps along that line", inputs;
@@ -93,7 +94,7 @@ fn inputs(bench: &Bench) -> Verdict {
             1e-9 * held[index].abs() + 10.0 * (held_parts[index] - held[index]).abs() + 1e-15;
         let error = (line[index] - stairs[index]).abs();
         if effect > 10.0 * noise && error > 0.1 * effect {
-            let name = bench.description().name_of('r', of[index]).unwrap_or("?");
+            let name = bench.description().name_of(CType::Real, of[index]).unwrap_or("?");
             return fault(format!(
                 "{name} ends at {:?} with input derivatives, at {:?} with {PARTS} small steps \
                  along the same lines, and at {:?} with inputs held",
@@ -164,7 +165,7 @@ fn outputs(bench: &Bench) -> Verdict {
         let sound = (before.min(after) - slack..=before.max(after) + slack).contains(slope);
         // a unit of lower order returns 0
         if !sound && *slope != 0.0 {
-            let name = bench.description().name_of('r', of[index]).unwrap_or("?");
+            let name = bench.description().name_of(CType::Real, of[index]).unwrap_or("?");
             return fault(format!(
                 "the derivative of {name} is {slope}, small steps show {before} before and {after} \
                  after"

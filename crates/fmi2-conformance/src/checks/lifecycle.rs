@@ -8,6 +8,7 @@ use crate::harness::drive::{Selection, Values, same};
 use crate::harness::raw::{Raw, name, ok, passed};
 use crate::harness::{Stop, Verdict, fault};
 use fmi2_import::description::Severity;
+use fmi2_import::per_type::CType;
 
 table! {
     "load", "2.1.4", Error, "the binary loads, has all functions, and says version 2.0 and platform default", load;
@@ -61,7 +62,7 @@ fn finite(bench: &Bench) -> Verdict {
         let values = unit.read(&of)?.numbers();
         let odd = values.iter().zip(&of.reals).find(|(value, _)| !value.is_finite());
         if let Some((value, &reference)) = odd {
-            let name = bench.description().name_of('r', reference).unwrap_or("?");
+            let name = bench.description().name_of(CType::Real, reference).unwrap_or("?");
             return fault(format!("{name} is {value} after step {}", step + 1));
         }
     }

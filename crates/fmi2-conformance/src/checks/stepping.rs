@@ -10,6 +10,7 @@ use crate::harness::bench::Bench;
 use crate::harness::drive::Selection;
 use crate::harness::raw::{Raw, name, ok, passed, refused};
 use crate::harness::{Stop, Verdict, fault, skip};
+use fmi2_import::per_type::CType;
 
 table! {
     "step-varying", "4.3.1", Error, "steps of varying size work, where the unit promises it", varying;
@@ -113,7 +114,7 @@ fn split(bench: &Bench) -> Verdict {
         for (index, (got, wanted)) in after(bench, sizes)?.iter().zip(&wanted).enumerate() {
             let scale = (wanted - begin[index]).abs() + 1e-6 * wanted.abs() + 1e-12;
             if (got - wanted).abs() > SHARE * scale {
-                let name = bench.description().name_of('r', of.reals[index]).unwrap_or("?");
+                let name = bench.description().name_of(CType::Real, of.reals[index]).unwrap_or("?");
                 return fault(format!(
                     "{name} ends at {got} with steps of {sizes:?} times the step size, and at \
                      {wanted} with eight equal steps"

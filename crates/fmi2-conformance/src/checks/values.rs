@@ -8,6 +8,7 @@ use crate::harness::drive::{Selection, c_string};
 use crate::harness::raw::{Raw, ok};
 use crate::harness::{Verdict, fault, skip};
 use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
+use fmi2_import::per_type::CType;
 
 table! {
     "start-values", "2.2.7", Error, "inputs, parameters and exact variables begin with their start values", start_values;
@@ -86,7 +87,7 @@ fn strings(bench: &Bench) -> Verdict {
     let (status, texts) = unit.get_string(&of);
     ok(status, "fmi2GetString")?;
     for (reference, text) in of.iter().zip(texts) {
-        let name = bench.description().name_of('s', *reference).unwrap_or("?");
+        let name = bench.description().name_of(CType::String, *reference).unwrap_or("?");
         let Some(bytes) = text else { return fault(format!("{name} is a null pointer")) };
         let Ok(text) = String::from_utf8(bytes) else {
             return fault(format!("{name} is not UTF-8"));
@@ -112,7 +113,7 @@ fn booleans(bench: &Bench) -> Verdict {
     let odd =
         values.booleans().iter().zip(&of.booleans).find(|(value, _)| !(0..=1).contains(*value));
     let Some((value, &reference)) = odd else { return Ok(()) };
-    let name = bench.description().name_of('b', reference).unwrap_or("?");
+    let name = bench.description().name_of(CType::Boolean, reference).unwrap_or("?");
     fault(format!("the Boolean {name} is {value}"))
 }
 

@@ -9,6 +9,7 @@ use super::bench::{Bench, Input};
 use super::raw::{Raw, ok};
 use super::{Stop, fault};
 use fmi2_import::description::{Causality, Type};
+use fmi2_import::per_type::CType;
 
 /// Values of variables, bit for bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,27 +33,28 @@ impl Values {
 
     /// The first difference to other values of the same selection.
     pub(crate) fn differs(&self, other: &Self, bench: &Bench, of: &Selection) -> Option<String> {
-        let name = |letter, reference| {
-            bench.description().name_of(letter, reference).unwrap_or("?").to_owned()
+        let name = |kind, reference| {
+            bench.description().name_of(kind, reference).unwrap_or("?").to_owned()
         };
         let reals = self.reals.iter().zip(&other.reals).zip(&of.reals);
         if let Some(((a, b), &reference)) = reals.into_iter().find(|((a, b), _)| a != b) {
             let (a, b) = (f64::from_bits(*a), f64::from_bits(*b));
-            return Some(format!("{} is {a:?} instead of {b:?}", name('r', reference)));
+            return Some(format!("{} is {a:?} instead of {b:?}", name(CType::Real, reference)));
         }
         let integers = self.integers.iter().zip(&other.integers).zip(&of.integers);
         let booleans = self.booleans.iter().zip(&other.booleans).zip(&of.booleans);
-        let letters = integers.map(|it| ('i', it)).chain(booleans.map(|it| ('b', it)));
-        for (letter, ((a, b), &reference)) in letters {
+        let pairs =
+            integers.map(|it| (CType::Integer, it)).chain(booleans.map(|it| (CType::Boolean, it)));
+        for (kind, ((a, b), &reference)) in pairs {
             if a != b {
-                return Some(format!("{} is {a} instead of {b}", name(letter, reference)));
+                return Some(format!("{} is {a} instead of {b}", name(kind, reference)));
             }
         }
         let strings = self.strings.iter().zip(&other.strings).zip(&of.strings);
         strings
             .into_iter()
             .find(|((a, b), _)| a != b)
-            .map(|(_, &reference)| format!("{} is another text", name('s', reference)))
+            .map(|(_, &reference)| format!("{} is another text", name(CType::String, reference)))
     }
 }
 

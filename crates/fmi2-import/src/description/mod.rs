@@ -11,6 +11,8 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::per_type::CType;
+
 pub use parse::DescriptionError;
 pub use parse::MAX_NODES;
 pub use units::{BaseUnit, Conversion, UnitDefinition, UnitMismatch};
@@ -61,6 +63,19 @@ pub enum Type {
     String,
     /// Travels as `fmi2Integer`
     Enumeration,
+}
+
+impl Type {
+    /// The type in the C interface.
+    #[must_use]
+    pub const fn c_type(self) -> CType {
+        match self {
+            Self::Real => CType::Real,
+            Self::Integer | Self::Enumeration => CType::Integer,
+            Self::Boolean => CType::Boolean,
+            Self::String => CType::String,
+        }
+    }
 }
 
 impl std::fmt::Display for Type {
@@ -383,20 +398,13 @@ impl ModelDescription {
         self.enumerations.iter().find(|it| it.name == name)
     }
 
-    /// Name of the variable with the type letter and value reference of a `#r123#` in a message.
+    /// Name of the first variable with this C type and value reference.
     #[must_use]
-    pub fn name_of(&self, letter: char, reference: u32) -> Option<&str> {
-        let fits = |kind| match letter {
-            'r' => kind == Type::Real,
-            'i' => matches!(kind, Type::Integer | Type::Enumeration),
-            'b' => kind == Type::Boolean,
-            's' => kind == Type::String,
-            _ => false,
-        };
+    pub fn name_of(&self, kind: CType, reference: u32) -> Option<&str> {
         self.variables
             .iter()
-            .find(|variable| variable.value_reference == reference && fits(variable.kind))
-            .map(|variable| variable.name.as_str())
+            .find(|it| it.value_reference == reference && it.kind.c_type() == kind)
+            .map(|it| it.name.as_str())
     }
 
     /// Indices of the variables of one causality.

@@ -1,16 +1,20 @@
-//! What a unit declares to offer beyond the plain step, less what it turned out to refuse.
+//! Optional functions that an FMU declares, without those that it turned out to refuse.
 //!
-//! By the standard an instance that has returned `fmi2Error` may not be continued (FMI 2.0.5, 2.1.3). So
-//! nothing is tried on an instance that the description does not declare, and what is declared is asked
-//! for only if the run needs it, before the first step. If the unit answers `fmi2Error` all the same, the
-//! instance is freed and all units are started again, without that [`Offer`].
+//! The standard does not allow to continue with an instance that has returned `fmi2Error` (FMI 2.0.5,
+//! 2.1.3). So an optional function is called only if the description declares it and the run needs it,
+//! and first before the first step. If it returns `fmi2Error` nevertheless, the instance is freed and all
+//! instances are started again without that [`Offer`].
 
-use super::fault::signal_name;
+use fmi2_sys::fmi2Status as Status;
+
 use super::{FmuError, FmuFault, Instance};
+use crate::activity::Activity;
 use crate::description::ModelDescription;
+use crate::functions::Call;
 use crate::logger::Message;
+use crate::signal::signal_name;
 
-/// Something that a description declares.
+/// An optional function of FMI 2.0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Offer {
     /// `fmi2GetRealOutputDerivatives` (maxOutputDerivativeOrder).
@@ -22,43 +26,42 @@ pub enum Offer {
 }
 
 impl Offer {
-    /// What a C function belongs to.
-    #[must_use]
-    pub fn of_call(call: &str) -> Option<Self> {
+    /// The offer that a function belongs to.
+    fn of_call(call: Call) -> Option<Self> {
         Some(match call {
-            "fmi2GetRealOutputDerivatives" => Self::OutputDerivatives,
-            "fmi2GetFMUstate" | "fmi2SetFMUstate" => Self::States,
-            "fmi2GetDirectionalDerivative" => Self::Directional,
+            Call::fmi2GetRealOutputDerivatives => Self::OutputDerivatives,
+            Call::fmi2GetFMUstate | Call::fmi2SetFMUstate => Self::States,
+            Call::fmi2GetDirectionalDerivative => Self::Directional,
             _ => return None,
         })
     }
 }
 
-/// An instance is lost because its unit does not keep what it declares.
+/// An instance failed in a function that its FMU need not offer but declares.
 #[derive(Debug)]
 pub struct BrokenPromise {
-    /// The instance, by its name in the scenario.
+    /// Name of the instance in the scenario.
     pub instance: String,
     /// What was declared.
     pub offer: Offer,
     /// The C function.
-    pub call: &'static str,
-    /// The status, or what ended the process, in words.
+    pub call: Call,
+    /// The status, or how the process ended, in words.
     pub how: String,
-    /// Messages that the FMU logged in this call, oldest first.
+    /// What the FMU logged, oldest first.
     pub messages: Vec<Message>,
 }
 
 impl BrokenPromise {
-    /// Whether it is this that an error is about.
+    /// The broken promise that an error reports, if it does.
     pub fn of(error: &FmuError) -> Option<Self> {
         let (instance, call, how, messages) = match error.fault() {
-            FmuFault::Status { instance, call, status, messages, .. } if status == "fmi2Error" => {
-                (instance, *call, format!("returned {status}"), messages)
+            FmuFault::Status { instance, call, status: Status::fmi2Error, messages, .. } => {
+                (instance, *call, format!("returned {}", Status::fmi2Error), messages)
             }
-            FmuFault::Crashed { instance, call, signal, messages, .. } => {
-                (instance, *call, format!("crashed ({})", signal_name(*signal)), messages)
-            }
+            FmuFault::Crashed {
+                instance, call: Activity::Call(call), signal, messages, ..
+            } => (instance, *call, format!("crashed ({})", signal_name(*signal)), messages),
             _ => return None,
         };
         let (instance, messages) = (instance.clone(), messages.clone());
@@ -66,7 +69,7 @@ impl BrokenPromise {
     }
 }
 
-/// Which offers stand.
+/// The offers that are still valid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Offers {
     output_derivatives: bool,
@@ -94,18 +97,18 @@ impl Offers {
 }
 
 impl Instance {
-    /// Whether the unit declares it and has not refused it.
+    /// Whether the FMU declares it and has not refused it.
     #[must_use]
     pub fn offers(&self, offer: Offer) -> bool {
         let mut offers = self.offers;
         *offers.place(offer)
     }
 
-    /// Whether a call was made that the unit need not answer. What it says with a refusal is kept for
-    /// those who take its messages.
+    /// Whether an optional call succeeded. The messages of a refusal are kept for
+    /// [`take_earlier_messages`](Self::take_earlier_messages).
     ///
     /// # Errors
-    /// The instance may not be continued.
+    /// The instance cannot be used further.
     pub fn unless_refused(&mut self, answer: Result<(), FmuError>) -> Result<bool, FmuError> {
         match answer {
             Ok(()) => Ok(true),
@@ -119,7 +122,7 @@ impl Instance {
         }
     }
 
-    /// Never asks the unit for it.
+    /// Does not use it from now on.
     pub fn forgo(&mut self, offer: Offer) {
         *self.offers.place(offer) = false;
     }

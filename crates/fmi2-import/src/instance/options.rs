@@ -1,12 +1,12 @@
-//! What an instance is made with besides its unit.
+//! Options of an instance.
 
 use crate::trace::Trace;
 
-/// What an instance is made with besides its unit: nothing, unless somebody wants to look closely.
+/// Options of an instance, for diagnosis.
 #[derive(Debug, Clone, Default)]
 pub struct InstanceOptions {
-    /// Debug messages of these categories; empty: of all categories; `None`: no debug messages.
+    /// Categories of debug messages; empty: all categories; `None`: no debug messages.
     pub debug_log: Option<Vec<String>>,
-    /// Where its calls are noted.
+    /// Trace that its calls are written to.
     pub trace: Option<Trace>,
 }

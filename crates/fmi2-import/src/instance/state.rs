@@ -1,9 +1,10 @@
-//! Saving and restoring the state of an instance, and its derivatives with respect to inputs.
+//! Saved states and directional derivatives.
 
-use super::{Backend, FmuError, FmuFault, Instance, fail};
-use crate::component::{Data, Request};
+use super::{Backend, FmuError, FmuFault, Instance};
+use crate::fault::fail;
+use crate::request::{Data, Request};
 
-/// A saved state of one instance, which owns it: valid until freed or until the instance is dropped.
+/// A saved state of one instance. It is valid until it is freed or the instance is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateId(usize);
 
@@ -14,23 +15,22 @@ impl StateId {
 }
 
 impl Instance {
-    /// Whether the unit says that its state can be saved and restored.
+    /// Whether the FMU declares that its state can be saved and restored.
     #[must_use]
     pub fn can_save_state(&self) -> bool {
         self.package.description().co_simulation.can_get_and_set_fmu_state
     }
 
-    /// Whether the unit says that its state can be written as bytes.
+    /// Whether the FMU declares that its state can be serialized.
     #[must_use]
     pub fn can_serialize_state(&self) -> bool {
         self.can_save_state() && self.package.description().co_simulation.can_serialize_fmu_state
     }
 
-    /// Saves the state (`fmi2GetFMUstate`), into an earlier saved one if given, whose memory the
-    /// unit uses again.
+    /// Saves the state (`fmi2GetFMUstate`). The memory of an earlier saved state can be reused.
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     pub fn save_state(&mut self, into: Option<StateId>) -> Result<StateId, FmuError> {
         match self.ask(&Request::SaveState(into.map(StateId::slot)), &[])? {
             Data::Slot(slot) => Ok(StateId(slot)),
@@ -38,10 +38,10 @@ impl Instance {
         }
     }
 
-    /// Returns to a saved state (`fmi2SetFMUstate`); it stays saved.
+    /// Restores a saved state (`fmi2SetFMUstate`), which remains saved.
     ///
     /// # Errors
-    /// The unit's, or the state has been freed.
+    /// The FMU's, or the state has been freed.
     pub fn restore_state(&mut self, id: StateId) -> Result<(), FmuError> {
         match self.ask(&Request::RestoreState(id.0), &[])? {
             Data::None => Ok(()),
@@ -52,7 +52,7 @@ impl Instance {
     /// Frees a saved state (`fmi2FreeFMUstate`).
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     pub fn free_state(&mut self, id: StateId) -> Result<(), FmuError> {
         match self.ask(&Request::FreeState(id.0), &[])? {
             Data::None => Ok(()),
@@ -60,10 +60,10 @@ impl Instance {
         }
     }
 
-    /// A saved state as bytes (`fmi2SerializeFMUstate`), for another process or another day.
+    /// The bytes of a saved state (`fmi2SerializeFMUstate`), for another process.
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     pub fn serialize_state(&mut self, id: StateId) -> Result<Vec<u8>, FmuError> {
         match self.ask(&Request::SerializeState(id.0), &[])? {
             Data::Bytes(bytes) => Ok(bytes),
@@ -71,10 +71,10 @@ impl Instance {
         }
     }
 
-    /// A saved state made of bytes (`fmi2DeSerializeFMUstate`); restore it to use it.
+    /// Makes a saved state from bytes (`fmi2DeSerializeFMUstate`). Restore it to use it.
     ///
     /// # Errors
-    /// The unit's: the bytes are not of this unit, for instance.
+    /// The FMU's, for instance because the bytes are of another FMU.
     pub fn deserialize_state(&mut self, bytes: &[u8]) -> Result<StateId, FmuError> {
         match self.ask(&Request::DeserializeState(bytes.to_vec()), &[])? {
             Data::Slot(slot) => Ok(StateId(slot)),
@@ -82,11 +82,11 @@ impl Instance {
         }
     }
 
-    /// Derivative of unknowns along a direction of knowns (`fmi2GetDirectionalDerivative`):
+    /// Directional derivative (`fmi2GetDirectionalDerivative`):
     /// `out = ∂unknowns/∂knowns · seed`.
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     pub fn get_directional_derivative(
         &mut self,
         unknowns: &[u32],

@@ -1,18 +1,21 @@
-//! Stepping an instance: sending inputs, the step with all that it may end in, reading outputs.
+//! Stepping an instance: inputs, the step with everything that can result from it, outputs.
 
 use std::time::{Duration, Instant};
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::{Backend, FmuError, FmuFault, Instance, StateId, fail};
-use crate::component::{Answer, Data, Received, Request, Sent, StepLayout};
-use crate::library::Call;
+use super::{Backend, FmuError, FmuFault, Instance, StateId};
+use crate::answer::Answer;
+use crate::exchange::{Received, Sent, StepLayout};
+use crate::fault::fail;
+use crate::functions::Call;
+use crate::request::{Data, Request};
 
 impl Instance {
-    /// Sets derivatives of inputs for the coming step.
+    /// Sets derivatives of inputs for the next step.
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     pub fn set_real_input_derivatives(
         &mut self,
         references: &[u32],
@@ -30,7 +33,7 @@ impl Instance {
     /// Reads derivatives of outputs at the end of the last step.
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     pub fn get_real_output_derivatives(
         &mut self,
         references: &[u32],
@@ -55,10 +58,10 @@ impl Instance {
         self.check(answer, references)
     }
 
-    /// Tells what is sent and received in every step from now on.
+    /// Defines what is sent and received in every step from now on.
     ///
     /// # Errors
-    /// The instance's process is gone.
+    /// The process of the instance has ended.
     pub fn lay_out(&mut self, layout: &StepLayout) -> Result<(), FmuError> {
         match &mut self.backend {
             Backend::Here { .. } => Ok(()),
@@ -69,10 +72,10 @@ impl Instance {
         }
     }
 
-    /// Sets all inputs of the coming step.
+    /// Sets all inputs of the next step.
     ///
     /// # Errors
-    /// The unit's; that of an isolated instance comes with the step.
+    /// The FMU's. That of an isolated instance comes with the step.
     #[inline]
     pub fn send(&mut self, layout: &StepLayout, sent: &Sent) -> Result<(), FmuError> {
         self.alive()?;
@@ -83,10 +86,10 @@ impl Instance {
         self.check(answer, layout.references(answer.call))
     }
 
-    /// Reads all outputs at `time`, which the last step has ended at.
+    /// Reads all outputs at `time`, the end of the last step.
     ///
     /// # Errors
-    /// The unit's.
+    /// The FMU's.
     #[inline]
     pub fn receive(
         &mut self,
@@ -103,15 +106,16 @@ impl Instance {
         self.check(answer, layout.references(answer.call))
     }
 
-    /// Saves the state before every step from now on, there or not at all.
+    /// Saves the state before every step from now on into this saved state; `None`: does not save it.
     pub fn save_before_steps(&mut self, place: Option<StateId>) {
         self.saved_before = place;
     }
 
-    /// Begins a step that [`do_step`](Self::do_step) ends, if the instance lives in another process.
+    /// Begins a step in another process; [`do_step`](Self::do_step) waits for its end. Does nothing if the
+    /// instance is in this process.
     ///
     /// # Errors
-    /// The process is gone.
+    /// The process has ended.
     #[inline]
     pub fn begin_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         self.set_time(time);
@@ -127,7 +131,7 @@ impl Instance {
     /// Steps from `time` over `size`.
     ///
     /// # Errors
-    /// Discarded, hanging, or the unit's.
+    /// The step was discarded or hangs, or the FMU's.
     #[inline]
     pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         self.alive()?;
@@ -135,7 +139,7 @@ impl Instance {
         let save = self.saved_before.map(StateId::slot);
         let answer = match &mut self.backend {
             Backend::Here { component, .. } => match save.map(|slot| component.save_state(slot)) {
-                Some(failed) if !failed.goes_on() => failed,
+                Some(failed) if !failed.can_continue() => failed,
                 _ => component.do_step(time, size),
             },
             Backend::Elsewhere(worker) => worker.do_step(time, size, save),
@@ -147,7 +151,7 @@ impl Instance {
         Ok(())
     }
 
-    /// A step that ended in anything but `fmi2OK`.
+    /// Handles a step that did not return `fmi2OK`.
     #[cold]
     fn end_step(&mut self, mut answer: Answer, time: f64, size: f64) -> Result<(), FmuError> {
         if answer.call == Call::fmi2DoStep {
@@ -173,7 +177,7 @@ impl Instance {
                 return Ok(Status(status));
             }
             if begin.elapsed() > self.pending_limit {
-                // a unit that still works on the step must not be freed under its hands
+                // an FMU that is still computing the step must not be freed
                 if !self.perform(&Request::CancelStep).answer.is_good() {
                     self.dead.store(true, std::sync::atomic::Ordering::Relaxed);
                 }
@@ -186,13 +190,13 @@ impl Instance {
         }
     }
 
-    /// Asks a unit that discarded its step how far it got and whether it wants to end.
+    /// Asks an FMU that discarded its step which time it reached and whether it wants to end.
     fn discarded(&mut self, time: f64, size: f64) -> Result<FmuFault, FmuError> {
         let number = |reply: Result<Data, FmuError>| match reply {
             Ok(Data::Number(number)) => Some(number),
             _ => None,
         };
-        // many units do not answer; only what may not be called any more is an error here
+        // many FMUs do not answer; it is an error only if the FMU may not be called any more
         let last_successful = number(self.ask(&Request::GetLastSuccessfulTime, &[]));
         self.alive()?;
         let ended = number(self.ask(&Request::GetTerminated, &[]));

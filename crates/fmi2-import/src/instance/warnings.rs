@@ -1,8 +1,8 @@
-//! What an instance has answered with `fmi2Warning`.
+//! Calls of an instance that returned `fmi2Warning`.
 
 use fmi2_sys::fmi2Status as Status;
 
-use crate::library::Call;
+use crate::functions::Call;
 use crate::logger;
 
 /// Calls that returned `fmi2Warning`, and the refusal of derivatives of inputs.
@@ -15,7 +15,7 @@ pub struct Warnings {
     refused: Option<Refusal>,
 }
 
-/// A unit declares that it takes derivatives of inputs, and does not.
+/// An FMU declares that it accepts derivatives of inputs, but does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refusal {
     status: Status,
@@ -26,7 +26,7 @@ impl std::fmt::Display for Refusal {
         write!(
             f,
             "fmi2SetRealInputDerivatives returned {}, although the unit declares canInterpolateInputs: \
-             its inputs are held over a step from now on, which makes the coupling of order 1",
+             from now on its inputs are constant over a step, which makes the coupling of order 1",
             self.status
         )
     }
@@ -48,8 +48,8 @@ impl Warnings {
         }
     }
 
-    /// Whether a unit that has made so many steps may refuse derivatives of inputs: the first time
-    /// that it gets any. Later a warning is about values.
+    /// Whether a warning after so many steps refuses derivatives of inputs: only the first time that
+    /// the FMU gets any. A later warning is about values.
     pub(super) fn may_refuse(&self, steps: u64) -> bool {
         steps == 0 || self.refused.is_some()
     }
@@ -67,10 +67,10 @@ impl Warnings {
         self.count
     }
 
-    /// The first of them, by the name of the C function.
+    /// The C function of the first of them.
     #[must_use]
-    pub fn first(&self) -> Option<&'static str> {
-        self.first.map(Call::name)
+    pub fn first(&self) -> Option<Call> {
+        self.first
     }
 
     /// Number of steps that returned `fmi2Warning`.
@@ -86,7 +86,7 @@ impl Warnings {
         self.first_step
     }
 
-    /// How the unit refused derivatives of inputs, if it did.
+    /// How the FMU refused derivatives of inputs, if it did.
     #[must_use]
     pub fn refusal(&self) -> Option<Refusal> {
         self.refused

@@ -8,11 +8,13 @@ use std::time::{Duration, Instant};
 use memmap2::{MmapOptions, MmapRaw};
 use rustix::thread::futex;
 
-use super::ring::Ring;
-use crate::component::{Answer, Outcome, Received, Sent, StepLayout};
-use crate::library::Call;
+use crate::answer::{Answer, Outcome};
+use crate::exchange::{DerivativeList, Received, Sent, StepLayout};
+use crate::functions::Call;
+use crate::logger::Ring;
+use crate::per_type::{PerNumeric, PerType};
 
-/// Parts of an exchange, done in this order. None of them: a message waits in the socket.
+/// Parts of an exchange, in this order. None of them: a message waits in the socket.
 pub(super) mod part {
     pub(in super::super) const SEND: u32 = 1;
     pub(in super::super) const SAVE: u32 = 2;
@@ -20,7 +22,7 @@ pub(super) mod part {
     pub(in super::super) const RECEIVE: u32 = 8;
 }
 
-/// How long a side that waits awake does so without a word to the scheduler.
+/// How long a side that waits awake does not yield to the scheduler.
 const YIELD_AFTER: Duration = Duration::from_micros(5);
 
 /// A number that one side writes and the other waits for.
@@ -32,10 +34,10 @@ pub(super) struct Bell {
 
 impl Bell {
     pub(super) fn ring(&self, stroke: u32) {
-        // in one total order with `sleep`: either this sees the sleeper or the sleeper sees this
+        // sequentially consistent with `sleep`: this sees the sleeper, or the sleeper sees this
         self.word.store(stroke, Ordering::SeqCst);
         if self.sleeping.load(Ordering::SeqCst) != 0 {
-            // an address of this process: waking cannot fail
+            // the address is valid, so waking cannot fail
             let _ = futex::wake(&self.word, futex::Flags::empty(), 1);
         }
     }
@@ -61,7 +63,7 @@ impl Bell {
             if waited > longest {
                 return false;
             }
-            // the other side may wait for this very processor
+            // the other side may wait for this processor
             if waited > YIELD_AFTER {
                 std::thread::yield_now();
             }
@@ -76,7 +78,7 @@ impl Bell {
             let nanoseconds = i64::from(longest.subsec_nanos());
             let seconds = i64::try_from(longest.as_secs()).unwrap_or(i64::MAX);
             let limit = futex::Timespec { tv_sec: seconds, tv_nsec: nanoseconds };
-            // whatever it returns, the word tells
+            // whatever it returns, the word is checked below
             let _ = futex::wait(&self.word, futex::Flags::empty(), seen, Some(&limit));
         }
         self.sleeping.store(0, Ordering::SeqCst);
@@ -84,7 +86,7 @@ impl Bell {
     }
 }
 
-/// The fixed part of the shared memory. All zero is a valid beginning.
+/// The fixed part of the shared memory. All zero is a valid initial state.
 #[repr(C)]
 pub(super) struct Control {
     pub(super) to_worker: Bell,
@@ -93,9 +95,9 @@ pub(super) struct Control {
     pub(super) parts: AtomicU32,
     /// where to save the state
     pub(super) slot: AtomicU32,
-    /// how long the worker shall wait awake (µs)
+    /// how long the worker waits awake (µs)
     pub(super) watch: AtomicU32,
-    /// the call that the worker is in
+    /// number of the worker's [`Activity`](crate::activity::Activity)
     pub(super) mark: AtomicU32,
     call: AtomicU32,
     status: AtomicU32,
@@ -126,7 +128,7 @@ impl Control {
         self.lacks.store(lacks, Ordering::Relaxed);
     }
 
-    /// The answer of the exchange. The unit may have written over it: every number is possible.
+    /// The answer of the exchange. The FMU may have overwritten it, so every number is possible.
     pub(super) fn answer(&self) -> Answer {
         let call = Call::from_number(self.call.load(Ordering::Relaxed));
         let outcome = match self.lacks.load(Ordering::Relaxed) {
@@ -137,10 +139,10 @@ impl Control {
     }
 }
 
-/// Bytes before the values of a step: whole pages.
+/// Bytes before the values of a step, whole pages.
 const VALUES_AT: usize = size_of::<Control>().next_multiple_of(4096);
 
-/// Maps the fixed part for as long as the process lives.
+/// Maps the fixed part.
 pub(super) fn control(memory: &File) -> io::Result<MmapRaw> {
     memory.set_len(VALUES_AT as u64)?;
     MmapOptions::new().len(VALUES_AT).map_raw(memory)
@@ -164,25 +166,17 @@ struct Counts {
     received: [usize; 4],
 }
 
-/// Reals and derivatives are f64, Integers and Booleans i32; eight bytes are kept for each.
+/// Bytes for each value. Reals and derivatives are f64, Integers and Booleans i32.
 const WIDTH: usize = 8;
 
 impl Counts {
     fn of(layout: &StepLayout) -> Self {
-        Self {
-            sent: [
-                layout.set_reals.len(),
-                layout.set_derivatives.len(),
-                layout.set_integers.len(),
-                layout.set_booleans.len(),
-            ],
-            received: [
-                layout.get_reals.len(),
-                layout.get_derivatives.len(),
-                layout.get_integers.len(),
-                layout.get_booleans.len(),
-            ],
-        }
+        let StepLayout { set, set_derivatives, get, get_derivatives, .. } = layout;
+        let of = |list: &PerNumeric<Vec<u32>>, derivatives: &DerivativeList| {
+            let (reals, derivatives) = (list.reals.len(), derivatives.references.len());
+            [reals, derivatives, list.integers.len(), list.booleans.len()]
+        };
+        Self { sent: of(set, set_derivatives), received: of(get, get_derivatives) }
     }
 
     fn bytes(&self) -> usize {
@@ -191,7 +185,7 @@ impl Counts {
 }
 
 impl Area {
-    /// Maps the values of a step. The master, which comes first, makes room for them.
+    /// Maps the values of a step. The master comes first and allocates the memory.
     pub(super) fn map(memory: &File, layout: &StepLayout) -> io::Result<Self> {
         let counts = Counts::of(layout);
         let bytes = counts.bytes().max(WIDTH);
@@ -200,7 +194,7 @@ impl Area {
         Ok(Self { map, counts })
     }
 
-    /// Addresses of the four lists that begin after so many values.
+    /// Addresses of the four lists that begin after this number of values.
     fn lists(&self, before: usize, counts: [usize; 4]) -> [*mut u8; 4] {
         let mut at = before * WIDTH;
         counts.map(|count| {
@@ -222,56 +216,62 @@ impl Area {
     pub(super) fn put(&self, sent: &Sent) {
         let [reals, derivatives, integers, booleans] = self.sent_lists();
         let count = self.counts.sent;
-        write(reals.cast(), sent.reals, count[0]);
+        write(reals.cast(), sent.values.reals, count[0]);
         write(derivatives.cast(), sent.derivatives, count[1]);
-        write(integers.cast(), sent.integers, count[2]);
-        write(booleans.cast(), sent.booleans, count[3]);
+        write(integers.cast(), sent.values.integers, count[2]);
+        write(booleans.cast(), sent.values.booleans, count[3]);
     }
 
     /// Master: reads what is received.
     pub(super) fn take(&self, received: &mut Received) {
         let [reals, derivatives, integers, booleans] = self.received_lists();
         let count = self.counts.received;
-        read(reals.cast(), received.reals, count[0]);
+        read(reals.cast(), received.values.reals, count[0]);
         read(derivatives.cast(), received.derivatives, count[1]);
-        read(integers.cast(), received.integers, count[2]);
-        read(booleans.cast(), received.booleans, count[3]);
+        read(integers.cast(), received.values.integers, count[2]);
+        read(booleans.cast(), received.values.booleans, count[3]);
     }
 
     /// Worker: what was sent.
     pub(super) fn sent(&self) -> Sent<'_> {
         let [reals, derivatives, integers, booleans] = self.sent_lists();
         let count = self.counts.sent;
-        // SAFETY: inside of the mapping, aligned, any bits are values; the master does not write
-        // between the two strokes of the bells that this lives in
+        // SAFETY: inside of the mapping, aligned, and any bits are values; the master does not write
+        // between the two strokes of the bells, while this is used
         unsafe {
             Sent {
-                reals: std::slice::from_raw_parts(reals.cast(), count[0]),
+                values: PerType {
+                    reals: std::slice::from_raw_parts(reals.cast(), count[0]),
+                    integers: std::slice::from_raw_parts(integers.cast(), count[2]),
+                    booleans: std::slice::from_raw_parts(booleans.cast(), count[3]),
+                    strings: (),
+                },
                 derivatives: std::slice::from_raw_parts(derivatives.cast(), count[1]),
-                integers: std::slice::from_raw_parts(integers.cast(), count[2]),
-                booleans: std::slice::from_raw_parts(booleans.cast(), count[3]),
             }
         }
     }
 
-    /// Worker: where to put what is received.
+    /// Worker: places for what is received.
     pub(super) fn received(&mut self) -> Received<'_> {
         let [reals, derivatives, integers, booleans] = self.received_lists();
         let count = self.counts.received;
-        // SAFETY: as in `sent`; the lists do not overlap, and `&mut self` keeps others away
+        // SAFETY: as in `sent`; the lists do not overlap, and `&mut self` is exclusive
         unsafe {
             Received {
-                reals: std::slice::from_raw_parts_mut(reals.cast(), count[0]),
+                values: PerType {
+                    reals: std::slice::from_raw_parts_mut(reals.cast(), count[0]),
+                    integers: std::slice::from_raw_parts_mut(integers.cast(), count[2]),
+                    booleans: std::slice::from_raw_parts_mut(booleans.cast(), count[3]),
+                    strings: (),
+                },
                 derivatives: std::slice::from_raw_parts_mut(derivatives.cast(), count[1]),
-                integers: std::slice::from_raw_parts_mut(integers.cast(), count[2]),
-                booleans: std::slice::from_raw_parts_mut(booleans.cast(), count[3]),
             }
         }
     }
 }
 
 fn write<T: Copy>(to: *mut T, values: &[T], count: usize) {
-    // SAFETY: a list of `count` places inside of the mapping, which is no memory of `values`
+    // SAFETY: a list of `count` places inside of the mapping, which does not overlap `values`
     unsafe { std::ptr::copy_nonoverlapping(values.as_ptr(), to, count.min(values.len())) };
 }
 

@@ -1,4 +1,4 @@
-//! What master and worker say to each other outside of steps: frames of bytes over a socket.
+//! Messages between master and worker outside of steps: frames of bytes over a socket.
 
 use std::io::{self, Read, Write};
 use std::path::PathBuf;
@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::component::{Identity, Reply, Request, StepLayout};
+use crate::exchange::StepLayout;
+use crate::request::{Identity, Reply, Request};
 
 /// From the master.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) enum Order {
-    /// The first one: load the library and create the instance.
+    /// First: load the library and create the instance.
     Start {
         /// the .fmu file, for messages
         unit: PathBuf,
@@ -24,7 +25,7 @@ pub(super) enum Order {
     LayOut(StepLayout),
     /// Anything else.
     Perform(Request),
-    /// The last one: free the instance and end.
+    /// Last: free the instance and end.
     Free,
 }
 
@@ -33,11 +34,11 @@ pub(super) enum Order {
 pub(super) enum Report {
     /// Done.
     Done,
-    /// The library cannot be loaded: why, outermost first.
+    /// The library cannot be loaded: messages of the error and its causes.
     Unloadable(Vec<String>),
-    /// The unit does not want to be instantiated.
+    /// The FMU refused to be instantiated.
     Refused,
-    /// What came of a request.
+    /// The answer to a request.
     Reply(Reply),
 }
 

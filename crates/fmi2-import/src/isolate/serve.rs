@@ -1,4 +1,4 @@
-//! The worker's side: one instance, called as the master says.
+//! The worker's side: makes the calls that the master orders.
 
 use std::fs::File;
 use std::io;
@@ -16,15 +16,17 @@ use rustix::process::{Resource, Rlimit, Signal};
 use super::ARGUMENT;
 use super::memory::{Area, Control, control, control_in, part};
 use super::protocol::{Order, Report, read_frame, write_frame};
-use crate::component::{Answer, Component, Outcome, StepLayout};
-use crate::library::{Call, Functions};
+use crate::answer::{Answer, Outcome};
+use crate::component::Component;
+use crate::exchange::StepLayout;
+use crate::functions::{Call, Functions};
 use crate::logger::Sink;
 
-/// How long a worker sleeps before it looks whether its master still lives.
+/// How long a worker sleeps before it checks that its master still lives.
 const NAP: Duration = Duration::from_secs(1);
 
-/// Turns this program into a worker if a master has started it as one, and returns the status to
-/// exit with when the master is done with it. Call it first of all in `main`.
+/// Turns this program into a worker if a master started it as one. Returns the status to exit with when
+/// the master no longer needs it. Call this first in `main`.
 #[must_use]
 pub fn serve_if_worker() -> Option<ExitCode> {
     let mut arguments = std::env::args_os().skip(1);
@@ -36,17 +38,16 @@ pub fn serve_if_worker() -> Option<ExitCode> {
     if memory < 3 || socket < 3 || memory == socket {
         return None;
     }
-    // SAFETY: the master has left these two open for this process, and nothing else knows them
+    // SAFETY: the master left these two open for this process, and nothing else uses them
     let (memory, socket) = unsafe { (OwnedFd::from_raw_fd(memory), OwnedFd::from_raw_fd(socket)) };
     let served = serve(File::from(memory), UnixStream::from(socket), master.cast_unsigned());
-    // an error means that the master has gone away
+    // an error means that the master has ended
     Some(if served.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn serve(memory: File, mut socket: UnixStream, master: u32) -> io::Result<()> {
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))?;
-    // when memory runs out, this process is to be ended rather than the master; where the system
-    // does not allow to say so, that is no reason not to work
+    // when memory runs out, Linux shall kill this process rather than the master; it works without
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");
     let map: &'static _ = Box::leak(Box::new(control(&memory)?));
     // SAFETY: the mapping stays as long as this process, and is a Control
@@ -135,7 +136,7 @@ impl Served {
         })
     }
 
-    /// After a fatal error nothing may be called any more, not even to free the instance.
+    /// After a fatal error no function may be called any more, not even to free the instance.
     fn note(&self, answer: Answer) {
         if answer.is(Status::fmi2Fatal) {
             self.dead.store(true, Ordering::Relaxed);
@@ -148,18 +149,18 @@ impl Served {
         };
         let mut worst = Answer::good(Call::fmi2DoStep);
         if parts & part::SEND != 0 {
-            worst = worst.then(component.send(&self.layout, &self.area.sent()));
+            worst = worst.or_worse(component.send(&self.layout, &self.area.sent()));
         }
-        if parts & part::SAVE != 0 && worst.goes_on() {
+        if parts & part::SAVE != 0 && worst.can_continue() {
             let slot = self.control.slot.load(Ordering::Relaxed) as usize;
-            worst = worst.then(component.save_state(slot));
+            worst = worst.or_worse(component.save_state(slot));
         }
-        if parts & part::STEP != 0 && worst.goes_on() {
+        if parts & part::STEP != 0 && worst.can_continue() {
             let (time, size) = self.control.step();
-            worst = worst.then(component.do_step(time, size));
+            worst = worst.or_worse(component.do_step(time, size));
         }
-        if parts & part::RECEIVE != 0 && worst.goes_on() {
-            worst = worst.then(component.receive(&self.layout, &mut self.area.received()));
+        if parts & part::RECEIVE != 0 && worst.can_continue() {
+            worst = worst.or_worse(component.receive(&self.layout, &mut self.area.received()));
         }
         self.note(worst);
         worst

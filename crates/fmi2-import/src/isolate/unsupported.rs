@@ -1,19 +1,21 @@
-//! What stands in for workers where they do not work.
+//! Replaces workers on systems where they do not work.
 
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use super::Isolation;
-use crate::component::{Answer, Identity, Received, Reply, Request, Sent, StepLayout};
+use crate::answer::Answer;
 use crate::description::ModelDescription;
-use crate::instance::{FmuError, FmuFault};
+use crate::exchange::{Received, Sent, StepLayout};
+use crate::fault::{FmuError, FmuFault};
 use crate::logger::Message;
 use crate::package::Package;
+use crate::request::{Identity, Reply, Request};
 
-/// There is none.
+/// There are no workers on this system.
 pub(crate) enum Worker {}
 
-/// Turns this program into a worker if it was started as one: never, on this system.
+/// Turns this program into a worker if it was started as one. On this system it never is.
 #[must_use]
 pub fn serve_if_worker() -> Option<ExitCode> {
     None

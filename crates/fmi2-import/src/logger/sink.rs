@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use fmi2_sys as sys;
 
 use super::registry::{self, Badge};
+#[cfg(target_os = "linux")]
+use super::ring::Ring;
 use super::{Message, callbacks, expand};
 use crate::description::ModelDescription;
-#[cfg(target_os = "linux")]
-use crate::isolate::Ring;
 
 /// Messages that are kept between two looks at them: the first, which say the cause of a flood.
 const KEPT: usize = 100;

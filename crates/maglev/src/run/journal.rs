@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::Observer;
 use fmi2_import::instance::{FmuError, FmuFault};
 use fmi2_import::logger::{self, Message, Stray};
+use fmi2_import::{Call, fmi2Status, status_with_name};
 use master::participant::Participant;
 use results::summary::UnitMessage;
 use results::{Event, EventKind, EventLog, LogState};
@@ -172,12 +173,13 @@ impl Journal {
             for messages in [&earlier, &messages] {
                 show(self.level, instance.name(), messages, observer);
             }
-            let grave = earlier.iter().chain(&messages).find(|message| message.grave);
+            let grave = earlier.iter().chain(&messages).find(|message| message.is_severe());
             if (instance.warnings().count() > 0 || grave.is_some())
                 && !std::mem::replace(&mut self.warned[k], true)
             {
-                let call = instance.warnings().first().unwrap_or("a call");
-                let silent = format!("{call} returned fmi2Warning");
+                let call = instance.warnings().first();
+                let name = call.map_or("a call", Call::name);
+                let silent = format!("{name} returned fmi2Warning");
                 let text = grave.map_or(silent.as_str(), |message| message.text.as_str());
                 // others have been shown the message, if there was one
                 let unseen = self.level > LogLevel::Warning && grave.is_none();
@@ -185,7 +187,7 @@ impl Journal {
                     observer.message(&format!("unit {} warns: {text}", instance.name()));
                 }
                 // a step's is an event of its own
-                if grave.is_none() && call != "fmi2DoStep" {
+                if grave.is_none() && call != Some(Call::fmi2DoStep) {
                     self.warn(time, instance.name(), silent)?;
                 }
             }
@@ -217,7 +219,7 @@ impl Journal {
         observer: &mut dyn Observer,
     ) -> io::Result<()> {
         for Stray { instance, message } in logger::take_strays() {
-            if message.grave && self.strays == 0 {
+            if message.is_severe() && self.strays == 0 {
                 observer.notice(&format!("{instance} warns: {}", message.text));
             }
             let known = self.strays;
@@ -306,14 +308,14 @@ impl Journal {
 
     /// Keeps a message of an instance that has sent so many before.
     fn keep(&mut self, time: f64, instance: &str, known: u64, message: Message) -> io::Result<()> {
-        let kind = if message.grave { EventKind::Warning } else { EventKind::Message };
+        let kind = if message.is_severe() { EventKind::Warning } else { EventKind::Message };
         let text = format!("[{}] {}", message.status, message.text);
         self.log.add(&Event { time, kind, instance: instance.to_owned(), text })?;
         if self.messages.len() < MAX_MESSAGES && known < MAX_OF_ONE && message.count == 1 {
             self.messages.push(UnitMessage {
                 time,
                 instance: instance.to_owned(),
-                status: message.status,
+                status: message.status.to_string(),
                 text: message.text,
             });
         }
@@ -341,10 +343,9 @@ impl Journal {
 /// A message of the summary as the unit sent it.
 fn repeated(message: &UnitMessage) -> Message {
     Message {
-        status: message.status.clone(),
+        status: status_with_name(&message.status).unwrap_or(fmi2Status::fmi2OK),
         category: String::new(),
         text: message.text.clone(),
-        grave: message.status != "fmi2OK",
         count: 1,
     }
 }
@@ -352,7 +353,7 @@ fn repeated(message: &UnitMessage) -> Message {
 /// Shows what other levels than that of the first warnings let pass.
 fn show(level: LogLevel, instance: &str, messages: &[Message], observer: &mut dyn Observer) {
     let passes = |message: &&Message| match level {
-        LogLevel::Error => ["fmi2Error", "fmi2Fatal"].contains(&message.status.as_str()),
+        LogLevel::Error => [fmi2Status::fmi2Error, fmi2Status::fmi2Fatal].contains(&message.status),
         LogLevel::Warning => false,
         LogLevel::Info | LogLevel::Debug => true,
     };

@@ -4,7 +4,9 @@
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use crate::logger::Message;
+use fmi2_sys::fmi2Status as Status;
+
+use super::Message;
 
 /// A power of two, so that positions may run over.
 const SIZE: usize = 1 << 16;
@@ -32,8 +34,8 @@ impl Ring {
     pub(crate) fn push(&self, mut message: Message) {
         let end = message.text.floor_char_boundary(LONGEST);
         message.text.truncate(end);
-        let Message { status, category, text, grave, .. } = &message;
-        let Ok(bytes) = postcard::to_stdvec(&(status, category, text, grave)) else { return };
+        let Message { status, category, text, .. } = &message;
+        let Ok(bytes) = postcard::to_stdvec(&(status.0, category, text)) else { return };
         // the first of a flood say its cause: later ones never overtake one that was dropped
         let full = self.dropped.load(Ordering::Relaxed) > 0;
         let written = self.written.load(Ordering::Relaxed);
@@ -71,8 +73,8 @@ impl Ring {
             let mut bytes = vec![0; length as usize];
             self.copy_out(read.wrapping_add(4), &mut bytes);
             read = read.wrapping_add(length + 4);
-            if let Ok((status, category, text, grave)) = postcard::from_bytes(&bytes) {
-                messages.push(Message { status, category, text, grave, count: 1 });
+            if let Ok((status, category, text)) = postcard::from_bytes(&bytes) {
+                messages.push(Message::new(Status(status), category, text));
             }
         }
         self.read.store(written, Ordering::Release);
@@ -102,13 +104,7 @@ mod tests {
     use super::*;
 
     fn message(text: &str) -> Message {
-        Message {
-            status: "fmi2OK".to_owned(),
-            category: String::new(),
-            text: text.to_owned(),
-            grave: false,
-            count: 1,
-        }
+        Message::new(Status::fmi2OK, String::new(), text.to_owned())
     }
 
     fn ring() -> Box<Ring> {

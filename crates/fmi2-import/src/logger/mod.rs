@@ -1,19 +1,25 @@
 //! Messages that units send through the logger callback.
 
+mod message;
 mod registry;
+#[cfg(target_os = "linux")]
+mod ring;
 mod sink;
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use fmi2_sys as sys;
-use serde::Serialize;
 
+pub use message::Message;
 pub(crate) use registry::{Badge, calls};
 pub use registry::{Stray, take_strays};
+#[cfg(target_os = "linux")]
+pub(crate) use ring::Ring;
 pub(crate) use sink::Sink;
 
 use crate::description::ModelDescription;
+use crate::per_type::CType;
 
 /// Messages that have arrived from all units.
 static ARRIVED: AtomicU64 = AtomicU64::new(0);
@@ -28,44 +34,6 @@ pub fn arrived() -> u64 {
 /// Counts news of a unit that have come by another way than the callback.
 pub fn note_arrival() {
     ARRIVED.fetch_add(1, Ordering::Relaxed);
-}
-
-/// One message of a unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Message {
-    /// Status that it came with, by its name in the standard.
-    pub status: String,
-    /// Category, empty when the unit gave none.
-    pub category: String,
-    /// The formatted message, without a trailing line break.
-    pub text: String,
-    /// Whether the status is worse than `fmi2OK`.
-    #[serde(skip)]
-    pub grave: bool,
-    /// How many messages it stands for: 1, or all that were dropped in a flood.
-    #[serde(skip)]
-    pub count: u64,
-}
-
-impl Message {
-    fn new(status: sys::fmi2Status, category: String, text: String) -> Self {
-        let grave = status != sys::fmi2Status::fmi2OK;
-        Self { status: status.to_string(), category, text, grave, count: 1 }
-    }
-
-    /// Stands for so many messages that were not kept, if there were any.
-    pub(crate) fn dropped(count: u64) -> Option<Self> {
-        let noun = if count == 1 { "message" } else { "messages" };
-        let text = format!("{count} more {noun} dropped: a flood, of which the first are kept");
-        let message = Self::new(sys::fmi2Status::fmi2OK, String::new(), text);
-        (count > 0).then_some(Self { count, ..message })
-    }
-}
-
-impl std::fmt::Display for Message {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "[{}] {}", self.status, self.text)
-    }
 }
 
 unsafe extern "C" {
@@ -131,8 +99,14 @@ pub(crate) fn expand(text: &str, description: &ModelDescription) -> String {
         }
         let reference = rest.split_once('#').and_then(|(inner, after)| {
             let mut letters = inner.chars();
-            let letter = letters.next()?;
-            let name = description.name_of(letter, letters.as_str().parse().ok()?)?;
+            let kind = match letters.next()? {
+                'r' => CType::Real,
+                'i' => CType::Integer,
+                'b' => CType::Boolean,
+                's' => CType::String,
+                _ => return None,
+            };
+            let name = description.name_of(kind, letters.as_str().parse().ok()?)?;
             Some((name, after))
         });
         match reference {
@@ -220,7 +194,7 @@ mod tests {
         assert!(messages[3..].iter().all(|message| message.text == "x"));
         assert_eq!(messages[0].text, "");
         assert_eq!(messages[1].text, "text 7 0.5 %");
-        assert_eq!(messages[1].status, "unknown status 99");
+        assert_eq!(messages[1].status, sys::fmi2Status(99));
         assert_eq!(messages[2].text.len(), 10_000);
     }
 }

@@ -1,0 +1,349 @@
+//! What an FMU can do wrong, with instance, call, time and variables.
+
+mod help;
+mod words;
+
+use std::time::Duration;
+
+use fmi2_sys::fmi2Status as Status;
+use thiserror::Error;
+
+use self::words::{about, at, logged};
+use crate::activity::Activity;
+use crate::functions::Call;
+use crate::logger::Message;
+use crate::signal::signal_name;
+use crate::span::plain;
+
+/// A [`FmuFault`], boxed since it is rare and large.
+#[derive(Debug, Error)]
+#[error(transparent)]
+pub struct FmuError(Box<FmuFault>);
+
+impl FmuError {
+    /// What went wrong.
+    #[must_use]
+    pub fn fault(&self) -> &FmuFault {
+        &self.0
+    }
+
+    /// Whether the FMU only refused something optional. The instance can be used further.
+    #[must_use]
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            *self.0,
+            FmuFault::Status { status: Status::fmi2Discard, .. } | FmuFault::Lacks { .. }
+        )
+    }
+
+    /// Whether the FMU ended the simulation in an orderly way.
+    #[must_use]
+    pub fn asks_to_end(&self) -> bool {
+        matches!(*self.0, FmuFault::Discarded { terminated: true, .. })
+    }
+}
+
+impl From<FmuFault> for FmuError {
+    fn from(fault: FmuFault) -> Self {
+        Self(Box::new(fault))
+    }
+}
+
+#[cold]
+pub(crate) fn fail<T>(fault: FmuFault) -> Result<T, FmuError> {
+    Err(fault.into())
+}
+
+/// What an FMU did wrong.
+#[derive(Debug, Error)]
+pub enum FmuFault {
+    /// `fmi2Instantiate` returned nothing.
+    #[error("unit {instance} refused to be instantiated{}", logged(messages))]
+    Refused {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// A call returned `fmi2Discard`, `fmi2Error`, `fmi2Fatal` or an unknown status.
+    #[error(
+        "unit {instance}: {call} returned {status}{}{}{}",
+        at(*time), about(variables), logged(messages)
+    )]
+    Status {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The C function.
+        call: Call,
+        /// The status that it returned.
+        status: Status,
+        /// Simulated time of the call (s), from the start on.
+        time: Option<f64>,
+        /// Names of the variables of the call, if they are few.
+        variables: Vec<String>,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// An output has a value that the connected Enumeration input does not have.
+    #[error(
+        "unit {instance}: output {variable} is {value} at {time} s, which is not an item of {target}"
+    )]
+    NoItem {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Name of the output variable.
+        variable: String,
+        /// The value that no item has.
+        value: i32,
+        /// `instance.variable` of the input.
+        target: String,
+        /// Simulated time (s).
+        time: f64,
+    },
+    /// A step was discarded.
+    #[error(
+        "unit {instance}: fmi2DoStep returned fmi2Discard at {time} s: it could not finish the step \
+         of {} s{}{}{}",
+        plain(*size),
+        last_successful.map(|t| format!("; it reached {t} s")).unwrap_or_default(),
+        if *.terminated { "; it asks to end the simulation" } else { "" },
+        logged(messages)
+    )]
+    Discarded {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Time at the step's beginning (s).
+        time: f64,
+        /// The step (s).
+        size: f64,
+        /// Time that the unit reached (s), if it reports it.
+        last_successful: Option<f64>,
+        /// Whether the unit asks to end the simulation.
+        terminated: bool,
+        /// Whether the unit can save its state, so that the step can be repeated in parts.
+        can_retry: bool,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// A step was still pending after the limit.
+    #[error(
+        "unit {instance}: fmi2DoStep at {time} s is still pending after {} s", limit.as_secs_f64()
+    )]
+    Hanging {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Time at the step's beginning (s).
+        time: f64,
+        /// The limit.
+        limit: Duration,
+    },
+    /// Its process was ended by a signal.
+    #[error(
+        "unit {instance} crashed: signal {signal} ({}) in {call}{}{}",
+        signal_name(*signal), at(*time), logged(messages)
+    )]
+    Crashed {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The code that was running.
+        call: Activity,
+        /// Number of the signal.
+        signal: i32,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// Its process exited.
+    #[error(
+        "unit {instance} ended its process with status {code} in {call}{}{}",
+        at(*time), logged(messages)
+    )]
+    Exited {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The code that was running.
+        call: Activity,
+        /// Exit status of the process.
+        code: i32,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// A call took too long, and its process was killed.
+    #[error(
+        "unit {instance} was ended: {call}{} took longer than {} s{}",
+        at(*time), limit.as_secs_f64(), logged(messages)
+    )]
+    TimedOut {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The code that was running.
+        call: Activity,
+        /// The limit.
+        limit: Duration,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// The user ended the run during a call, and its process was killed.
+    #[error(
+        "unit {instance} was ended: {call}{} had not returned{}", at(*time), logged(messages)
+    )]
+    GivenUp {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The code that was running.
+        call: Activity,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// The connection to its process broke.
+    #[error("unit {instance}: the connection to its process broke in {call}{}: {why}{}",
+        at(*time), logged(messages))]
+    Broken {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The code that was running.
+        call: Activity,
+        /// What broke the connection, in words.
+        why: String,
+        /// Simulated time (s), from the start on.
+        time: Option<f64>,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// No process can be started for it.
+    #[error("unit {instance}: cannot start a process for it")]
+    NoProcess {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// What the operating system reported.
+        #[source]
+        source: std::io::Error,
+    },
+    /// Isolation does not work on this system.
+    #[error("unit {instance} cannot run in a process of its own: isolation works on Linux only")]
+    CannotIsolate {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+    },
+    /// Its binary cannot be loaded in its process.
+    #[error("unit {instance} cannot be loaded in its process: {}", causes.join("; because "))]
+    Unloadable {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The worker's chain of causes, outermost first.
+        causes: Vec<String>,
+    },
+    /// It reported that it has terminated; since then its steps return `fmi2Warning` and change nothing.
+    #[error(
+        "unit {instance} has stopped computing: it reported that it has terminated, its steps return \
+         fmi2Warning, and no Real output has changed since {since} s{}",
+        logged(messages)
+    )]
+    Stalled {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Time of the last change (s).
+        since: f64,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// An output is NaN or infinite.
+    #[error("unit {instance}: {variable} is {value} at {time} s{}", logged(messages))]
+    NotFinite {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Name of the output.
+        variable: String,
+        /// NaN, inf or -inf.
+        value: f64,
+        /// Simulated time (s).
+        time: f64,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// Its library does not export a function that the run needs.
+    #[error("unit {instance} does not export {call}, which this run needs")]
+    Lacks {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The C function.
+        call: Call,
+    },
+    /// It does not give reports, which are an extension of the standard.
+    #[error("unit {instance} offers no reports (its library lacks fmi2_export_report)")]
+    NoReports {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+    },
+    /// It did not answer the request for a report.
+    #[error("unit {instance} did not answer the request \"{request}\"{}", logged(messages))]
+    Unanswered {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Name of the report that was requested.
+        request: String,
+        /// What it logged, oldest first.
+        messages: Vec<Message>,
+    },
+    /// A saved state was freed or belongs to another instance.
+    #[error("unit {instance} has no such saved state")]
+    NoState {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+    },
+    /// The bytes of a saved state cannot be allocated.
+    #[error("cannot allocate {size} bytes for the saved state of unit {instance}")]
+    StateTooLarge {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// Number of bytes.
+        size: usize,
+    },
+    /// A text cannot be a C string.
+    #[error("unit {instance}: {what} contains a zero byte")]
+    ZeroByte {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+        /// The text that contains a zero byte, in words.
+        what: String,
+    },
+    /// Another instance of the same library failed fatally.
+    #[error("unit {instance} cannot be used any more after a fatal error in its library")]
+    Dead {
+        /// Instance name, as passed to `fmi2Instantiate`.
+        instance: String,
+    },
+}
+
+impl FmuFault {
+    /// Whether the FMU ended its process, or it was killed.
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        matches!(
+            self,
+            Self::Crashed { .. }
+                | Self::Exited { .. }
+                | Self::TimedOut { .. }
+                | Self::GivenUp { .. }
+                | Self::Broken { .. }
+        )
+    }
+
+    /// Whether values that grow without bound may be the cause.
+    #[must_use]
+    pub fn may_be_numeric(&self) -> bool {
+        matches!(
+            self,
+            Self::NotFinite { .. }
+                | Self::Status { .. }
+                | Self::Discarded { terminated: false, .. }
+        )
+    }
+}

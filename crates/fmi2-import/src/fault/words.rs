@@ -1,0 +1,43 @@
+//! Parts of the messages of faults.
+
+use fmi2_sys::fmi2Status as Status;
+
+use crate::logger::Message;
+
+pub(super) fn at(time: Option<f64>) -> String {
+    time.map(|time| format!(" at {time} s")).unwrap_or_default()
+}
+
+pub(super) fn about(variables: &[String]) -> String {
+    if variables.is_empty() { String::new() } else { format!(" for {}", variables.join(", ")) }
+}
+
+/// What the FMU logged: the first of its most severe messages, since these name the cause, or the last
+/// ones if none is severe.
+pub(super) fn logged(messages: &[Message]) -> String {
+    const SHOWN: usize = 3;
+    let severity = |message: &Message| match message.status {
+        Status::fmi2OK => 0,
+        Status::fmi2Warning => 1,
+        _ => 2,
+    };
+    let highest = messages.iter().map(severity).max().unwrap_or(0);
+    let mut shown: Vec<&str> = messages
+        .iter()
+        .filter(|message| severity(message) == highest)
+        .map(|message| message.text.as_str())
+        .collect();
+    if highest == 0 {
+        shown.drain(..shown.len().saturating_sub(SHOWN));
+    }
+    let more = match shown.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!("; and {more} more like these"),
+    };
+    shown.truncate(SHOWN);
+    if shown.is_empty() {
+        String::new()
+    } else {
+        format!("; it logged: {}{more}", shown.join("; "))
+    }
+}
