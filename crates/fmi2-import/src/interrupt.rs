@@ -1,73 +1,72 @@
-//! What Ctrl-C and SIGTERM do to the runs of this process.
+//! Ending the runs of this process on Ctrl-C and SIGTERM.
 //!
-//! The first one asks: a run ends after its step, see [`Observer::interrupted`](master::simulation::Observer).
-//! The second one insists: a step that does not return is given up. An isolated unit's process is
-//! killed, and its run completes its results as an interrupted one. A call in this process cannot be
-//! ended; then the results are completed beside it, up to the last finished step, and nothing is left
-//! to do but to end the process. A program says so with [`ask`], and ends itself when that says that
-//! it should.
+//! After the first signal a run ends at the end of its step. After the second one it does not wait for a
+//! step that does not return. The process of an isolated instance is killed, and the run completes its
+//! results as interrupted. A call in this process cannot be ended; the results up to the last finished
+//! step are completed in another thread, and then the process must end. A program calls [`ask`] for each
+//! signal and does what its result says.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A step, or another call, may still return so long after the second signal.
+/// Time for a call to return after the second signal.
 pub const GRACE: Duration = Duration::from_millis(700);
-/// Longest wait for results to be completed.
+/// Longest time to wait for complete results.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 static ASKED: AtomicU32 = AtomicU32::new(0);
-static RUNS: Mutex<Runs> = Mutex::new(Runs { going: 0, given_up: 0 });
+static RUNS: Mutex<Runs> = Mutex::new(Runs { active: 0, given_up: 0 });
 static CHANGED: Condvar = Condvar::new();
 
 /// Runs of this process.
 struct Runs {
-    going: u32,
-    /// those of them that will not end, but whose results are complete
+    active: u32,
+    /// those that will not end, but whose results are complete
     given_up: u32,
 }
 
-/// What comes of a signal.
+/// What to do after a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interruption {
-    /// Runs will end after their steps.
+    /// Nothing: runs will end after their steps.
     Asked,
-    /// All runs have ended by themselves.
+    /// Nothing: all runs have ended.
     Ended,
-    /// There is no run, or one that will not end: the process is to be ended,
-    /// see [`end_at_once`](crate::witness::end_at_once).
+    /// End the process with [`end_at_once`](crate::witness::end_at_once): there is no run, or one that will
+    /// not end.
     GivenUp,
 }
 
-/// Asks all runs to end, the second time urgently. Call it from a thread for signals, not from a signal
-/// handler: the second time it waits for the runs.
+/// Asks all runs to end, the second time urgently. Call it in a thread for signals, not in a signal
+/// handler, since the second call waits for the runs.
 pub fn ask() -> Interruption {
     let first = ASKED.fetch_add(1, Ordering::SeqCst) == 0;
     let mut runs = runs();
     if first {
         return Interruption::Asked;
     }
-    if runs.going == 0 {
+    if runs.active == 0 {
         return Interruption::GivenUp;
     }
     CHANGED.notify_all();
     let begin = Instant::now();
-    while runs.going > runs.given_up {
+    while runs.active > runs.given_up {
         let left = PATIENCE.saturating_sub(begin.elapsed());
         if left.is_zero() {
             return Interruption::GivenUp;
         }
         runs = wait(runs, left);
     }
-    if runs.going == 0 { Interruption::Ended } else { Interruption::GivenUp }
+    if runs.active == 0 { Interruption::Ended } else { Interruption::GivenUp }
 }
 
-/// Whether a run is still going on after a while.
+/// Whether a run is still active after this time.
 #[must_use]
-pub fn goes_on(after: Duration) -> bool {
+pub fn still_running(after: Duration) -> bool {
     let begin = Instant::now();
     let mut runs = runs();
-    while runs.going > 0 {
+    while runs.active > 0 {
         let left = after.saturating_sub(begin.elapsed());
         if left.is_zero() {
             return true;
@@ -77,21 +76,21 @@ pub fn goes_on(after: Duration) -> bool {
     false
 }
 
-/// Whether the user wants the end now.
+/// Whether there was a second signal.
 #[inline]
 pub fn insisted() -> bool {
     ASKED.load(Ordering::Relaxed) > 1
 }
 
-/// Makes a run. If the user insists on its end and it does not end soon, `rescue` is called once, in
-/// another thread, while the run goes on, if it does.
+/// Executes `run`. If it does not end soon after the second signal, `rescue` is called once in another
+/// thread while the run continues.
 pub fn guard<T>(rescue: impl FnOnce() + Send, run: impl FnOnce() -> T) -> T {
-    /// Ends the run also when it panics.
-    struct Going<'a>(&'a AtomicU32);
-    impl Drop for Going<'_> {
+    /// Ends the run even if it panics.
+    struct Active<'a>(&'a AtomicU32);
+    impl Drop for Active<'_> {
         fn drop(&mut self) {
             let mut runs = runs();
-            runs.going -= 1;
+            runs.active -= 1;
             runs.given_up -= self.0.swap(ENDED, Ordering::SeqCst) & GIVEN_UP;
             CHANGED.notify_all();
         }
@@ -100,8 +99,8 @@ pub fn guard<T>(rescue: impl FnOnce() + Send, run: impl FnOnce() -> T) -> T {
     const ENDED: u32 = 2;
     let state = AtomicU32::new(0);
     std::thread::scope(|scope| {
-        runs().going += 1;
-        let going = Going(&state);
+        runs().active += 1;
+        let active = Active(&state);
         let watch = || {
             let mut runs = runs();
             let mut since = None;
@@ -124,10 +123,10 @@ pub fn guard<T>(rescue: impl FnOnce() + Send, run: impl FnOnce() -> T) -> T {
                 }
             }
         };
-        // without it the run goes as well, only that nobody can give it up
+        // without this thread the run works too, but cannot be given up
         let _ = std::thread::Builder::new().name("interrupt".to_owned()).spawn_scoped(scope, watch);
         let result = run();
-        drop(going);
+        drop(active);
         result
     })
 }

@@ -1,6 +1,7 @@
-//! A unit's binary: loaded with its full path, its functions looked up once.
+//! Loading an FMU's binary.
 //!
-//! Libraries stay loaded until the process ends, since unloading crashes some of them.
+//! Libraries are loaded by their full path and stay loaded until the process ends, since some crash when
+//! they are unloaded.
 
 use std::ffi::CStr;
 use std::path::{Path, PathBuf};
@@ -18,28 +19,28 @@ use crate::witness;
 /// Why a binary cannot be used.
 #[derive(Debug, Error)]
 pub enum LibraryError {
-    /// The archive has no binary for this system.
+    /// The archive contains no binary for this system.
     #[error("unit {unit} has no binary for {PLATFORM}: {file} is missing; {offer}")]
     Missing {
         /// Path of the .fmu file, as it was given.
         unit: PathBuf,
         /// Name of the file that should be there.
         file: String,
-        /// What the archive has instead.
+        /// What the archive contains instead.
         offer: String,
     },
-    /// The system's loader refuses it.
+    /// The system cannot load it.
     #[error("unit {unit}: the binary ({binary}) cannot be loaded")]
     Load {
         /// Path of the .fmu file, as it was given.
         unit: PathBuf,
-        /// What kind of file the binary is.
+        /// Format and processor of the binary.
         binary: String,
-        /// What the loader says.
+        /// What the system reported.
         #[source]
         source: libloading::Error,
     },
-    /// The folder that it was unpacked to does not allow to run anything.
+    /// Files in the folder for temporary files cannot be executed.
     #[error(
         "unit {unit}: the binary cannot be loaded from {folder}, because this folder for temporary \
          files is mounted noexec: set TMPDIR to a folder that allows execution"
@@ -47,35 +48,35 @@ pub enum LibraryError {
     NoExecution {
         /// Path of the .fmu file, as it was given.
         unit: PathBuf,
-        /// Where it was unpacked to.
+        /// The folder for temporary files.
         folder: PathBuf,
-        /// What the loader says.
+        /// What the system reported.
         #[source]
         source: libloading::Error,
     },
     /// A function is missing.
-    #[error("unit {unit}: the binary ({binary}) lacks the function {symbol}")]
+    #[error("unit {unit}: the binary ({binary}) does not export {symbol}")]
     Symbol {
         /// Path of the .fmu file, as it was given.
         unit: PathBuf,
-        /// What kind of file the binary is.
+        /// Format and processor of the binary.
         binary: String,
-        /// The C function that the binary does not export.
+        /// The C function.
         symbol: Call,
     },
     /// It is made for another version or platform.
-    #[error("unit {unit}: {function} says \"{answer}\", expected was \"{expected}\"")]
+    #[error("unit {unit}: {function} returned \"{answer}\" instead of \"{expected}\"")]
     Version {
         /// Path of the .fmu file, as it was given.
         unit: PathBuf,
-        /// The function asked.
+        /// The C function.
         function: Call,
-        /// What it answered.
+        /// What it returned.
         answer: String,
-        /// The answer that FMI 2.0 requires.
+        /// What FMI 2.0 requires.
         expected: &'static str,
     },
-    /// Copy for another instance failed.
+    /// The binary cannot be copied for another instance.
     #[error("unit {unit}: its binary cannot be copied for another instance")]
     Copy {
         /// Path of the .fmu file, as it was given.
@@ -92,11 +93,11 @@ impl LibraryError {
     pub fn help(&self) -> &'static str {
         match self {
             Self::Missing { .. } => {
-                "export or build the unit for this system; its binary is named after the modelIdentifier"
+                "export or build the unit for this system; its binary must be named after the modelIdentifier"
             }
             Self::Load { .. } => {
-                "a binary for another processor, or one that needs a newer C library or other \
-             libraries, does not load; build it on this system"
+                "the binary is for another processor, or needs a newer C library or libraries that are \
+                 missing; build it on this system"
             }
             Self::NoExecution { .. } => {
                 "set TMPDIR to a folder that allows execution, such as TMPDIR=$HOME/tmp"
@@ -109,17 +110,17 @@ impl LibraryError {
 }
 
 impl Functions {
-    /// Loads the unit's binary and finds its functions.
+    /// Loads the binary and looks up its functions.
     ///
     /// # Errors
-    /// No binary for this system, the loader refuses it, indispensable functions are missing, or
+    /// There is no binary for this system, it cannot be loaded, indispensable functions are missing, or
     /// it follows another version of the standard.
     pub fn load(package: &Package) -> Result<Self, LibraryError> {
         Self::check_presence(package)?;
         Self::open_here(package.path(), &package.binary())
     }
 
-    /// Looks whether there is a binary to load.
+    /// Checks that there is a binary to load.
     pub(crate) fn check_presence(package: &Package) -> Result<(), LibraryError> {
         let binary = package.binary();
         if !binary.is_file() {
@@ -135,11 +136,10 @@ impl Functions {
         Ok(())
     }
 
-    /// Loads a copy of the unit's binary, for units that allow one instance per process and
-    /// loaded library.
+    /// Loads a copy of the binary, for FMUs that allow only one instance in a process.
     ///
     /// # Errors
-    /// As [`Functions::load`], and the copy may fail.
+    /// As [`Functions::load`], or the binary cannot be copied.
     pub fn load_copy(package: &Package) -> Result<Self, LibraryError> {
         static COPIES: AtomicU32 = AtomicU32::new(1);
         let binary = package.binary();
@@ -152,27 +152,26 @@ impl Functions {
         Self::open_here(package.path(), &copy)
     }
 
-    /// Loads a binary into the master's own process, which it must not end.
+    /// Loads a binary into the process of the master, which it must not end.
     fn open_here(unit: &Path, binary: &Path) -> Result<Self, LibraryError> {
         witness::while_loading(&unit.to_string_lossy(), || Self::open(unit, binary))
     }
 
-    /// Loads a binary; `unit` is for messages.
+    /// Loads a binary. `unit` is for messages.
     pub(crate) fn open(unit: &Path, binary: &Path) -> Result<Self, LibraryError> {
         let unit = || unit.to_owned();
-        // SAFETY: loading runs the library's initialisers; running the unit's code is what the
-        // user asked for
+        // SAFETY: loading runs the initialisers of the library; the user wants to run its code
         let library = unsafe { open_library(binary) }.map_err(|source| {
             let folder = binary.parent().unwrap_or(Path::new(""));
-            let complaint = complaint(&source);
-            if forbids_execution(&complaint, is_noexec(folder)) {
+            let messages = messages(&source);
+            if forbids_execution(&messages, is_noexec(folder)) {
                 let folder = std::env::temp_dir();
                 return LibraryError::NoExecution { unit: unit(), folder, source };
             }
             LibraryError::Load { unit: unit(), binary: binary_kind(binary), source }
         })?;
         let functions = Self::find(&library);
-        // never unloaded: units may have started threads or registered exit handlers
+        // never unloaded: it may have started threads or registered exit handlers
         std::mem::forget(library);
         for (found, symbol) in indispensable(&functions) {
             if !found {
@@ -191,7 +190,7 @@ impl Functions {
             let answer = if pointer.is_null() {
                 String::new()
             } else {
-                // SAFETY: not null; the standard says that it is a C string
+                // SAFETY: not null; by the standard it is a C string
                 unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
             };
             if answer != expected {
@@ -207,7 +206,7 @@ impl Functions {
     }
 }
 
-/// Opens a library so that it finds all its symbols now and shows none to others.
+/// Opens a library: resolves all its symbols now, and hides them from other libraries.
 ///
 /// # Safety
 /// Runs the library's initialisers.
@@ -228,43 +227,42 @@ unsafe fn open_library(path: &Path) -> Result<Library, libloading::Error> {
     unsafe { Library::new(path) }
 }
 
-/// All that the loader says.
-fn complaint(error: &dyn std::error::Error) -> String {
+/// Messages of the loader's error and its causes.
+fn messages(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
-/// Whether the loader's complaint comes from a folder that allows no execution. `noexec`: whether it is
-/// mounted so, where that is known.
-fn forbids_execution(complaint: &str, noexec: Option<bool>) -> bool {
-    let mapping = complaint.contains("failed to map segment from shared object");
+/// Whether loading failed because files in the folder cannot be executed. `noexec`: whether its file
+/// system is mounted so, if that is known.
+fn forbids_execution(messages: &str, noexec: Option<bool>) -> bool {
+    let mapping = messages.contains("failed to map segment from shared object");
     match noexec {
         Some(noexec) => mapping && noexec,
-        // the same complaint comes where memory runs out
-        None => mapping && complaint.contains("Operation not permitted"),
+        // the same message appears if memory runs out
+        None => mapping && messages.contains("Operation not permitted"),
     }
 }
 
-/// Whether a folder is on a file system that is mounted without execution.
+/// Whether the file system of a folder is mounted noexec.
 #[cfg(target_os = "linux")]
 fn is_noexec(folder: &Path) -> Option<bool> {
     let flags = rustix::fs::statvfs(folder).ok()?.f_flag;
     Some(flags.contains(rustix::fs::StatVfsMountFlags::NOEXEC))
 }
 
-/// Whether a folder is on a file system that is mounted without execution: not known on this system.
+/// Whether the file system of a folder is mounted noexec: not known on this system.
 #[cfg(not(target_os = "linux"))]
 fn is_noexec(_: &Path) -> Option<bool> {
     None
 }
 
 /// Format and processor of a binary, for messages.
-#[must_use]
-pub fn binary_kind(path: &Path) -> String {
+fn binary_kind(path: &Path) -> String {
     let Ok(bytes) = std::fs::read(path) else { return "unreadable".to_owned() };
     match object::File::parse(&*bytes) {
         Ok(file) => format!("{:?}, {:?}", file.format(), file.architecture()),
-        Err(_) => "no binary of a known format".to_owned(),
+        Err(_) => "not a binary of a known format".to_owned(),
     }
 }
 
@@ -273,7 +271,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn issue_a_folder_without_execution_is_told_from_other_troubles() {
+    fn issue_a_folder_without_execution_is_distinguished_from_other_failures() {
         let mapping = "/tmp/x/unit.so: failed to map segment from shared object";
         let permission = "/tmp/x/unit.so: failed to map segment from shared object: Operation not \
                           permitted";

@@ -1,4 +1,4 @@
-//! A unit on disk: the .fmu file unpacked into a folder of its own, its description read.
+//! An FMU, unpacked into a temporary folder, with its description.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,10 +30,10 @@ pub const BINARY_EXTENSION: &str = if cfg!(target_os = "windows") {
     "so"
 };
 
-/// Folder of the reference results that a unit may carry (fmi-ls-ref).
+/// Folder of the reference results in an FMU (fmi-ls-ref).
 pub const REFERENCE_RESULTS: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
-/// Characters that a path in a URI must not hold as they are (RFC 3986, `pchar` and `/` may).
+/// Characters that must be escaped in the path of a URI: all but `pchar` and `/` (RFC 3986).
 const ESCAPED: &AsciiSet = &CONTROLS
     .add(b' ')
     .add(b'"')
@@ -51,10 +51,10 @@ const ESCAPED: &AsciiSet = &CONTROLS
     .add(b'|')
     .add(b'}');
 
-/// Why a .fmu file cannot be used.
+/// Why an FMU cannot be used.
 #[derive(Debug, Error)]
 pub enum PackageError {
-    /// The archive is unusable.
+    /// The archive cannot be used.
     #[error("{path} cannot be opened")]
     Archive {
         /// Path of the .fmu file, as it was given.
@@ -63,7 +63,7 @@ pub enum PackageError {
         #[source]
         source: ArchiveError,
     },
-    /// The description is unusable.
+    /// The description cannot be used.
     #[error("{path} cannot be used")]
     Description {
         /// Path of the .fmu file, as it was given.
@@ -72,8 +72,8 @@ pub enum PackageError {
         #[source]
         source: DescriptionError,
     },
-    /// No temporary folder.
-    #[error("cannot make a temporary folder to unpack {path}")]
+    /// The temporary folder cannot be created.
+    #[error("cannot create a temporary folder to unpack {path}")]
     Folder {
         /// Path of the .fmu file, as it was given.
         path: PathBuf,
@@ -93,14 +93,14 @@ impl PackageError {
                 DescriptionError::Version(_) | DescriptionError::NoCoSimulation { .. } => {
                     "export it for co-simulation with FMI 2.0"
                 }
-                _ => "ask who exported it; `maglev validate` lists what is wrong",
+                _ => "report it to its maker; `maglev validate` lists all errors",
             },
-            Self::Folder { .. } => "set TMPDIR to a folder that can be written",
+            Self::Folder { .. } => "set TMPDIR to a folder that is writable",
         })
     }
 }
 
-/// An unpacked unit. Its folder is removed when this is dropped.
+/// An unpacked FMU. Its folder is removed when this is dropped.
 #[derive(Debug)]
 pub struct Package {
     path: PathBuf,
@@ -113,11 +113,10 @@ pub struct Package {
 }
 
 impl Package {
-    /// Opens, checks and unpacks a .fmu file (binaries for this system, resources and
-    /// reference results).
+    /// Opens, checks and unpacks a .fmu file (binaries for this system, resources and reference results).
     ///
     /// # Errors
-    /// The archive or its description is unusable, or the temporary folder cannot be written.
+    /// The archive or its description cannot be used, or the temporary folder cannot be written.
     pub fn open(path: &Path) -> Result<Self, PackageError> {
         let archived = |source| PackageError::Archive { path: path.to_owned(), source };
         let mut archive = FmuArchive::open(path).map_err(archived)?;
@@ -134,7 +133,7 @@ impl Package {
                     || name.starts_with(REFERENCE_RESULTS)
             })
             .map_err(archived)?;
-        // a unit may write to its resources, also where the archive has none
+        // an FMU may write to its resources, even if the archive contains none
         let resources = folder.path().join("resources");
         std::fs::create_dir_all(&resources)
             .map_err(|source| archived(ArchiveError::Write { path: resources, source }))?;
@@ -155,10 +154,10 @@ impl Package {
         Ok(Self { path: path.to_owned(), description, files, findings, binary, folder })
     }
 
-    /// Reads the description of a .fmu file and leaves the rest packed.
+    /// Reads the description of a .fmu file without unpacking it.
     ///
     /// # Errors
-    /// The archive or its description is unusable.
+    /// The archive or its description cannot be used.
     pub fn describe(path: &Path) -> Result<ModelDescription, PackageError> {
         let archived = |source| PackageError::Archive { path: path.to_owned(), source };
         let text = FmuArchive::open(path).and_then(|mut it| it.description()).map_err(archived)?;
@@ -172,13 +171,13 @@ impl Package {
         &self.path
     }
 
-    /// The folder that it is unpacked to.
+    /// The folder that it was unpacked to.
     #[must_use]
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// What the unit says about itself.
+    /// Contents of modelDescription.xml.
     #[must_use]
     pub fn description(&self) -> &ModelDescription {
         &self.description
@@ -196,14 +195,14 @@ impl Package {
         &self.findings
     }
 
-    /// The binary for this system, whether or not it exists: the one that the modelIdentifier names,
-    /// or else the only one.
+    /// Path of the binary for this system, whether or not it exists: the one with the name of the
+    /// modelIdentifier, or the only one.
     #[must_use]
     pub fn binary(&self) -> PathBuf {
         self.folder.path().join("binaries").join(PLATFORM).join(&self.binary)
     }
 
-    /// Names of the systems that the archive has a binary for that can be chosen.
+    /// Names of the systems for which the archive contains a usable binary.
     #[must_use]
     pub fn platforms(&self) -> Vec<&str> {
         let identifier = &self.description.co_simulation.model_identifier;
@@ -218,19 +217,18 @@ impl Package {
         platforms.into_keys().collect()
     }
 
-    /// What there is to load or build, when no binary was found.
-    #[must_use]
-    pub fn offer(&self) -> String {
+    /// What the archive contains instead of a binary for this system, for messages.
+    pub(crate) fn offer(&self) -> String {
         let here = libraries(&self.files);
         if here.len() > 1 {
             return format!(
-                "binaries/{PLATFORM} has {}, and none of them is named after the modelIdentifier",
+                "binaries/{PLATFORM} contains {}, but none is named after the modelIdentifier",
                 here.join(", ")
             );
         }
         let platforms = self.platforms();
         if !platforms.is_empty() {
-            return format!("it has binaries for: {}", platforms.join(", "));
+            return format!("it has binaries for {}", platforms.join(", "));
         }
         let binaries: Vec<&str> = self
             .files
@@ -243,25 +241,26 @@ impl Package {
             return format!("it has {}", binaries.join(", "));
         }
         if self.files.iter().any(|file| file.starts_with("sources/")) {
-            return "it comes as source code only (sources/), to be compiled first".to_owned();
+            return "it contains only source code (sources/), which must be compiled first"
+                .to_owned();
         }
-        "it has no binaries at all".to_owned()
+        "it contains no binaries".to_owned()
     }
 
-    /// URI of the unpacked resources, as instances receive it.
+    /// URI of the unpacked resources, as instances get it.
     #[must_use]
     pub fn resource_location(&self) -> String {
         file_uri(&self.resources())
     }
 
-    /// The folder of the unpacked resources; it is empty where there are none.
+    /// Folder of the unpacked resources; it is empty if there are none.
     #[must_use]
     pub fn resources(&self) -> PathBuf {
         self.folder.path().join("resources")
     }
 }
 
-/// System and name of the files directly in a folder of `binaries`.
+/// System and name of the files directly in a subfolder of `binaries`.
 fn binaries(files: &[String]) -> impl Iterator<Item = (&str, &str)> {
     files
         .iter()
@@ -278,14 +277,14 @@ fn libraries(files: &[String]) -> Vec<&str> {
         .collect()
 }
 
-/// Name of the binary to load on this system, and a finding if it is not the right one.
+/// Name of the binary to load on this system, and a finding if it is not the right name.
 fn own_binary(files: &[String], identifier: &str) -> (String, Option<Finding>) {
     let right = format!("{identifier}.{BINARY_EXTENSION}");
     match libraries(files)[..] {
         [only] if only != right => {
             let message = format!(
                 "binaries/{PLATFORM}/{only} should be named {right} after the modelIdentifier; it is \
-                 loaded as the only binary for this system"
+                 loaded because it is the only binary for this system"
             );
             let severity = Severity::Warning;
             (only.to_owned(), Some(Finding { rule: "binary-name", severity, message }))

@@ -1,8 +1,8 @@
-//! Folders for temporary files: unpacked units.
+//! Folders for temporary files, such as unpacked FMUs.
 //!
-//! A folder is removed when its owner is dropped or the program ends. A process that is killed cannot
-//! do that, so the next one does: as long as a process lives, its folders are locked, and a folder
-//! with a name of this kind that is not locked belongs to nobody any more.
+//! A folder is removed when its owner is dropped or the program ends. A process that is killed cannot do
+//! that, so the next process does: a process locks its folders as long as it lives, and a folder with such
+//! a name that is not locked has no owner any more.
 
 use std::fs::{self, File};
 use std::io;
@@ -11,7 +11,7 @@ use std::sync::{Mutex, Once, PoisonError};
 
 use tempfile::TempDir;
 
-/// What the names of the folders begin with.
+/// Prefix of the names of the folders.
 const PREFIX: &str = "maglev-unit-";
 
 /// Folders of this process.
@@ -21,20 +21,20 @@ static OURS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 #[derive(Debug)]
 pub struct Scratch {
     folder: TempDir,
-    /// held as long as the folder is in use; closed after the folder is removed
+    /// released after the folder is removed
     _lock: Option<File>,
 }
 
 impl Scratch {
-    /// Makes a folder, and once in each process removes those that others have left behind.
+    /// Creates a folder. The first call in a process removes folders that dead processes left behind.
     pub fn new() -> io::Result<Self> {
         static TIDIED: Once = Once::new();
-        // units may change the working directory, to which TMPDIR may be relative
+        // TMPDIR may be relative to the working directory, which FMUs may change
         let place = std::path::absolute(std::env::temp_dir())?;
         TIDIED.call_once(|| system::tidy(&place));
         loop {
             let folder = tempfile::Builder::new().prefix(PREFIX).tempdir_in(&place)?;
-            // one that is not locked yet may be taken for a forgotten one and be gone
+            // another process may have removed it before it was locked
             if let Some(lock) = system::claim(folder.path())? {
                 list(|ours| ours.push(folder.path().to_owned()));
                 return Ok(Self { folder, _lock: lock });
@@ -42,7 +42,7 @@ impl Scratch {
         }
     }
 
-    /// Where the folder is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
@@ -54,12 +54,12 @@ impl Drop for Scratch {
     }
 }
 
-/// Removes all folders of this process, for an end that drops nothing.
+/// Removes all folders of this process, for an exit that drops nothing.
 pub fn remove_all() {
-    // who is killed while it holds the list leaves the folders to the next process
+    // if another thread holds the list, the next process removes the folders
     let Ok(mut ours) = OURS.try_lock() else { return };
     for path in ours.drain(..) {
-        // what cannot be removed now is tried again by the next process
+        // if it cannot be removed now, the next process tries again
         let _ = fs::remove_dir_all(path);
     }
 }
@@ -77,8 +77,8 @@ mod system {
 
     use super::PREFIX;
 
-    /// Locks a folder of this process. `None` if it has been removed, without a lock where the file
-    /// system knows none.
+    /// Locks a folder of this process. `None` if it has been removed; `Some(None)` if the file system has
+    /// no locks.
     #[expect(clippy::option_option, reason = "the outer one is about the folder")]
     pub(super) fn claim(path: &Path) -> io::Result<Option<Option<File>>> {
         let lock = match File::open(path) {
@@ -86,7 +86,7 @@ mod system {
             opened => opened?,
         };
         match lock.try_lock() {
-            // somebody is about to remove it
+            // another process is about to remove it
             Err(TryLockError::WouldBlock) => return Ok(None),
             Err(TryLockError::Error(_)) => return Ok(Some(None)),
             Ok(()) => {}
@@ -99,7 +99,7 @@ mod system {
         let Ok(entries) = fs::read_dir(place) else { return };
         for entry in entries.flatten() {
             if entry.file_name().to_string_lossy().starts_with(PREFIX) {
-                // what cannot be removed stays
+                // if it cannot be removed, it stays
                 let _ = remove_forgotten(&entry);
             }
         }
@@ -131,7 +131,7 @@ mod system {
         Ok(Some(None))
     }
 
-    /// Without locks it is not known who still lives.
+    /// Without locks it is not known which folders are in use.
     pub(super) fn tidy(_: &Path) {}
 }
 
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn issue_only_folders_that_nobody_holds_are_removed() {
+    fn issue_only_unlocked_folders_are_removed() {
         let place = tempfile::tempdir().unwrap();
         let make = |name: &str| {
             let path = place.path().join(name);
@@ -155,7 +155,7 @@ mod tests {
         assert!(lock.is_some());
         system::tidy(place.path());
         assert!(live.exists() && !dead.exists() && other.exists() && file.exists());
-        // what another is about to remove, or has removed, is not taken
+        // a folder that another process removes or has removed is not claimed
         assert!(system::claim(&live).unwrap().is_none() && system::claim(&dead).unwrap().is_none());
         drop(lock);
         system::tidy(place.path());

@@ -1,13 +1,12 @@
 //! Steps between communication points, in floating point.
 //!
-//! A unit knows the end of a step only as `t + h`, computed in doubles. With the same constant h in
-//! every step this sum differs from the next communication point by its rounding, and the last one
-//! may lie beyond the stop time that the unit was given: 3 · 0.1 > 0.3. A step past the stop time is
-//! an error (FMI 2.0.5, 2.1.6), so the size is the difference of the points: by Sterbenz's lemma it is
-//! exact where the end is at most twice the begin, and then t + h is the next point to the last bit.
+//! An FMU computes the end of a step as `t + h` in doubles. With a constant h this sum differs from the
+//! next communication point by rounding, and the last one may lie beyond the stop time: 3 · 0.1 > 0.3. A
+//! step past the stop time is an error (FMI 2.0.5, 2.1.6). So the size is the difference of the points. By
+//! Sterbenz's lemma it is exact if the end is at most twice the begin; then t + h is the next point to the
+//! last bit.
 
-/// The size of the step from `begin` whose end, as a unit computes it, is at `end` or, where no
-/// double meets it, just before.
+/// The largest step size for which `begin + size`, as an FMU computes it, is not beyond `end`.
 #[inline]
 #[must_use]
 pub fn between(begin: f64, end: f64) -> f64 {
@@ -18,15 +17,15 @@ pub fn between(begin: f64, end: f64) -> f64 {
     size
 }
 
-/// A size as people know it, without what rounding has left in its last digits.
+/// A step size for messages, without rounding errors in its last digits.
 #[must_use]
 pub fn plain(size: f64) -> f64 {
-    // what is printed can be read
+    // a printed number can always be parsed
     format!("{size:.9e}").parse().unwrap_or(size)
 }
 
-/// The steps that divide the one from `begin` over `size` into equal parts: time and size of each.
-/// Each begins where the one before ends, and the last one ends where the whole step ends.
+/// Time and size of the steps that divide a step into equal parts. Each begins at the end of the previous
+/// one, and the last ends at the end of the whole step.
 pub fn parts(begin: f64, size: f64, count: u32) -> impl Iterator<Item = (f64, f64)> {
     let part = size / f64::from(count);
     let end = begin + size;

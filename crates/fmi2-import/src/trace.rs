@@ -25,7 +25,7 @@ use crate::per_type::CType;
 const HEADER: &str = "# calls of the units' functions: seconds since the start, instance, call with its \
 arguments (variables by name and #reference); once it has returned, its status\n";
 
-/// The file of a run's trace.
+/// The trace of a run.
 #[derive(Debug, Clone)]
 pub struct Trace {
     path: PathBuf,

@@ -1,16 +1,16 @@
-//! XML as the schema of FMI 2.0 means it.
+//! XML as the schema of FMI 2.0 defines it.
 //!
-//! The schema's elements and attributes are in no namespace, while roxmltree compares local names
-//! only. Numbers, Booleans and lists may have white space around them; of the characters that
-//! Unicode calls white space, XML knows four.
+//! The schema's elements and attributes are in no namespace, while roxmltree compares only local names.
+//! Numbers, Booleans and lists may have white space around them. XML has four white space characters,
+//! Unicode more.
 
 use roxmltree::Node;
 
-/// What an element is and has in no namespace.
+/// Name and attributes of an element in no namespace.
 pub trait Plain<'a> {
-    /// Whether it is an element of that name in no namespace.
+    /// Whether it is an element with this name in no namespace.
     fn is(&self, name: &str) -> bool;
-    /// The value of the attribute of that name in no namespace.
+    /// Value of the attribute with this name in no namespace.
     fn attr(&self, name: &str) -> Option<&'a str>;
 }
 
@@ -41,7 +41,7 @@ pub fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(is_space).filter(|word| !word.is_empty())
 }
 
-/// A number with white space around it, or unsigned and written "-0", as the schema allows.
+/// A number, which may have white space around it. The schema also allows "-0" for unsigned numbers.
 pub fn number<T: std::str::FromStr>(text: &str) -> Option<T> {
     let text = trim(text);
     let zeros = || text.strip_prefix('-').filter(|zeros| zeros.bytes().all(|b| b == b'0'));

@@ -217,7 +217,7 @@ fn issue_values_that_are_no_items_are_refused() {
         bench.scenario(&scenario);
         bench.run(&["--quiet"])
     };
-    with("f.count", "e.mode_in").fails(1, &["f", "count is 7 at 0.3", "no item of e.mode_in"]);
+    with("f.count", "e.mode_in").fails(1, &["f", "count is 7 at 0.3", "not an item of e.mode_in"]);
     with("a.m", "e.mode_in").succeeds();
     for (from, to) in [("f.step", "a.n"), ("f.count", "a.b"), ("f.on", "e.mode_in"), ("a.t", "a.u")]
     {

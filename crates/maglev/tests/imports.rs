@@ -65,7 +65,7 @@ fn issue_defects_are_tolerated_with_one_warning_each_and_refused_when_strict() {
         (
             "min=\"-10\"",
             "min=\"low\"",
-            "min=\"low\" of <Real> is no number; it is ignored",
+            "min=\"low\" of <Real> is not a number; it is ignored",
             "min=\"low\"",
         ),
         ("initial=\"calculated\"", "initial=\"guess\"", "initial=\"guess\"", "not one of exact"),
@@ -250,7 +250,7 @@ fn issue_undefined_units_connect_on_demand() {
     bench.unit("unit.fmu", &changed("unit=\"m\"", "unit=\"meter\""), &[]);
     let mut scenario = ring();
     bench.scenario(&scenario);
-    bench.run(&[]).fails(2, &["m and meter differ by name", "help:", "ignore_units"]);
+    bench.run(&[]).fails(2, &["m and meter have different names", "help:", "ignore_units"]);
     for connection in scenario["connections"].as_array_mut().unwrap() {
         connection["ignore_units"] = json!(true);
     }

@@ -88,7 +88,7 @@ fn issue_messages_with_a_foreign_environment_arrive_from_workers() {
 #[test]
 fn issue_a_refusal_with_a_foreign_environment_is_quoted() {
     let bench = chatty(&["-DREFUSE"]);
-    let refusal = ["unit a refused to be instantiated", "it says: a has no licence"];
+    let refusal = ["unit a refused to be instantiated", "it logged: a has no licence"];
     bench.run(&[]).fails(2, &refusal);
     if cfg!(target_os = "linux") {
         bench.run(&["--isolate"]).fails(2, &refusal);

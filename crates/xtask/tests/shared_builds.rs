@@ -9,7 +9,8 @@ use std::{
 };
 
 /// What cargo is called for: the packages of each call.
-const CALLS: [&[&str]; 3] = [&["xtask"], &["fmu-ems", "fmu-guideway", "fmu-vehicle"], &["maglev-cli"]];
+const CALLS: [&[&str]; 3] =
+    [&["xtask"], &["fmu-ems", "fmu-guideway", "fmu-vehicle"], &["maglev-cli"]];
 
 /// The features of every dependency in one call; a package that is compiled for macros and for programs
 /// may have two sets.

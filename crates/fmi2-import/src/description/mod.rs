@@ -1,209 +1,30 @@
-//! What a unit says about itself: the contents of its modelDescription.xml.
+//! The contents of modelDescription.xml.
 //!
-//! [`ModelDescription::parse`] reads everything of an FMI 2.0 co-simulation description. Tolerable
-//! defects become [`Finding`]s, so that imperfect units still run; only what makes a unit
-//! unusable is an error.
+//! [`ModelDescription::parse`] reads an FMI 2.0 co-simulation description. Defects that can be tolerated
+//! become [`Finding`]s, so that imperfect FMUs can be used. Only what makes an FMU unusable is an error.
 
+mod finding;
 mod parse;
 mod units;
+mod variable;
 
 use std::collections::HashMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::per_type::CType;
 
-pub use parse::DescriptionError;
-pub use parse::MAX_NODES;
-pub use units::{BaseUnit, Conversion, UnitDefinition, UnitMismatch};
-
-/// How grave a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// Worth knowing.
-    Note,
-    /// Against the standard, but tolerated.
-    Warning,
-    /// Against the standard such that other tools may refuse the unit.
-    Error,
-}
-
-impl std::fmt::Display for Severity {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Note => "note",
-            Self::Warning => "warning",
-            Self::Error => "error",
-        })
-    }
-}
-
-/// One observation about a unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// Name of the rule that made it.
-    pub rule: &'static str,
-    /// How much a violation matters to importers.
-    pub severity: Severity,
-    /// What was found, and where.
-    pub message: String,
-}
-
-/// The four data types of FMI 2.0's get and set calls; an Enumeration travels as an Integer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub enum Type {
-    /// `fmi2Real`
-    Real,
-    /// `fmi2Integer`
-    Integer,
-    /// `fmi2Boolean`
-    Boolean,
-    /// `fmi2String`
-    String,
-    /// Travels as `fmi2Integer`
-    Enumeration,
-}
-
-impl Type {
-    /// The type in the C interface.
-    #[must_use]
-    pub const fn c_type(self) -> CType {
-        match self {
-            Self::Real => CType::Real,
-            Self::Integer | Self::Enumeration => CType::Integer,
-            Self::Boolean => CType::Boolean,
-            Self::String => CType::String,
-        }
-    }
-}
-
-impl std::fmt::Display for Type {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        std::fmt::Debug::fmt(self, f)
-    }
-}
-
-/// A value of any type.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// Real
-    Real(f64),
-    /// Integer or Enumeration
-    Integer(i32),
-    /// Boolean
-    Boolean(bool),
-    /// String
-    String(String),
-}
-
-impl std::fmt::Display for Value {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Real(x) if *x != 0.0 && !(1e-4..1e7).contains(&x.abs()) => write!(f, "{x:e}"),
-            Self::Real(x) => write!(f, "{x}"),
-            Self::Integer(x) => write!(f, "{x}"),
-            Self::Boolean(x) => write!(f, "{x}"),
-            Self::String(x) => write!(f, "{x:?}"),
-        }
-    }
-}
-
-/// What a variable is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub enum Causality {
-    /// Set before the start.
-    Parameter,
-    /// Computed from parameters.
-    CalculatedParameter,
-    /// Fed by other units.
-    Input,
-    /// Offered to other units.
-    Output,
-    /// Internal.
-    Local,
-    /// Time itself.
-    Independent,
-}
-
-/// When a variable may change.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Variability {
-    /// Never.
-    Constant,
-    /// Not after initialization.
-    Fixed,
-    /// Between steps, by the user.
-    Tunable,
-    /// At events.
-    Discrete,
-    /// At any time.
-    Continuous,
-}
-
-/// How a variable gets its initial value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Initial {
-    /// Its start value is its initial value.
-    Exact,
-    /// Its start value is a guess.
-    Approx,
-    /// It is computed.
-    Calculated,
-}
-
-/// One scalar variable.
-#[derive(Debug, Clone, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Variable {
-    /// Unique name within the unit.
-    pub name: String,
-    /// Handle within its type.
-    pub value_reference: u32,
-    /// Data type.
-    #[serde(rename = "type")]
-    pub kind: Type,
-    /// What it is for.
-    pub causality: Causality,
-    /// When it may change.
-    pub variability: Variability,
-    /// How it gets its initial value; `None` for inputs and the independent variable.
-    pub initial: Option<Initial>,
-    /// Start value.
-    pub start: Option<Value>,
-    /// Unit of measure, by its name in `UnitDefinitions`.
-    pub unit: Option<String>,
-    /// Name of the unit that people like to see.
-    pub display_unit: Option<String>,
-    /// Smallest sensible value.
-    pub min: Option<f64>,
-    /// Largest sensible value.
-    pub max: Option<f64>,
-    /// Typical magnitude.
-    pub nominal: Option<f64>,
-    /// Meaning.
-    pub description: Option<String>,
-    /// Whether it is a difference: an offset of its unit does not count.
-    pub relative_quantity: bool,
-    /// Declared type, by its name in `TypeDefinitions`.
-    pub declared_type: Option<String>,
-    /// Index of the variable whose derivative it is, counted from 0.
-    pub derivative_of: Option<usize>,
-    /// Whether the description gives `initial` itself.
-    #[serde(skip)]
-    pub initial_given: bool,
-}
+pub use finding::{Finding, Severity};
+pub use parse::{DescriptionError, MAX_NODES};
+pub use units::{BaseUnit, Conversion, UnitMismatch, UnitOfMeasure};
+pub use variable::{Causality, Initial, Type, Value, Variability, Variable};
 
 /// An output or initial unknown with what it depends on.
 #[derive(Debug, Clone, Serialize)]
 pub struct Unknown {
     /// Index into [`ModelDescription::variables`], counted from 0.
     pub variable: usize,
-    /// Indices of the knowns; `None` where the description leaves it open (that is: all).
+    /// Indices of the knowns; `None` if the description does not give them, which means all.
     pub dependencies: Option<Vec<usize>>,
 }
 
@@ -213,53 +34,52 @@ pub struct Unknown {
 pub struct CoSimulation {
     /// Base name of the binary.
     pub model_identifier: String,
-    /// The unit only talks to another program that must be installed.
+    /// The FMU needs another program that must be installed.
     pub needs_execution_tool: bool,
-    /// The step may change from call to call.
+    /// The step size may vary.
     pub can_handle_variable_communication_step_size: bool,
-    /// Inputs may be given with derivatives.
+    /// Derivatives of inputs can be set.
     pub can_interpolate_inputs: bool,
-    /// Highest derivative of outputs on offer.
+    /// Highest order of derivatives of outputs.
     pub max_output_derivative_order: u32,
-    /// The spelling is the standard's.
+    /// Steps may be pending. The spelling is the standard's.
     pub can_run_asynchronuously: bool,
-    /// One instance per process only.
+    /// At most one instance in a process.
     pub can_be_instantiated_only_once_per_process: bool,
-    /// The unit ignores the allocation callbacks.
+    /// The FMU ignores the allocation callbacks.
     pub can_not_use_memory_management_functions: bool,
-    /// State can be saved and restored.
+    /// The state can be saved and restored.
     #[serde(rename = "canGetAndSetFMUstate")]
     pub can_get_and_set_fmu_state: bool,
-    /// State can be written as bytes.
+    /// The state can be serialized.
     #[serde(rename = "canSerializeFMUstate")]
     pub can_serialize_fmu_state: bool,
-    /// Directional derivatives are on offer.
+    /// Directional derivatives are available.
     pub provides_directional_derivative: bool,
-    /// Files in `sources/` that it can be built from.
+    /// Files in `sources/` that the binary can be built from.
     pub source_files: Vec<String>,
 }
 
-/// What a unit of the exporter that comes with this master says of derivatives, beyond the standard:
-/// its vendor annotation.
+/// Derivatives that an FMU made with fmi2-export accepts and provides. They are declared in a vendor
+/// annotation, an extension of the standard.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Derivatives {
-    /// Highest order of derivatives of inputs that it takes, all orders in one call.
+    /// Highest order of derivatives of inputs that it accepts, all orders in one call.
     pub inputs: usize,
-    /// Outputs by their index, with the highest order of derivatives that each offers; those left out
-    /// offer none.
+    /// Highest order of derivatives of each output, by index of the variable. Other outputs have none.
     pub outputs: HashMap<usize, usize>,
 }
 
-/// A type whose values have names.
+/// A declared type whose values have names.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Enumeration {
     /// Name of the declared type.
     pub name: String,
-    /// Name and value of its items.
+    /// Names and values of the items.
     pub items: Vec<(String, i32)>,
 }
 
-/// Suggestion for a run.
+/// Suggested settings of a run.
 #[derive(Debug, Clone, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct DefaultExperiment {
@@ -273,19 +93,19 @@ pub struct DefaultExperiment {
     pub step_size: Option<f64>,
 }
 
-/// Everything that modelDescription.xml says.
+/// Contents of modelDescription.xml.
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct ModelDescription {
-    /// `2.0`
+    /// `2.0`, or `2.0.x` of some exporters.
     pub fmi_version: String,
     /// `modelName`, as the modelling tool shows it.
     pub model_name: String,
-    /// Fingerprint that the binary must confirm.
+    /// GUID, which the binary checks.
     pub guid: String,
-    /// What it models.
+    /// What the model represents.
     pub description: Option<String>,
-    /// Who made it.
+    /// Author of the model.
     pub author: Option<String>,
     /// Version of the model, free text.
     pub version: Option<String>,
@@ -293,7 +113,7 @@ pub struct ModelDescription {
     pub copyright: Option<String>,
     /// Licence, free text.
     pub license: Option<String>,
-    /// What exported it.
+    /// Tool that exported it.
     pub generation_tool: Option<String>,
     /// Time of export, as `xs:dateTime`.
     pub generation_date_and_time: Option<String>,
@@ -301,19 +121,19 @@ pub struct ModelDescription {
     pub variable_naming_convention: String,
     /// Identity and capabilities.
     pub co_simulation: CoSimulation,
-    /// Whether there is a `<ModelExchange>` too.
+    /// Whether there is also a `<ModelExchange>` element.
     #[serde(skip)]
     pub offers_model_exchange: bool,
-    /// What it says of derivatives beyond the standard, if it does.
+    /// Vendor annotation about derivatives, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<Derivatives>,
-    /// Units of measurement.
-    pub units: Vec<UnitDefinition>,
+    /// Units of measure.
+    pub units: Vec<UnitOfMeasure>,
     /// Categories that its log messages may have.
     pub log_categories: Vec<String>,
     /// Suggested run.
     pub default_experiment: DefaultExperiment,
-    /// Types whose values have names.
+    /// Declared types whose values have names.
     pub enumerations: Vec<Enumeration>,
     /// All variables in order.
     pub variables: Vec<Variable>,
@@ -321,7 +141,7 @@ pub struct ModelDescription {
     pub outputs: Vec<Unknown>,
     /// Unknowns of the initialization with their dependencies.
     pub initial_unknowns: Vec<Unknown>,
-    /// Tolerated defects met while reading.
+    /// Defects that were tolerated while reading.
     #[serde(skip)]
     pub findings: Vec<Finding>,
     #[serde(skip)]
@@ -330,10 +150,10 @@ pub struct ModelDescription {
     places: Places,
 }
 
-/// Positions in the lists of a [`ModelDescription`], which may be long.
+/// Positions in the lists of a [`ModelDescription`]. The lists may be long.
 #[derive(Debug, Clone, Default)]
 struct Places {
-    /// of a unit of measurement, by its name
+    /// of a unit of measure, by its name
     units: HashMap<String, usize>,
     /// of a variable in the outputs
     outputs: HashMap<usize, usize>,
@@ -342,8 +162,8 @@ struct Places {
 }
 
 impl Places {
-    fn new(units: &[UnitDefinition], outputs: &[Unknown], initial: &[Unknown]) -> Self {
-        // of several, the first: it is entered last
+    fn new(units: &[UnitOfMeasure], outputs: &[Unknown], initial: &[Unknown]) -> Self {
+        // the first of several is inserted last, so it is kept
         let unknowns = |list: &[Unknown]| {
             list.iter().enumerate().rev().map(|(k, it)| (it.variable, k)).collect()
         };
@@ -356,14 +176,14 @@ impl Places {
 }
 
 impl ModelDescription {
-    /// Index of the variable of that name.
+    /// Index of the variable with this name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
     }
 
-    /// Highest order of derivatives of inputs that the unit is sure to take. The standard has a word
-    /// for the first order only (`canInterpolateInputs`).
+    /// Highest order of derivatives of inputs that the FMU certainly accepts. With the standard's
+    /// `canInterpolateInputs` only the first order is certain.
     #[must_use]
     pub fn input_derivative_order(&self) -> usize {
         if !self.co_simulation.can_interpolate_inputs {
@@ -372,7 +192,7 @@ impl ModelDescription {
         self.derivatives.as_ref().map_or(1, |derivatives| derivatives.inputs.min(3))
     }
 
-    /// Highest order of derivatives that an output is declared to offer.
+    /// Highest declared order of derivatives of an output.
     #[must_use]
     pub fn output_derivative_order(&self, output: usize) -> usize {
         let variable = &self.variables[output];
@@ -384,14 +204,14 @@ impl ModelDescription {
         own.map_or(most, |it| it.outputs.get(&output).copied().unwrap_or(0).min(most))
     }
 
-    /// The unit of measurement of a variable, where it has one that is defined.
+    /// The unit of measure of a variable, if it is defined.
     #[must_use]
-    pub fn unit_of(&self, variable: usize) -> Option<&UnitDefinition> {
+    pub fn unit_of(&self, variable: usize) -> Option<&UnitOfMeasure> {
         let name = self.variables[variable].unit.as_deref()?;
         self.places.units.get(name).map(|&k| &self.units[k])
     }
 
-    /// The names of an Enumeration's values, where they are defined.
+    /// The declared type of an Enumeration, if it is defined.
     #[must_use]
     pub fn enumeration_of(&self, variable: usize) -> Option<&Enumeration> {
         let name = self.variables[variable].declared_type.as_deref()?;
@@ -436,7 +256,7 @@ impl ModelDescription {
         self.dependencies(place.map(|&k| &self.initial_unknowns[k]))
     }
 
-    /// The inputs that it depends on; all of them, where the description leaves it open.
+    /// The inputs that an unknown depends on; all inputs if the description does not say.
     fn dependencies(&self, unknown: Option<&Unknown>) -> Vec<usize> {
         match unknown.and_then(|unknown| unknown.dependencies.as_ref()) {
             Some(list) => {

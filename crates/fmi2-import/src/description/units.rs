@@ -1,4 +1,4 @@
-//! Units of measurement: exponents of the SI base units, factor and offset.
+//! Units of measure: exponents of the SI base units, factor and offset.
 
 use serde::Serialize;
 use thiserror::Error;
@@ -19,7 +19,7 @@ pub struct BaseUnit {
 pub const BASE_NAMES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
 impl BaseUnit {
-    /// The unit that values have after conversion, such as `kg.m.s-2`; `1` when there is none.
+    /// Name of the base unit, such as `kg.m.s-2`; `1` if it has no dimension.
     #[must_use]
     pub fn expression(&self) -> String {
         let parts: Vec<String> = BASE_NAMES
@@ -35,19 +35,19 @@ impl BaseUnit {
     }
 }
 
-/// A unit of measurement as the description defines it.
+/// A unit of measure as the description defines it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
-pub struct UnitDefinition {
+pub struct UnitOfMeasure {
     /// Name of the unit of measure, unique in the description.
     pub name: String,
-    /// What it is in base units; without it only units of the same name fit.
+    /// Definition by base units. Without it, it can be connected only to units of the same name.
     pub base: Option<BaseUnit>,
     /// Display units: name, factor, offset; display value = factor · value + offset.
     pub display_units: Vec<(String, f64, f64)>,
 }
 
-/// A linear map between two units: target = factor · source + offset.
+/// Conversion between two units: target = factor · source + offset.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Conversion {
     /// Multiplies values and derivatives.
@@ -56,7 +56,7 @@ pub struct Conversion {
     pub offset: f64,
 }
 
-/// Two units do not measure the same.
+/// Two units cannot be converted.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum UnitMismatch {
     /// Their base dimensions differ.
@@ -71,8 +71,8 @@ pub enum UnitMismatch {
         /// Its base units.
         to_base: String,
     },
-    /// Names differ and at least one has no base unit to convert by.
-    #[error("{from} and {to} differ by name and {missing} has no base unit to convert by")]
+    /// Names differ, and at least one has no definition.
+    #[error("{from} and {to} have different names, and {missing} is not defined by base units")]
     Undefined {
         /// Unit of the source.
         from: String,
@@ -84,10 +84,10 @@ pub enum UnitMismatch {
 }
 
 impl Conversion {
-    /// Leaves everything as it is.
+    /// No conversion.
     pub const IDENTITY: Self = Self { factor: 1.0, offset: 0.0 };
 
-    /// The map from one unit to another: (a₁·x + b₁ − b₂)/a₂.
+    /// The conversion from one unit to another: (a₁·x + b₁ − b₂)/a₂.
     ///
     /// # Errors
     /// Dimensions differ, or a definition is missing.
@@ -115,7 +115,7 @@ impl Conversion {
                 to_base: b.expression(),
             });
         }
-        // exact identity where nothing is to be converted: rounding must not creep in
+        // exactly 1 and 0 if the units are the same, without rounding
         let factor = if a.factor == b.factor { 1.0 } else { a.factor / b.factor };
         let offset = if a.offset == b.offset { 0.0 } else { (a.offset - b.offset) / b.factor };
         Ok(Self { factor, offset })

@@ -1,4 +1,4 @@
-//! Messages that units send through the logger callback.
+//! Messages that FMUs send through the logger callback.
 
 mod message;
 mod registry;
@@ -21,17 +21,17 @@ pub(crate) use sink::Sink;
 use crate::description::ModelDescription;
 use crate::per_type::CType;
 
-/// Messages that have arrived from all units.
+/// Number of messages that have arrived from all FMUs.
 static ARRIVED: AtomicU64 = AtomicU64::new(0);
 
-/// Number of messages that have arrived from all units so far: one look per step tells whether there
-/// are any to take.
+/// Number of messages that have arrived from all FMUs so far. A master compares it once in each step to
+/// see whether there are new messages.
 #[inline]
 pub fn arrived() -> u64 {
     ARRIVED.load(Ordering::Acquire)
 }
 
-/// Counts news of a unit that have come by another way than the callback.
+/// Counts news about an FMU that did not arrive by the callback.
 pub fn note_arrival() {
     ARRIVED.fetch_add(1, Ordering::Relaxed);
 }
@@ -50,8 +50,8 @@ unsafe extern "C" {
     fn free(memory: *mut c_void);
 }
 
-/// Called by logger.c with the formatted text. Units may call it from threads of their own, before
-/// they are instantiated and after they are freed, and with any environment.
+/// Called by logger.c with the formatted text. FMUs may call it from their own threads, before they are
+/// instantiated and after they are freed, and with any environment.
 #[unsafe(no_mangle)]
 extern "C" fn master_log_sink(
     environment: *mut c_void,
@@ -61,7 +61,7 @@ extern "C" fn master_log_sink(
     message: *const c_char,
 ) {
     let text = |pointer: *const c_char| {
-        // SAFETY: not null; the unit passes C strings
+        // SAFETY: not null; the FMU passes C strings
         (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) }.to_string_lossy())
     };
     let message = Message::new(
@@ -70,11 +70,11 @@ extern "C" fn master_log_sink(
         text(message).unwrap_or_default().trim_end().to_owned(),
     );
     registry::deliver(Badge::of(environment), text(instance).as_deref(), message);
-    // after the delivery: who sees that it has arrived finds it
+    // after the delivery, so that whoever sees the number finds the message
     ARRIVED.fetch_add(1, Ordering::Release);
 }
 
-/// The callback functions for the instance of that badge.
+/// The callback functions for the instance with this badge.
 fn callbacks(badge: Badge) -> sys::fmi2CallbackFunctions {
     sys::fmi2CallbackFunctions {
         logger: Some(master_log),

@@ -1,10 +1,10 @@
-//! Which instance a message is of. What a unit hands to the logger may be wrong in every part: the
-//! environment of another instance or a number, no name or another one. Nothing of it is followed.
+//! Which instance a message belongs to. FMUs may pass anything to the logger: the environment of another
+//! instance or a number, no name or a wrong one. So pointers are only compared, never dereferenced.
 //!
-//! Three things can say who it is: the environment, the name, and the instance that this thread is
-//! calling just now. Two that agree are right; else the name counts more than the call, and the call
-//! more than the environment, which units with a static copy of the callbacks take from the instance
-//! that was made last. Messages of which nothing is known are kept as [`Stray`]s.
+//! Three things identify the instance: the environment, the name, and the instance that this thread is
+//! calling. If two agree, they are right. Otherwise the name counts more than the call, and the call more
+//! than the environment, since FMUs with a static copy of the callbacks use the environment of the last
+//! instance. Messages of unknown instances are kept as [`Stray`]s.
 
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -12,10 +12,10 @@ use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
 
 use super::{Message, Sink};
 
-/// Strays kept until they are taken.
+/// Largest number of strays that are kept until they are taken.
 const STRAYS: usize = 1000;
 
-/// What an instance is known by: an address that is never used again, and never followed.
+/// Identifies an instance: an address that is never reused and never dereferenced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Badge(usize);
 
@@ -24,7 +24,7 @@ impl Badge {
     pub(crate) const NONE: Self = Self(0);
 
     pub(super) fn new() -> Self {
-        // for units that follow what is not theirs: there are zeros
+        // zeros, for FMUs that dereference it
         let place: &'static [usize; 4] = Box::leak(Box::new([0; 4]));
         Self(std::ptr::from_ref(place).expose_provenance())
     }
@@ -42,22 +42,22 @@ thread_local! {
     static CALLED: Cell<Badge> = const { Cell::new(Badge::NONE) };
 }
 
-/// This thread is about to call the instance of that badge.
+/// Notes that this thread is about to call the instance with this badge.
 #[inline]
 pub(crate) fn calls(badge: Badge) {
     CALLED.set(badge);
 }
 
-/// A message whose instance is unknown or gone.
+/// A message of an instance that is unknown or was freed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stray {
-    /// Name of the instance that is gone, or what is known of it.
+    /// Name of the instance, or what is known about it.
     pub instance: String,
     /// The message as it arrived.
     pub message: Message,
 }
 
-/// An instance that is or was.
+/// An instance that exists or was freed.
 struct Entry {
     name: String,
     sink: Weak<Sink>,
@@ -66,7 +66,7 @@ struct Entry {
 #[derive(Default)]
 struct Registry {
     entries: HashMap<Badge, Entry>,
-    /// of those that are alive
+    /// of existing instances
     by_name: HashMap<String, Vec<Badge>>,
     strays: Vec<Stray>,
     /// strays beyond those kept
@@ -105,7 +105,7 @@ pub(super) fn stray(instance: String, message: Message) {
     }
 }
 
-/// Takes the messages whose instance is unknown or gone.
+/// Takes the messages of instances that are unknown or were freed.
 pub fn take_strays() -> Vec<Stray> {
     let mut registry = registry();
     let mut strays = std::mem::take(&mut registry.strays);
@@ -116,10 +116,10 @@ pub fn take_strays() -> Vec<Stray> {
 
 const UNKNOWN: &str = "unknown instance";
 
-/// Brings a message to its instance, or to the strays. `name` is what the unit calls the instance.
+/// Delivers a message to its instance, or to the strays. `name` is the instance name that the FMU gave.
 pub(super) fn deliver(environment: Badge, name: Option<&str>, message: Message) {
     let found = registry().find(environment, name, CALLED.get());
-    // nothing is locked any more: the last holder of a sink locks the registry
+    // the registry is unlocked here, since dropping the last reference to a sink locks it
     match found {
         Ok(sink) => sink.push(message),
         Err(instance) => stray(instance, message),
@@ -127,7 +127,8 @@ pub(super) fn deliver(environment: Badge, name: Option<&str>, message: Message) 
 }
 
 impl Registry {
-    /// The sink that a message is for, or whose it seems to be.
+    /// The sink of the instance that a message belongs to, or the name of the instance that it seems to be
+    /// of.
     fn find(
         &self,
         environment: Badge,
@@ -142,8 +143,8 @@ impl Registry {
             .flatten()
             .find(|badge| namesakes.contains(badge))
             .or_else(|| namesakes.last().copied());
-        let judged = if environment == called { environment } else { None };
-        let badge = judged.or(namesake).or(called).or(environment).or_else(|| self.only());
+        let agreed = if environment == called { environment } else { None };
+        let badge = agreed.or(namesake).or(called).or(environment).or_else(|| self.only());
         match badge.and_then(|badge| self.entries.get(&badge)) {
             Some(entry) => entry.sink.upgrade().ok_or_else(|| entry.name.clone()),
             None => Err(match name.filter(|name| !name.is_empty()) {
@@ -153,7 +154,7 @@ impl Registry {
         }
     }
 
-    /// The only instance of this process, such as that of a worker.
+    /// The only instance in this process, such as that of a worker.
     fn only(&self) -> Option<Badge> {
         let mut alive = self.by_name.values().flatten();
         alive.next().copied().filter(|_| alive.next().is_none())
@@ -164,7 +165,7 @@ impl Registry {
 mod tests {
     use super::*;
 
-    /// Badges that no process has, in the order a, b, c (gone), called by nobody but as said.
+    /// Instances a and b, and c, which was freed.
     fn registry_of_two() -> (Registry, Vec<Arc<Sink>>) {
         let mut registry = Registry::default();
         let sinks = [Sink::new("test a"), Sink::new("test b")];
@@ -180,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_a_message_finds_its_instance_by_whatever_is_right() {
+    fn issue_a_message_finds_its_instance_by_what_is_right() {
         let (registry, sinks) = registry_of_two();
         let (a, b, gone) = (sinks[0].badge(), sinks[1].badge(), Badge(7));
         let find = |environment, name: Option<&str>, called| {
@@ -197,14 +198,14 @@ mod tests {
             (none, Some("test b"), a, "test b"),
             (odd, None, b, "test b"),
             (odd, Some("nobody"), b, "test b"),
-            // that of another instance
+            // the environment of another instance
             (a, Some("test b"), none, "test b"),
             (a, Some("test b"), b, "test b"),
             (a, None, b, "test b"),
             (a, Some("nobody"), b, "test b"),
             // a static name
             (a, Some("test b"), a, "test a"),
-            // of an instance that is gone, and of nobody
+            // of an instance that was freed, and of an unknown one
             (gone, Some("test c"), none, "test c"),
             (gone, None, none, "test c"),
             (odd, None, none, "unknown instance"),
@@ -217,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_a_message_of_nobody_is_of_the_only_instance_of_a_process() {
+    fn issue_an_unknown_message_belongs_to_the_only_instance_in_the_process() {
         let (mut registry, sinks) = registry_of_two();
         registry.by_name.remove("test b");
         let found = registry.find(Badge(2), Some("nobody"), Badge::NONE).ok();

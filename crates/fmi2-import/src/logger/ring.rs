@@ -1,5 +1,5 @@
-//! Messages on their way from a worker's unit to the master: a ring of bytes in shared memory with
-//! one writer and one reader. It outlives the worker, so the last words before a crash are read.
+//! Messages from an instance in a worker to the master: a ring of bytes in shared memory with one writer
+//! and one reader. It outlives the worker, so the last messages before a crash can be read.
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -8,7 +8,7 @@ use fmi2_sys::fmi2Status as Status;
 
 use super::Message;
 
-/// A power of two, so that positions may run over.
+/// A power of two, so that positions may overflow.
 const SIZE: usize = 1 << 16;
 /// Longest message; a longer one is cut.
 const LONGEST: usize = SIZE / 4;
@@ -20,7 +20,7 @@ pub(crate) struct Ring {
     written: AtomicU32,
     /// bytes read so far
     read: AtomicU32,
-    /// messages for which there was no room, since the last look
+    /// messages without room since the last read
     dropped: AtomicU64,
     bytes: UnsafeCell<[u8; SIZE]>,
 }
@@ -30,13 +30,13 @@ pub(crate) struct Ring {
 unsafe impl Sync for Ring {}
 
 impl Ring {
-    /// Writes a message, or counts it when the reader is too far behind. One writer at a time.
+    /// Writes a message, or counts it if there is no room. One writer at a time.
     pub(crate) fn push(&self, mut message: Message) {
         let end = message.text.floor_char_boundary(LONGEST);
         message.text.truncate(end);
         let Message { status, category, text, .. } = &message;
         let Ok(bytes) = postcard::to_stdvec(&(status.0, category, text)) else { return };
-        // the first of a flood say its cause: later ones never overtake one that was dropped
+        // the first of a flood name its cause: after a dropped message no other is written
         let full = self.dropped.load(Ordering::Relaxed) > 0;
         let written = self.written.load(Ordering::Relaxed);
         let used = written.wrapping_sub(self.read.load(Ordering::Acquire)) as usize;
@@ -57,7 +57,7 @@ impl Ring {
             || self.dropped.load(Ordering::Relaxed) != 0
     }
 
-    /// Reads all messages. The unit may have written over the ring: any bytes are possible.
+    /// Reads all messages. The FMU may have overwritten the ring, so any bytes are possible.
     pub(crate) fn take(&self) -> Vec<Message> {
         let mut messages = Vec::new();
         let written = self.written.load(Ordering::Acquire);
@@ -85,7 +85,7 @@ impl Ring {
     fn copy_in(&self, at: u32, bytes: &[u8]) {
         for (k, byte) in bytes.iter().enumerate() {
             let place = (at as usize + k) % SIZE;
-            // SAFETY: inside of the array; the reader does not look before `written` says so
+            // SAFETY: inside of the array; the reader waits until `written` includes it
             unsafe { self.bytes.get().cast::<u8>().add(place).write_volatile(*byte) };
         }
     }
@@ -93,7 +93,7 @@ impl Ring {
     fn copy_out(&self, at: u32, bytes: &mut [u8]) {
         for (k, byte) in bytes.iter_mut().enumerate() {
             let place = (at as usize + k) % SIZE;
-            // SAFETY: inside of the array; the writer does not come here before `read` says so
+            // SAFETY: inside of the array; the writer waits until `read` includes it
             *byte = unsafe { self.bytes.get().cast::<u8>().add(place).read_volatile() };
         }
     }

@@ -1,4 +1,4 @@
-//! Where the messages of one instance wait until the master takes them.
+//! The messages of one instance until the master takes them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,10 +10,10 @@ use super::ring::Ring;
 use super::{Message, callbacks, expand};
 use crate::description::ModelDescription;
 
-/// Messages that are kept between two looks at them: the first, which say the cause of a flood.
+/// Largest number of messages that are kept: the first ones, which name the cause of a flood.
 const KEPT: usize = 100;
 
-/// The first messages of a flood, and how many more there were.
+/// The first messages of a flood and the number of the others.
 #[derive(Debug, Default)]
 pub(super) struct Flood {
     kept: Vec<Message>,
@@ -36,7 +36,7 @@ impl Flood {
     }
 }
 
-/// Where messages stay until they are taken.
+/// Where messages are stored until they are taken.
 enum Store {
     /// For the master in this process.
     Here(Flood),
@@ -45,8 +45,8 @@ enum Store {
     Ring(&'static Ring),
 }
 
-/// Where one instance's messages arrive. It is found by its [`Badge`], which is the
-/// `componentEnvironment`, or by its name: units give back anything.
+/// Receives the messages of one instance. It is found by its [`Badge`], which is the
+/// `componentEnvironment`, or by its name, since FMUs may pass back anything.
 pub(crate) struct Sink {
     badge: Badge,
     name: String,
@@ -54,12 +54,12 @@ pub(crate) struct Sink {
 }
 
 impl Sink {
-    /// A sink for the instance of that name in this process.
+    /// A sink for the instance with this name in this process.
     pub(crate) fn new(name: &str) -> Arc<Self> {
         Self::with(name, Store::Here(Flood::default()))
     }
 
-    /// A sink whose messages another process takes from the ring.
+    /// A sink whose messages another process reads from the ring.
     #[cfg(target_os = "linux")]
     pub(crate) fn into_ring(name: &str, ring: &'static Ring) -> Arc<Self> {
         Self::with(name, Store::Ring(ring))
@@ -77,12 +77,12 @@ impl Sink {
         &self.name
     }
 
-    /// What the instance is known by.
+    /// Identifies the instance.
     pub(crate) fn badge(&self) -> Badge {
         self.badge
     }
 
-    /// The callback functions for an instance whose messages arrive here.
+    /// The callback functions that send messages to this sink.
     pub(crate) fn callbacks(&self) -> sys::fmi2CallbackFunctions {
         callbacks(self.badge)
     }
@@ -111,7 +111,7 @@ impl Sink {
 }
 
 impl Drop for Sink {
-    /// What nobody has taken remains, as messages of an instance that is gone.
+    /// Messages that were not taken become strays.
     fn drop(&mut self) {
         registry::leave(self.badge, &self.name);
         let store = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);

@@ -91,7 +91,7 @@ impl Handler {
             }
         };
         match interrupt::ask() {
-            Interruption::Asked if interrupt::goes_on(PATIENCE) => {
+            Interruption::Asked if interrupt::still_running(PATIENCE) => {
                 tell("the run ends after this step; another Ctrl-C ends a step that hangs");
             }
             Interruption::Asked | Interruption::Ended => {}

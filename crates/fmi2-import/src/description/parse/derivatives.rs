@@ -1,4 +1,4 @@
-//! The vendor annotation of fmi2-export: which derivatives a unit takes and offers.
+//! The vendor annotation of fmi2-export: which derivatives an FMU accepts and provides.
 //!
 //! ```xml
 //! <VendorAnnotations><Tool name="fmi2-export">
@@ -6,8 +6,7 @@
 //! </Tool></VendorAnnotations>
 //! ```
 //!
-//! Variables are counted from 1, as in ModelStructure. Annotations of other tools are theirs: nothing in
-//! them is looked at.
+//! Variables are counted from 1, as in ModelStructure. Annotations of other tools are ignored.
 
 use std::collections::HashMap;
 
@@ -19,7 +18,7 @@ use crate::description::Derivatives;
 /// The exporter whose annotation this is.
 const TOOL: &str = "fmi2-export";
 
-/// What the annotation says; `None` where there is none, or one that makes no sense.
+/// Contents of the annotation; `None` if it is missing or invalid.
 pub(super) fn derivatives(root: Node<'_, '_>, variables: usize) -> Option<Derivatives> {
     let tool = children(root, "VendorAnnotations", "Tool")
         .find(|tool| tool.attribute("name") == Some(TOOL))?;

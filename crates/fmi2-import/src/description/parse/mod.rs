@@ -1,7 +1,7 @@
 //! From XML text to [`ModelDescription`].
 //!
-//! What can be guessed is guessed, with one finding per defect; what cannot (no value reference, no
-//! type, a doubled name) is an error.
+//! A missing or wrong value is replaced by a default, with a finding. Without a sensible default (no value
+//! reference, no type, a duplicate name) it is an error.
 
 mod derivatives;
 mod structure;
@@ -18,7 +18,7 @@ use crate::xml::{self, Plain as _};
 
 use super::{CoSimulation, DefaultExperiment, Finding, ModelDescription, Places, Severity, Type};
 
-/// More XML nodes than this are refused: about 100 bytes of memory each.
+/// Largest number of XML nodes. Each takes about 100 bytes of memory.
 pub const MAX_NODES: u32 = 5_000_000;
 
 /// Why a description cannot be used.
@@ -28,18 +28,20 @@ pub enum DescriptionError {
     #[error("modelDescription.xml is not well-formed XML")]
     Xml(#[source] roxmltree::Error),
     /// It contains a document type declaration.
-    #[error("modelDescription.xml contains a document type declaration (DTD), which is refused")]
+    #[error(
+        "modelDescription.xml contains a document type declaration (DTD), which is not allowed"
+    )]
     Dtd,
-    /// The root is not `fmiModelDescription`.
+    /// The root element is not `fmiModelDescription`.
     #[error("the root element is <{0}>, not <fmiModelDescription>")]
     Root(String),
-    /// Another version of the standard.
-    #[error("the unit is made for FMI {0}; this master runs FMI 2.0")]
+    /// It is for another version of the standard.
+    #[error("the unit is for FMI {0}; only FMI 2.0 is supported")]
     Version(String),
-    /// No co-simulation.
+    /// It is not for co-simulation.
     #[error("the unit has no <CoSimulation> element{}", if *.model_exchange { ": it is for model exchange only" } else { "" })]
     NoCoSimulation {
-        /// It offers model exchange instead.
+        /// Whether it is for model exchange.
         model_exchange: bool,
     },
     /// An attribute is missing.
@@ -53,20 +55,20 @@ pub enum DescriptionError {
         line: u32,
     },
     /// An attribute cannot be read.
-    #[error("line {line}: {attribute}=\"{value}\" of <{element}> is no {expected}")]
+    #[error("line {line}: {attribute}=\"{value}\" of <{element}> is not {expected}")]
     Invalid {
         /// Name of the XML element.
         element: String,
         /// Name of the XML attribute.
         attribute: String,
-        /// The attribute's text as it stands in the file.
+        /// Text of the attribute.
         value: String,
-        /// What the schema expects, in words.
+        /// What the schema expects, with its article.
         expected: &'static str,
         /// Line in modelDescription.xml.
         line: u32,
     },
-    /// An identifier that would escape the unit's folder or cannot be a file name.
+    /// The identifier would lead out of the unit's folder or cannot be a file name.
     #[error("modelIdentifier \"{0}\" is not a C identifier")]
     Identifier(String),
     /// A variable has no type element.
@@ -78,9 +80,9 @@ pub enum DescriptionError {
         line: u32,
     },
     /// Two variables have the same name.
-    #[error("line {line}: variable \"{name}\" occurs twice")]
+    #[error("line {line}: duplicate variable \"{name}\"")]
     Duplicate {
-        /// The name that both variables have.
+        /// Name of both variables.
         name: String,
         /// Line of the second.
         line: u32,
@@ -93,8 +95,8 @@ impl ModelDescription {
     /// Reads the text of a modelDescription.xml.
     ///
     /// # Errors
-    /// What makes the unit unusable: no well-formed XML, a DTD, another FMI version, no
-    /// co-simulation, attributes missing that cannot be guessed.
+    /// The FMU is unusable: no well-formed XML, a DTD, another FMI version, no co-simulation, or missing
+    /// attributes that have no default.
     pub fn parse(text: &str) -> Result<Self> {
         let options = ParsingOptions {
             allow_dtd: false,
@@ -128,7 +130,7 @@ impl<'a> Reader<'a> {
         let co_simulation = self.co_simulation(root)?;
         let text = |name: &str| root.attr(name).map(str::to_owned);
         let model_name = text("modelName").unwrap_or_else(|| {
-            let message = "the model has no name; its modelIdentifier stands in".to_owned();
+            let message = "modelName is missing; modelIdentifier is used instead".to_owned();
             self.note("model-name", Severity::Error, message);
             co_simulation.model_identifier.clone()
         });
@@ -192,7 +194,7 @@ impl<'a> Reader<'a> {
         let mut letters = model_identifier.chars();
         let head = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
         if !head || !letters.all(|c| c.is_ascii_alphanumeric() || c == '_') {
-            // some exporters write dashes; only what could leave the folder is unusable
+            // some exporters write dashes; unusable is only what could lead out of the folder
             if model_identifier.is_empty()
                 || model_identifier.contains(['/', '\\', ':', '\0'])
                 || model_identifier.starts_with('.')
@@ -225,11 +227,10 @@ impl<'a> Reader<'a> {
             source_files,
             model_identifier,
         };
-        co_simulation.max_output_derivative_order = self
-            .optional(node, "maxOutputDerivativeOrder", "non-negative whole number")
-            .unwrap_or(0);
+        co_simulation.max_output_derivative_order =
+            self.optional(node, "maxOutputDerivativeOrder", "a non-negative integer").unwrap_or(0);
         if co_simulation.needs_execution_tool {
-            let tool = root.attr("generationTool").unwrap_or("it does not say which");
+            let tool = root.attr("generationTool").unwrap_or("not named");
             let message = format!("the unit needs another program that must be installed ({tool})");
             self.note("execution-tool", Severity::Note, message);
         }
@@ -241,10 +242,10 @@ impl<'a> Reader<'a> {
             return DefaultExperiment::default();
         };
         DefaultExperiment {
-            start_time: self.optional(node, "startTime", "number"),
-            stop_time: self.optional(node, "stopTime", "number"),
-            tolerance: self.optional(node, "tolerance", "number"),
-            step_size: self.optional(node, "stepSize", "number"),
+            start_time: self.optional(node, "startTime", "a number"),
+            stop_time: self.optional(node, "stopTime", "a number"),
+            tolerance: self.optional(node, "tolerance", "a number"),
+            step_size: self.optional(node, "stepSize", "a number"),
         }
     }
 
@@ -252,7 +253,7 @@ impl<'a> Reader<'a> {
         self.findings.push(Finding { rule, severity, message });
     }
 
-    fn tell_unknown(&mut self, node: Node<'a, 'a>, known: &[&str]) {
+    fn note_unknown(&mut self, node: Node<'a, 'a>, known: &[&str]) {
         for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
             if !known.contains(&attribute.name()) && self.known.insert(attribute.name().to_owned())
             {
@@ -302,7 +303,7 @@ impl<'a> Reader<'a> {
             .transpose()
     }
 
-    /// A number that the unit runs without: what cannot be read is told and left out.
+    /// An optional number. If it cannot be read, there is a finding and it is ignored.
     fn optional<T: FromStr>(
         &mut self,
         node: Node<'a, 'a>,
@@ -312,14 +313,14 @@ impl<'a> Reader<'a> {
         self.number(node, attribute, expected).unwrap_or_else(|error| self.ignored(&error))
     }
 
-    /// Tells of an attribute whose text is of no use.
+    /// Adds a finding about an attribute that cannot be read.
     fn ignored<T>(&mut self, error: &DescriptionError) -> Option<T> {
         let message = format!("{error}; it is ignored");
         self.note("attribute-value", Severity::Error, message);
         None
     }
 
-    /// true or false; some exporters write True and False.
+    /// A Boolean. Some exporters write True and False.
     fn boolean(&mut self, node: Node<'a, 'a>, attribute: &str) -> Option<bool> {
         let text = xml::trim(node.attr(attribute)?);
         match text {

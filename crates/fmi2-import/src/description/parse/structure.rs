@@ -19,7 +19,7 @@ impl<'a> Reader<'a> {
             self.note(
                 "model-structure",
                 Severity::Error,
-                "there is no <ModelStructure>: every output is taken to depend on every input"
+                "<ModelStructure> is missing: every output is assumed to depend on every input"
                     .to_owned(),
             );
             return Ok((Vec::new(), Vec::new()));
@@ -40,7 +40,7 @@ impl<'a> Reader<'a> {
         Ok((outputs, initial))
     }
 
-    /// Tells what a list lacks: the run takes it as it is.
+    /// Reports variables that are missing in a list.
     fn complete(
         &mut self,
         list: &'static str,
@@ -54,7 +54,8 @@ impl<'a> Reader<'a> {
         if let Some(first) = missing.next() {
             let (name, more) = (&variables[first].name, missing.count());
             let more = if more == 0 { String::new() } else { format!(" and {more} more") };
-            let message = format!("{list} lacks \"{name}\"{more}: taken to depend on every input");
+            let message =
+                format!("{list} lacks \"{name}\"{more}, assumed to depend on every input");
             self.note("structure-incomplete", Severity::Warning, message);
         }
     }
@@ -68,7 +69,7 @@ impl<'a> Reader<'a> {
         let mut unknowns = Vec::new();
         for node in children(structure, list, "Unknown") {
             let index: usize = self
-                .number(node, "index", "index of a variable")?
+                .number(node, "index", "the index of a variable")?
                 .ok_or_else(|| self.missing(node, "index"))?;
             let Some(variable) = self.position(list, index, count) else { continue };
             let dependencies = self.dependencies(node, list, count);
@@ -77,7 +78,7 @@ impl<'a> Reader<'a> {
         Ok(unknowns)
     }
 
-    /// The indices that an unknown depends on; none where they are not given or no indices.
+    /// Indices of the variables that an unknown depends on; `None` if they are missing or cannot be read.
     fn dependencies(
         &mut self,
         node: Node<'a, 'a>,
@@ -87,7 +88,7 @@ impl<'a> Reader<'a> {
         let mut indices = Vec::new();
         for word in xml::words(node.attr("dependencies")?) {
             let Some(index) = xml::number::<usize>(word) else {
-                let error = self.invalid(node, "dependencies", "list of indices");
+                let error = self.invalid(node, "dependencies", "a list of indices");
                 return self.ignored(&error);
             };
             indices.extend(self.position(list, index, count));
@@ -95,13 +96,13 @@ impl<'a> Reader<'a> {
         Some(indices)
     }
 
-    /// The position of a variable by its index counted from 1, if there is one.
+    /// Position of the variable with an index counted from 1, if there is one.
     fn position(&mut self, list: &'static str, index: usize, count: usize) -> Option<usize> {
         if !(1..=count).contains(&index) {
             self.note(
                 "structure-index",
                 Severity::Error,
-                format!("{list} refers to variable {index}; there are variables 1 to {count}"),
+                format!("{list} refers to variable {index}, but the variables are 1 to {count}"),
             );
             return None;
         }

@@ -1,4 +1,4 @@
-//! Units of measurement and declared types.
+//! Units of measure and declared types.
 
 use std::collections::HashMap;
 
@@ -8,13 +8,13 @@ use crate::xml::Plain as _;
 
 use super::{Reader, Result, child, children, type_of};
 use crate::description::units::BASE_NAMES;
-use crate::description::{BaseUnit, Enumeration, UnitDefinition};
+use crate::description::{BaseUnit, Enumeration, UnitOfMeasure};
 
-/// The element that a declared type lends to its variables, by the type's name.
+/// Elements with the attributes that variables inherit from declared types, by name of the type.
 pub(super) type Types<'a> = HashMap<&'a str, Node<'a, 'a>>;
 
 impl<'a> Reader<'a> {
-    pub(super) fn units(&mut self, root: Node<'a, 'a>) -> Result<Vec<UnitDefinition>> {
+    pub(super) fn units(&mut self, root: Node<'a, 'a>) -> Result<Vec<UnitOfMeasure>> {
         children(root, "UnitDefinitions", "Unit")
             .map(|node| {
                 let base = child(node, "BaseUnit").map(|base| self.base_unit(base)).transpose()?;
@@ -22,12 +22,12 @@ impl<'a> Reader<'a> {
                     .children()
                     .filter(|child| child.is("DisplayUnit"))
                     .map(|display| {
-                        let factor = self.number(display, "factor", "number")?.unwrap_or(1.0);
-                        let offset = self.number(display, "offset", "number")?.unwrap_or(0.0);
+                        let factor = self.number(display, "factor", "a number")?.unwrap_or(1.0);
+                        let offset = self.number(display, "offset", "a number")?.unwrap_or(0.0);
                         Ok((self.required(display, "name")?.to_owned(), factor, offset))
                     })
                     .collect::<Result<_>>()?;
-                Ok(UnitDefinition {
+                Ok(UnitOfMeasure {
                     name: self.required(node, "name")?.to_owned(),
                     base,
                     display_units,
@@ -39,18 +39,18 @@ impl<'a> Reader<'a> {
     fn base_unit(&mut self, node: Node<'a, 'a>) -> Result<BaseUnit> {
         let mut exponents = [0; 8];
         for (name, exponent) in BASE_NAMES.iter().zip(&mut exponents) {
-            *exponent = self.number(node, name, "whole number")?.unwrap_or(0);
+            *exponent = self.number(node, name, "an integer")?.unwrap_or(0);
         }
-        let factor: f64 = self.number(node, "factor", "number")?.unwrap_or(1.0);
-        let offset: f64 = self.number(node, "offset", "number")?.unwrap_or(0.0);
+        let factor: f64 = self.number(node, "factor", "a number")?.unwrap_or(1.0);
+        let offset: f64 = self.number(node, "offset", "a number")?.unwrap_or(0.0);
         if factor == 0.0 || !factor.is_finite() || !offset.is_finite() {
             let attribute = if offset.is_finite() { "factor" } else { "offset" };
-            return Err(self.invalid(node, attribute, "finite number other than zero"));
+            return Err(self.invalid(node, attribute, "a finite number other than zero"));
         }
         Ok(BaseUnit { exponents, factor, offset })
     }
 
-    /// The attributes that a declared type lends to its variables: its child element by name.
+    /// The declared types.
     pub(super) fn types(&self, root: Node<'a, 'a>) -> Types<'a> {
         children(root, "TypeDefinitions", "SimpleType")
             .filter_map(|node| {
@@ -69,7 +69,7 @@ impl<'a> Reader<'a> {
                     .children()
                     .filter(|item| item.is("Item"))
                     .filter_map(|item| {
-                        let value = self.optional(item, "value", "whole number")?;
+                        let value = self.optional(item, "value", "an integer")?;
                         Some((item.attr("name")?.to_owned(), value))
                     })
                     .collect();

@@ -1,4 +1,4 @@
-//! The variables, with what their declared types lend them.
+//! The variables, with the attributes that they inherit from declared types.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,7 +9,7 @@ use crate::xml::Plain as _;
 use super::types::Types;
 use super::{DescriptionError, Reader, Result, children, type_of};
 use crate::description::{
-    Causality, Initial, Severity, Type, UnitDefinition, Value, Variability, Variable,
+    Causality, Initial, Severity, Type, UnitOfMeasure, Value, Variability, Variable,
 };
 
 impl<'a> Reader<'a> {
@@ -24,7 +24,7 @@ impl<'a> Reader<'a> {
     }
 
     fn variable(&mut self, node: Node<'a, 'a>, types: &Types<'a>) -> Result<Variable> {
-        self.tell_unknown(
+        self.note_unknown(
             node,
             &[
                 "name",
@@ -43,7 +43,7 @@ impl<'a> Reader<'a> {
             return Err(DescriptionError::NoType { name, line: self.line(node) });
         };
         let declared = self.declared(&name, element, types);
-        // an attribute given by the variable wins over its type's
+        // an attribute of the variable overrides that of its type
         let place = |attribute| match declared {
             Some(declared) if element.attr(attribute).is_none() => declared,
             _ => element,
@@ -52,7 +52,7 @@ impl<'a> Reader<'a> {
         let variability = self.variability(node, kind);
         let given = self.initial(node);
         let value_reference = self
-            .number(node, "valueReference", "non-negative whole number")?
+            .number(node, "valueReference", "a non-negative integer")?
             .ok_or_else(|| self.missing(node, "valueReference"))?;
         let text = |attribute| place(attribute).attr(attribute).map(str::to_owned);
         Ok(Variable {
@@ -65,22 +65,22 @@ impl<'a> Reader<'a> {
             start: self.start(element, kind),
             unit: text("unit"),
             display_unit: text("displayUnit"),
-            min: self.optional(place("min"), "min", "number"),
-            max: self.optional(place("max"), "max", "number"),
-            nominal: self.optional(place("nominal"), "nominal", "number"),
+            min: self.optional(place("min"), "min", "a number"),
+            max: self.optional(place("max"), "max", "a number"),
+            nominal: self.optional(place("nominal"), "nominal", "a number"),
             relative_quantity: self
                 .boolean(place("relativeQuantity"), "relativeQuantity")
                 .unwrap_or(false),
             declared_type: element.attr("declaredType").map(str::to_owned),
             description: node.attr("description").map(str::to_owned),
             derivative_of: self
-                .optional::<usize>(element, "derivative", "index of a variable")
+                .optional::<usize>(element, "derivative", "the index of a variable")
                 .and_then(|index| index.checked_sub(1)),
             name,
         })
     }
 
-    /// The type that a variable names, if it is defined and of the same kind.
+    /// The declared type of a variable, if it is defined and of the same kind.
     fn declared(
         &mut self,
         name: &str,
@@ -101,9 +101,9 @@ impl<'a> Reader<'a> {
     fn start(&mut self, element: Node<'a, 'a>, kind: Type) -> Option<Value> {
         let text = element.attr("start")?;
         match kind {
-            Type::Real => self.optional(element, "start", "number").map(Value::Real),
+            Type::Real => self.optional(element, "start", "a number").map(Value::Real),
             Type::Integer | Type::Enumeration => {
-                self.optional(element, "start", "whole number").map(Value::Integer)
+                self.optional(element, "start", "an integer").map(Value::Integer)
             }
             Type::Boolean => self.boolean(element, "start").map(Value::Boolean),
             Type::String => Some(Value::String(text.to_owned())),
@@ -119,14 +119,14 @@ impl<'a> Reader<'a> {
             Some("output") => Causality::Output,
             Some("independent") => Causality::Independent,
             Some(_) => {
-                let error = self.invalid(node, "causality", "causality of FMI 2.0");
+                let error = self.invalid(node, "causality", "a causality of FMI 2.0");
                 self.ignored(&error).unwrap_or(Causality::Local)
             }
         }
     }
 
     fn variability(&mut self, node: Node<'a, 'a>, kind: Type) -> Variability {
-        // the standard's default is continuous, which only a Real can be
+        // the default of the standard is continuous, which only a Real can be
         let default =
             if kind == Type::Real { Variability::Continuous } else { Variability::Discrete };
         match node.attr("variability") {
@@ -137,7 +137,7 @@ impl<'a> Reader<'a> {
             Some("discrete") => Variability::Discrete,
             Some("continuous") => Variability::Continuous,
             Some(_) => {
-                let error = self.invalid(node, "variability", "variability of FMI 2.0");
+                let error = self.invalid(node, "variability", "a variability of FMI 2.0");
                 self.ignored(&error).unwrap_or(default)
             }
         }
@@ -155,8 +155,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reports units of measurement that are not defined. One without a name is none.
-    pub(super) fn undefined_units(&mut self, variables: &mut [Variable], units: &[UnitDefinition]) {
+    /// Reports units of measure that are not defined. A blank name means that there is none.
+    pub(super) fn undefined_units(&mut self, variables: &mut [Variable], units: &[UnitOfMeasure]) {
         let defined: HashSet<&str> = units.iter().map(|unit| unit.name.as_str()).collect();
         for variable in variables {
             let Some(unit) = variable.unit.as_deref().filter(|it| !defined.contains(it)) else {
@@ -164,9 +164,9 @@ impl<'a> Reader<'a> {
             };
             let nameless = unit.trim().is_empty();
             let taken = if nameless {
-                "it is taken as without a unit"
+                "it is ignored"
             } else {
-                "it connects only to units of the same name"
+                "it can be connected only to a unit with the same name"
             };
             let name = &variable.name;
             let message = format!(

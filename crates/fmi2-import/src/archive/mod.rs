@@ -1,18 +1,24 @@
-//! Reading a unit's archive (.fmu, a zip file) without trusting it.
+//! Reading an FMU's archive (.fmu, a zip file) without trusting it.
 //!
-//! Every entry's name is checked before anything is written: no `..`, no absolute names, no
-//! drive letters, no links, no two entries with one name. Numbers and sizes are capped, and sizes
-//! are counted while reading, since a header may lie. Written tolerantly for what real exporters
-//! do: `./` in front, `\` instead of `/`, missing directory entries.
+//! Every entry's name is checked before anything is written: no `..`, no absolute names, no drive letters,
+//! no links, no duplicate names. Number and sizes of the entries are limited, and sizes are counted while
+//! reading, since headers may be wrong. Common mistakes of exporters are tolerated: `./` in front, `\`
+//! instead of `/`, missing directory entries.
+
+mod error;
+mod name;
+mod text;
 
 use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use thiserror::Error;
 use zip::ZipArchive;
-use zip::result::ZipError;
+
+pub use self::error::ArchiveError;
+use self::name::safe_name;
+pub use self::text::text;
 
 /// Largest number of entries in an archive.
 pub const MAX_ENTRIES: usize = 20_000;
@@ -21,109 +27,12 @@ pub const MAX_ENTRY_SIZE: u64 = 1 << 30;
 /// Largest unpacked size of all entries together, in bytes.
 pub const MAX_TOTAL_SIZE: u64 = 4 << 30;
 /// Largest ratio of unpacked to packed size of an entry above [`RATIO_FREE_SIZE`].
-/// Deflate cannot exceed 1032; ordinary data stay below 100, long runs of zeros reach the limit.
+/// Deflate cannot exceed 1032. Ordinary data stay below 100, and long runs of zeros reach the limit.
 pub const MAX_RATIO: u64 = 500;
 /// Entries up to this unpacked size may have any ratio, in bytes.
 pub const RATIO_FREE_SIZE: u64 = 16 << 20;
 /// Largest modelDescription.xml, in bytes.
 pub const MAX_DESCRIPTION_SIZE: u64 = 64 << 20;
-
-/// Why an archive was refused.
-#[derive(Debug, Error)]
-pub enum ArchiveError {
-    /// The file could not be opened or read.
-    #[error(transparent)]
-    Open(io::Error),
-    /// The file is no zip archive, or a damaged one.
-    #[error("this is not a readable zip archive")]
-    Zip(#[source] ZipError),
-    /// One entry cannot be unpacked.
-    #[error("entry \"{name}\" cannot be unpacked")]
-    Entry {
-        /// The entry's name as the archive has it.
-        name: String,
-        /// What the unpacking met.
-        #[source]
-        source: io::Error,
-    },
-    /// An entry's name points outside the folder that it is unpacked to.
-    #[error("entry \"{name}\" would be written outside of the unit's folder ({why})")]
-    UnsafeName {
-        /// The entry's name as the archive has it.
-        name: String,
-        /// The rule that the name breaks, in words.
-        why: &'static str,
-    },
-    /// An entry is a symbolic link.
-    #[error("entry \"{name}\" is a link, which a unit may not contain")]
-    Link {
-        /// The entry's name as the archive has it.
-        name: String,
-    },
-    /// Two entries have the same name.
-    #[error("entry \"{name}\" occurs twice")]
-    Duplicate {
-        /// The name that both entries unpack to.
-        name: String,
-    },
-    /// More entries than [`MAX_ENTRIES`].
-    #[error("{count} entries are more than the {MAX_ENTRIES} that are accepted")]
-    TooMany {
-        /// Number of entries.
-        count: usize,
-    },
-    /// An entry or the whole is too large, or packed suspiciously well.
-    #[error("entry \"{name}\" unpacks to more than {limit} bytes")]
-    TooLarge {
-        /// The entry's name as the archive has it.
-        name: String,
-        /// The limit that it exceeds.
-        limit: u64,
-    },
-    /// There is no modelDescription.xml at the top level.
-    #[error(
-        "it contains no modelDescription.xml at its top level{}",
-        similar.as_ref().map(|name| format!(", but \"{name}\"")).unwrap_or_default()
-    )]
-    NoDescription {
-        /// An entry that looks like it.
-        similar: Option<String>,
-    },
-    /// modelDescription.xml is not UTF-8 text.
-    #[error("its modelDescription.xml is not UTF-8 text")]
-    NotText,
-    /// The folder to unpack to cannot be made or written.
-    #[error("cannot write to {path}")]
-    Write {
-        /// File or folder that could not be written.
-        path: PathBuf,
-        /// What the operating system reported.
-        #[source]
-        source: io::Error,
-    },
-}
-
-impl ArchiveError {
-    /// How to fix it, where that is known.
-    #[must_use]
-    pub fn help(&self) -> Option<&'static str> {
-        Some(match self {
-            Self::Open(error) if error.kind() == io::ErrorKind::IsADirectory => {
-                "give the .fmu file itself, not the folder that contains it or that it was unpacked to"
-            }
-            Self::Open(_) => "check the path, and build the unit",
-            Self::Zip(_) | Self::Entry { .. } => {
-                "the file is damaged or not an FMU; build or download it again"
-            }
-            Self::NoDescription { .. } | Self::NotText => {
-                "an FMU has a modelDescription.xml at its top level; pack the folder's contents, \
-                 not the folder"
-            }
-            Self::Write { .. } => "free space in the folder for temporary files (TMPDIR)",
-            _ => "do not run it unless you trust its origin; ask who exported it",
-        })
-    }
-}
 
 /// An opened archive whose entry names have all been checked.
 pub struct FmuArchive<R> {
@@ -132,7 +41,7 @@ pub struct FmuArchive<R> {
     names: Vec<Option<String>>,
     /// checked names of the folders that have an entry of their own
     folders: Vec<String>,
-    /// what was tolerated
+    /// tolerated defects
     warnings: Vec<String>,
 }
 
@@ -143,7 +52,7 @@ impl FmuArchive<BufReader<File>> {
     /// The file cannot be read, is no zip archive, or an entry is unacceptable.
     pub fn open(path: &Path) -> Result<Self, ArchiveError> {
         let file = File::open(path).map_err(ArchiveError::Open)?;
-        // a folder opens like a file and only fails later, as a bad archive
+        // a folder can be opened like a file and would be reported as a damaged archive
         if file.metadata().is_ok_and(|it| it.is_dir()) {
             return Err(ArchiveError::Open(io::ErrorKind::IsADirectory.into()));
         }
@@ -203,17 +112,17 @@ impl<R: Read + Seek> FmuArchive<R> {
         self.names.iter().flatten().map(String::as_str)
     }
 
-    /// What was tolerated.
+    /// Tolerated defects.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// The text of modelDescription.xml. It should be UTF-8; the ISO 8859-1 of some exporters is
+    /// The text of modelDescription.xml. It should be UTF-8; ISO 8859-1, which some exporters write, is
     /// tolerated.
     ///
     /// # Errors
-    /// It is missing, too large, damaged, or neither.
+    /// It is missing, too large, damaged, or in another encoding.
     pub fn description(&mut self) -> Result<String, ArchiveError> {
         let name = "modelDescription.xml";
         let index = self.index(name).ok_or_else(|| {
@@ -235,7 +144,7 @@ impl<R: Read + Seek> FmuArchive<R> {
     /// The bytes of one file, if the archive has it.
     ///
     /// # Errors
-    /// The entry is damaged or larger than it says.
+    /// The entry is damaged or larger than its header says.
     pub fn read(&mut self, name: &str) -> Result<Option<Vec<u8>>, ArchiveError> {
         let Some(index) = self.index(name) else { return Ok(None) };
         let mut bytes = Vec::new();
@@ -243,11 +152,11 @@ impl<R: Read + Seek> FmuArchive<R> {
         Ok(Some(bytes))
     }
 
-    /// Unpacks the files whose name `wanted` accepts into the folder, and makes the folders whose
-    /// name with a slash at its end it accepts, be they empty.
+    /// Unpacks the files whose name `wanted` accepts, and creates the folders whose name with a slash at
+    /// its end `wanted` accepts, even if they are empty.
     ///
     /// # Errors
-    /// A damaged entry, or the folder cannot be written.
+    /// An entry is damaged, or the folder cannot be written.
     pub fn unpack(
         &mut self,
         folder: &Path,
@@ -262,7 +171,7 @@ impl<R: Read + Seek> FmuArchive<R> {
             if let Some(parent) = path.parent() {
                 fs::create_dir_all(parent).map_err(failed)?;
             }
-            // create_new: even a name that differs only by case cannot overwrite another
+            // create_new: a name that differs only in case must not overwrite another file
             let mut file = File::create_new(&path).map_err(failed)?;
             self.copy(index, &name, MAX_ENTRY_SIZE, &mut file)?;
         }
@@ -288,7 +197,7 @@ impl<R: Read + Seek> FmuArchive<R> {
             name: name.to_owned(),
             source: io::Error::other(error),
         })?;
-        // the declared size has passed the checks; what comes out must not exceed it
+        // the size in the header has been checked; the contents must not exceed it
         let limit = limit.min(entry.size());
         let mut reader = entry.take(limit + 1);
         let copied = io::copy(&mut reader, target)
@@ -298,50 +207,6 @@ impl<R: Read + Seek> FmuArchive<R> {
         }
         Ok(())
     }
-}
-
-/// The text of a description, and whether it was in ISO 8859-1 rather than UTF-8.
-///
-/// # Errors
-/// It is in neither.
-pub fn text(bytes: Vec<u8>) -> Result<(String, bool), ArchiveError> {
-    String::from_utf8(bytes).map(|text| (text, false)).or_else(|error| {
-        let bytes = error.into_bytes();
-        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).to_lowercase();
-        if !head.contains("iso-8859-1") {
-            return Err(ArchiveError::NotText);
-        }
-        // the first 256 code points of Unicode are those of ISO 8859-1
-        Ok((bytes.into_iter().map(char::from).collect(), true))
-    })
-}
-
-/// The entry's name with forward slashes and without `./`, or why it is dangerous.
-fn safe_name(raw: &str, warnings: &mut Vec<String>) -> Result<Option<String>, ArchiveError> {
-    let refuse = |why| Err(ArchiveError::UnsafeName { name: raw.to_owned(), why });
-    if raw.chars().any(char::is_control) {
-        return refuse("control character");
-    }
-    let slashed = raw.replace('\\', "/");
-    if slashed != raw {
-        warnings.push(format!("entry \"{raw}\" is written with backslashes"));
-    }
-    if slashed.starts_with('/') {
-        return refuse("absolute name");
-    }
-    let mut parts = Vec::new();
-    for part in slashed.split('/') {
-        match part {
-            "" | "." => {}
-            ".." => return refuse("\"..\""),
-            _ if part.contains(':') => return refuse("drive letter or stream"),
-            _ => parts.push(part),
-        }
-    }
-    if slashed.starts_with("./") {
-        warnings.push(format!("entry \"{raw}\" begins with \"./\""));
-    }
-    Ok((!parts.is_empty()).then(|| parts.join("/")))
 }
 
 #[cfg(test)]
@@ -421,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_doubled_names_are_refused() {
+    fn issue_duplicate_names_are_refused() {
         let result = open(&[("a/b", b"1"), ("a\\b", b"2")]);
         assert!(matches!(result, Err(ArchiveError::Duplicate { .. })));
     }
@@ -434,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_missing_description_is_said() {
+    fn issue_a_missing_description_is_reported_with_a_similar_name() {
         let error =
             open(&[("x/modelDescription.xml", b"<x/>")]).unwrap().description().unwrap_err();
         assert!(error.to_string().ends_with("but \"x/modelDescription.xml\""), "{error}");
