@@ -35,7 +35,7 @@ pub fn scenario(name: &str) -> PathBuf {
 /// Starts the command and waits for it.
 ///
 /// # Errors
-/// It cannot be started; `cargo xtask package` and a release build of `master` must come first.
+/// It cannot be started; `cargo xtask package` and a release build of `maglev-cli` must come first.
 pub fn start<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Result<Output, String> {
     let maglev = maglev();
     Command::new(&maglev)

@@ -50,6 +50,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "report",
             "results",
             "scenario",
+            "shared-features",
         ],
     ),
     // tasks and tests

@@ -1,5 +1,5 @@
 //! A first build compiles each dependency once, although cargo is called for xtask, for the units and for
-//! the command.
+//! the command. So do the checks, which call it for the whole workspace.
 
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
@@ -8,18 +8,24 @@ use std::{
     process::Command,
 };
 
-/// What cargo is called for: the packages of each call.
-const CALLS: [&[&str]; 3] =
-    [&["xtask"], &["fmu-ems", "fmu-guideway", "fmu-vehicle"], &["maglev-cli"]];
+/// What cargo is called for, as arguments of `cargo tree`.
+const CALLS: [&[&str]; 4] = [
+    &["--edges=normal,build", "--package=xtask"],
+    &[
+        "--edges=normal,build",
+        "--package=fmu-ems",
+        "--package=fmu-guideway",
+        "--package=fmu-vehicle",
+    ],
+    &["--edges=normal,build", "--package=maglev-cli"],
+    &["--edges=normal,build,dev", "--workspace"],
+];
 
 /// The features of every dependency in one call; a package that is compiled for macros and for programs
 /// may have two sets.
-fn features(packages: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
+fn features(call: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
     let mut command = Command::new(env!("CARGO"));
-    command.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p}|{f}"]);
-    for package in packages {
-        command.args(["--package", package]);
-    }
+    command.args(["tree", "--prefix=none", "--format={p}|{f}"]).args(call);
     let output = command.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -37,15 +43,15 @@ fn features(packages: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
 
 #[test]
 fn issue_13_calls_of_cargo_share_their_dependencies() {
-    let calls = CALLS.map(|packages| (packages, features(packages)));
+    let calls = CALLS.map(|call| (call, features(call)));
     let mut wrong = Vec::new();
-    for (k, (packages, one)) in calls.iter().enumerate() {
-        for (others, other) in &calls[..k] {
+    for (k, (call, one)) in calls.iter().enumerate() {
+        for (other_call, other) in &calls[..k] {
             for (package, sets) in one {
                 let Some(theirs) = other.get(package) else { continue };
                 if !sets.is_subset(theirs) && !theirs.is_subset(sets) {
                     wrong.push(format!(
-                        "{package}: {sets:?} for {packages:?}, but {theirs:?} for {others:?}"
+                        "{package}: {sets:?} for {call:?}, but {theirs:?} for {other_call:?}"
                     ));
                 }
             }
