@@ -9,6 +9,7 @@ mod file;
 mod folder;
 mod growing;
 mod keeper;
+pub mod modes;
 mod names;
 mod parquet;
 mod spool;

@@ -21,7 +21,6 @@ mod structure;
 
 use faer::prelude::c64;
 use indexmap::IndexMap;
-use serde::Serialize;
 use thiserror::Error;
 
 use crate::coupling::{Blueprint, Links};
@@ -30,10 +29,9 @@ use crate::participant::Participant;
 use crate::simulation::Setup;
 use continuous::upper;
 use fmi2_import::instance::FmuError;
-pub use operating_point::{Family, OperatingPoint};
+pub use results::modes::{Apart, Eigenvalue, Family, Mode, Modes, OperatingPoint};
 use state_space::{Linear, StateSpace};
 use stepped::Stepped;
-pub use structure::Apart;
 
 /// Shares below this are left out.
 const LEAST_SHARE: f64 = 1e-3;
@@ -117,78 +115,27 @@ struct Link {
     factor: f64,
 }
 
-/// An eigenvalue as frequency and damping.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Eigenvalue {
-    /// Re λ (1/s).
-    pub real: f64,
-    /// Im λ (rad/s), not negative.
-    pub imaginary: f64,
-    /// |λ|/2π (Hz).
-    pub frequency_hz: f64,
-    /// −Re λ/|λ|.
-    pub damping_ratio: f64,
-}
-
-impl Eigenvalue {
-    fn new(value: c64) -> Self {
-        let size = value.norm();
-        Self {
-            real: value.re,
-            imaginary: value.im,
-            frequency_hz: size / std::f64::consts::TAU,
-            damping_ratio: if size > 0.0 { -value.re / size } else { 0.0 },
-        }
+fn eigenvalue(value: c64) -> Eigenvalue {
+    let size = value.norm();
+    Eigenvalue {
+        real: value.re,
+        imaginary: value.im,
+        frequency_hz: size / std::f64::consts::TAU,
+        damping_ratio: if size > 0.0 { -value.re / size } else { 0.0 },
     }
 }
 
-/// One mode of the coupled system.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Mode {
-    /// As the equations have it.
-    pub continuous: Eigenvalue,
-    /// As the master steps it; none if no multiplier belongs to it.
-    pub stepped: Option<Eigenvalue>,
-    /// |difference| over |λ|.
-    pub relative_error: Option<f64>,
-    /// Share of each instance, the largest first.
-    pub participation: IndexMap<String, f64>,
-}
-
-/// The modes of a system, least damped first.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Modes {
-    /// Number of states of all units.
-    pub states: usize,
-    /// Communication step (s).
-    pub step: f64,
-    /// Of conjugate pairs one.
-    pub modes: Vec<Mode>,
-    /// Size of the coupling's own largest multiplier: below one it dies away.
-    pub coupling_multiplier: f64,
-    /// Where the system is linearised: all else holds at this point only.
-    pub operating_point: OperatingPoint,
-    /// Units with states that are in no mode together with another unit's at this point.
-    pub apart: Vec<Apart>,
-    /// Whether all modes die away as the equations have them.
-    pub stable: bool,
-    /// Whether everything dies away as the master steps it.
-    pub stepped_stable: bool,
-}
-
-impl Modes {
-    /// Finds them for a scenario at its start.
-    ///
-    /// # Errors
-    /// The scenario does not start, or a unit does not tell its linearisation.
-    pub fn find(setup: &Setup) -> Result<Self, Error> {
-        let mut simulation = setup.start()?;
-        let (participants, exchange, blueprint) = simulation.parts();
-        let system = Linearised::new(participants, setup.scenario().experiment.start)?;
-        let degree = setup.scenario().algorithm.degree();
-        let step = setup.scenario().experiment.step;
-        Ok(of(system, exchange.links(), degree, blueprint, step)?)
-    }
+/// Finds the modes of a scenario at its start.
+///
+/// # Errors
+/// The scenario does not start, or a unit does not report its linearisation.
+pub fn find(setup: &Setup) -> Result<Modes, Error> {
+    let mut simulation = setup.start()?;
+    let (participants, exchange, blueprint) = simulation.parts();
+    let system = Linearised::new(participants, setup.scenario().experiment.start)?;
+    let degree = setup.scenario().algorithm.degree();
+    let step = setup.scenario().experiment.step;
+    Ok(of(system, exchange.links(), degree, blueprint, step)?)
 }
 
 /// All units about one point.
@@ -252,8 +199,8 @@ fn of(
         .iter()
         .zip(belonging)
         .map(|(eigen, stepped)| Mode {
-            continuous: Eigenvalue::new(eigen.value),
-            stepped: stepped.map(Eigenvalue::new),
+            continuous: eigenvalue(eigen.value),
+            stepped: stepped.map(eigenvalue),
             relative_error: stepped.map(|it| (it - eigen.value).norm() / eigen.value.norm()),
             participation: participation(&units, &names, &eigen.shares),
         })

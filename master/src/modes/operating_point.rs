@@ -1,34 +1,10 @@
 //! Where a system is linearised: the time, and what its units receive there.
 
 use indexmap::IndexMap;
-use serde::Serialize;
+use results::modes::Family;
 
 use super::ModesError;
 use crate::participant::Participant;
-
-/// The point of linearisation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OperatingPoint {
-    /// Time (s): the start of the scenario.
-    pub time: f64,
-    /// The connected Real inputs of each instance.
-    pub inputs: IndexMap<String, Vec<Family>>,
-}
-
-/// Inputs whose names differ in a number only, such as `position_01` to `position_64`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Family {
-    /// Their name with `#` for the number.
-    pub name: String,
-    /// Number of inputs in this family.
-    pub count: usize,
-    /// The smallest value of them.
-    pub min: f64,
-    /// The largest value of them.
-    pub max: f64,
-    /// Unit of measurement, if there is one.
-    pub unit: Option<String>,
-}
 
 /// What one participant receives.
 pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<Family>, ModesError> {

@@ -6,7 +6,7 @@
 //! only therefore has modes of that unit alone, whatever else is connected to it.
 
 use faer::Mat;
-use serde::Serialize;
+use results::modes::Apart;
 
 use super::continuous::balanced;
 use super::state_space::Linear;
@@ -14,25 +14,6 @@ use crate::graph::Graph;
 
 /// Entries below this share of the largest in their row and column, after balancing, are rounding.
 const NOTHING: f64 = 1e-13;
-
-/// A unit with states that are in no loop with another unit's.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Apart {
-    /// The instance, by its name in the scenario.
-    pub instance: String,
-    /// Number of its states.
-    pub of: usize,
-    /// Names of those that no other unit shares a mode with.
-    pub states: Vec<String>,
-}
-
-impl Apart {
-    /// Whether none of its states is coupled.
-    #[must_use]
-    pub fn entirely(&self) -> bool {
-        self.states.len() == self.of
-    }
-}
 
 /// The units with such states, in their order. `names` holds instance and states of each unit. A system of
 /// one unit has nothing to be coupled with.

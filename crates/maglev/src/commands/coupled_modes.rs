@@ -7,10 +7,10 @@ use std::process::ExitCode;
 use clap::Args;
 use maglev::Error;
 use master::Setup;
-use master::modes::{Apart, Eigenvalue, Family, Mode, Modes, ModesError};
+use master::modes::ModesError;
+use results::modes::{Apart, Eigenvalue, Family, Mode, Modes, ModesFile};
 use results::write_whole;
 use scenario::{AlgorithmName, Given, Override, Scenario};
-use serde_json::json;
 
 use super::modes::{families, shown};
 
@@ -92,7 +92,7 @@ fn find(scenario: &mut Scenario) -> Result<Modes, Error> {
     scenario.record.interval = None;
     scenario.checkpoint = None;
     let setup = Setup::new(scenario)?;
-    Ok(super::at_home(|| Modes::find(&setup))?)
+    Ok(super::at_home(|| master::modes::find(&setup))?)
 }
 
 /// Finds the modes of the scenario that ran and puts them beside its results.
@@ -112,10 +112,13 @@ fn write(modes: &Modes, scenario: &Scenario, folder: &Path) -> Result<(), Error>
 
 fn as_json(modes: &Modes, scenario: &Scenario) -> String {
     let algorithm = &scenario.algorithm;
-    let all = json!({ "algorithm": algorithm.name.as_str(), "extrapolation": algorithm.degree(),
-        "modes": modes });
+    let file = ModesFile {
+        algorithm: algorithm.name.as_str().to_owned(),
+        extrapolation: algorithm.degree(),
+        modes: modes.clone(),
+    };
     // plain data, which always prints
-    serde_json::to_string_pretty(&all).unwrap_or_default() + "\n"
+    serde_json::to_string_pretty(&file).unwrap_or_default() + "\n"
 }
 
 // writing to a String cannot fail, so the results of writeln! are dropped
