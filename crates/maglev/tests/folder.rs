@@ -74,7 +74,7 @@ fn issue_a_killed_second_run_leaves_nothing_of_the_first() {
         let there = |name: &str| out.join(name).exists();
         assert_eq!(fs::read_to_string(out.join("notes.txt")).unwrap(), "mine");
         let report = bench.maglev(&["report", "out"]);
-        assert!(!report.stderr().contains("not of one run"), "{}", report.stderr());
+        assert!(!report.stderr().contains("different runs"), "{}", report.stderr());
         if run_of(&out) == first {
             before += 1;
             // as it was, or on its way out
@@ -89,7 +89,7 @@ fn issue_a_killed_second_run_leaves_nothing_of_the_first() {
             report.succeeds();
         } else {
             between += 1;
-            assert!(report.status() == 0 || report.stderr().contains("no folder with results"));
+            assert!(report.status() == 0 || report.stderr().contains("not a results folder"));
         }
     }
     println!("killed before: {before}, in between: {between}, after: {after}");
@@ -137,14 +137,14 @@ fn issue_files_of_two_runs_are_refused() {
         let (mine, other) = (bench.path("one").join(name), bench.path("two").join(name));
         let own = fs::read(&mine).unwrap();
         fs::copy(other, &mine).unwrap();
-        bench.maglev(&["report", "one"]).fails(2, &["files in one are not of one run", name]);
+        bench.maglev(&["report", "one"]).fails(2, &["files in one belong to different runs", name]);
         fs::write(mine, own).unwrap();
     }
     bench.maglev(&["report", "one"]).succeeds();
     let own = fs::read(bench.path("one/checkpoint.bin")).unwrap();
     fs::copy(bench.path("two/checkpoint.bin"), bench.path("one/checkpoint.bin")).unwrap();
     let ran = bench.maglev(&["resume", "one"]);
-    ran.fails(2, &["one are of two runs", &run_of(&bench.path("two")), "help:"]);
+    ran.fails(2, &["one belong to two runs", &run_of(&bench.path("two")), "help:"]);
     fs::write(bench.path("one/checkpoint.bin"), own).unwrap();
     // resumed, it is the same run still
     let run = run_of(&bench.path("one"));

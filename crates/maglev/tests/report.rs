@@ -91,9 +91,11 @@ fn issue_reports_are_equal_byte_for_byte_and_take_several_folders() {
     bench.run(&["--format", "parquet", "--no-report"]).succeeds();
     bench.maglev(&["report", "out"]).succeeds();
     assert!(bench.result("report.html").contains("m_2.z"));
-    bench.maglev(&["report", "nowhere"]).fails(2, &["nowhere is no folder", "maglev run"]);
+    bench
+        .maglev(&["report", "nowhere"])
+        .fails(2, &["nowhere is not a results folder", "maglev run"]);
     fs::write(bench.path("out/summary.json"), "{").unwrap();
-    bench.maglev(&["report", "out"]).fails(2, &["out/summary.json is not as a run", "line 1"]);
-    bench.maglev(&["report", "--modes", "nowhere"]).fails(2, &["nowhere is no folder"]);
+    bench.maglev(&["report", "out"]).fails(2, &["out/summary.json is damaged", "line 1"]);
+    bench.maglev(&["report", "--modes", "nowhere"]).fails(2, &["nowhere is not a results folder"]);
     bench.maglev(&["report"]).fails(2, &["Usage: maglev report"]);
 }

@@ -137,10 +137,10 @@ fn issue_missing_ride_quality_is_explained_and_the_run_succeeds() {
     let points = summary["ride_quality"]["points"].as_array().unwrap();
     for (point, text) in points.iter().zip([
         "forgotten: a.u is not recorded; add it to record.signals",
-        "coarse: b.y, recorded every 0.01 s: the sampling rate is",
-        "short: a.y: 4.005 s are judged, and 5 s are the least",
-        "late: a.y: 0.000 s are judged",
-        "metres: m.y is no acceleration: its unit is m",
+        "coarse: b.y is recorded every 0.01 s: the sampling rate is",
+        "short: a.y: 4.005 s are too short, at least 5 s are needed",
+        "late: a.y: 0.000 s are too short",
+        "metres: m.y is not an acceleration: its unit is m",
     ]) {
         let warning = point["warnings"][0].as_str().unwrap();
         assert!(warning.starts_with(text), "{warning}");

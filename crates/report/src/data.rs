@@ -1,20 +1,20 @@
 //! What the page gets to know of one run.
 
 use rayon::prelude::*;
+use results::modes::{Eigenvalue, Mode, Modes};
+use results::{PlotAsRun, RunResults, ScenarioAsRun};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::embed::Arrays;
 use crate::irregularity::Irregularity;
 use crate::knowledge::{Figure, Guideway, Role, figures, role};
-use crate::modes::{Eigenvalue, Mode, Modes};
-use crate::run::Run;
-use crate::scenario::{Plot, Scenario};
+use crate::layout_fmu::{InstanceParameters, all_parameters};
+use crate::modes::{least_damped, of_girders};
 use crate::scene::{self, Scene};
 use crate::series::{Clock, Clocks, Series};
 use crate::spectra::{self, Frequencies, Spectra};
 use crate::spectrogram::{self, Spectrogram};
-use crate::unit::{Parameters, all_parameters};
 
 /// Values of all signals over time that a page has room for, at 4 bytes each.
 const ROOM: usize = 900_000;
@@ -41,7 +41,7 @@ pub(crate) struct RunData<'a> {
     summary: &'a Value,
     /// its text
     scenario: Option<&'a str>,
-    parameters: Vec<Parameters>,
+    parameters: Vec<InstanceParameters>,
     figures: Vec<Figure>,
     guideway: Option<Guideway>,
     modes: Option<&'a Modes>,
@@ -51,7 +51,7 @@ pub(crate) struct RunData<'a> {
     clocks: Vec<Clock>,
     frequencies: Frequencies,
     signals: Vec<SignalData<'a>>,
-    plots: Vec<Plot>,
+    plots: Vec<PlotAsRun>,
     irregularity: Option<Irregularity>,
     scene: Option<Scene>,
     /// why there is no scene where one was to be expected
@@ -81,7 +81,7 @@ struct Computed {
 
 impl<'a> RunData<'a> {
     /// Of one run among so many that share the page.
-    pub(crate) fn new(run: &'a Run, runs: usize, arrays: &mut Arrays) -> Self {
+    pub(crate) fn new(run: &'a RunResults, runs: usize, arrays: &mut Arrays) -> Self {
         let table = &run.table;
         let scenario = run.scenario.as_ref();
         let plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
@@ -100,13 +100,13 @@ impl<'a> RunData<'a> {
             name: run.name(),
             title: run.title(),
             folder: run.folder.display().to_string(),
-            description: scenario.map(Scenario::description).unwrap_or_default(),
-            summary: &run.raw_summary,
-            scenario: scenario.map(Scenario::text),
+            description: scenario.map(ScenarioAsRun::description).unwrap_or_default(),
+            summary: &run.summary,
+            scenario: scenario.map(ScenarioAsRun::text),
             parameters: scenario.map(all_parameters).unwrap_or_default(),
             figures: figures(run),
-            coupled: modes.zip(girders).map(|(it, name)| it.of_girders(name)).unwrap_or_default(),
-            least_damped: modes.and_then(|it| it.least_damped(girders)),
+            coupled: modes.zip(girders).map(|(it, name)| of_girders(it, name)).unwrap_or_default(),
+            least_damped: modes.and_then(|it| least_damped(it, girders)),
             modes,
             clocks: clocks.into_list(),
             frequencies,
@@ -126,8 +126,8 @@ impl<'a> RunData<'a> {
 }
 
 fn signals<'a>(
-    run: &'a Run,
-    plots: &[Plot],
+    run: &'a RunResults,
+    plots: &[PlotAsRun],
     guideway: Option<&Guideway>,
     runs: usize,
     (clocks, frequencies): (&mut Clocks, &mut Frequencies),
@@ -185,7 +185,7 @@ fn top_frequency(guideway: Option<&Guideway>) -> f64 {
     modes.chain(chirp).reduce(f64::max).unwrap_or(f64::INFINITY)
 }
 
-fn is_drawn(plots: &[Plot], signal: &str) -> bool {
+fn is_drawn(plots: &[PlotAsRun], signal: &str) -> bool {
     let mut panels = plots.iter().flat_map(|plot| &plot.panels);
     panels.any(|panel| panel.signals.iter().any(|name| name == signal))
 }

@@ -4,12 +4,12 @@
 use std::f64::consts::TAU;
 
 use analysis::spectrum::{Welch, welch};
+use results::RunResults;
 use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 use crate::knowledge::{Guideway, Target};
 use crate::names;
-use crate::run::Run;
 
 /// Distance of the profile's points (m): a tenth of the shortest wave that is usual, 0.5 m.
 const GRID: f64 = 0.05;
@@ -34,7 +34,7 @@ pub struct Irregularity {
 
 impl Irregularity {
     /// Of the first recorded irregularity whose magnet's position is recorded, too, and moves.
-    pub fn of(run: &Run, guideway: Option<&Guideway>, arrays: &mut Arrays) -> Option<Self> {
+    pub fn of(run: &RunResults, guideway: Option<&Guideway>, arrays: &mut Arrays) -> Option<Self> {
         let (signal, places, heights) = run.table.names.iter().find_map(|signal| {
             let (row, number) = signal.split_once('.')?.1.rsplit_once('_')?;
             if row != names::IRREGULARITY {
@@ -62,7 +62,7 @@ impl Irregularity {
 }
 
 /// The recorded position of the magnet with that number.
-fn position<'a>(run: &'a Run, number: &str) -> Option<&'a [f64]> {
+fn position<'a>(run: &'a RunResults, number: &str) -> Option<&'a [f64]> {
     let ending = format!(".{}_{number}", names::POSITION);
     let name = run.table.names.iter().find(|name| name.ends_with(&ending))?;
     run.table.column(name)

@@ -1,11 +1,11 @@
 //! What the report knows of this system by name: which signals are gaps and deflections, and what the
 //! guideway's parameters say. A run without these names gets a report without these parts.
 
+use results::{RunResults, Statistics};
 use serde::Serialize;
 
+use crate::layout_fmu::LayoutFmu;
 use crate::names;
-use crate::run::{Run, Signal};
-use crate::unit::Unit;
 
 /// What a signal is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -46,11 +46,11 @@ pub struct Figure {
 
 /// The numbers that are asked for first.
 #[must_use]
-pub fn figures(run: &Run) -> Vec<Figure> {
+pub fn figures(run: &RunResults) -> Vec<Figure> {
     let of = |wanted: Role| {
-        let all = run.summary.signals.iter();
-        let chosen = all.filter(move |(name, it)| role(name) == Some(wanted) && it.points > 0);
-        chosen.collect::<Vec<(&String, &Signal)>>()
+        let all = run.signals.iter().filter(move |(name, _)| role(name) == Some(wanted));
+        let measured = all.filter_map(|(name, it)| Some((name, it.statistics.as_ref()?)));
+        measured.collect::<Vec<(&String, &Statistics)>>()
     };
     let mut figures = Vec::new();
     figures.extend(deflections(&of(Role::Midspan), &of(Role::Quarter)));
@@ -86,8 +86,11 @@ pub fn figures(run: &Run) -> Vec<Figure> {
 
 /// The largest deflection in the middle of a span, and that at a quarter where it is larger or there is no
 /// other: each says of which place it is.
-fn deflections(middle: &[(&String, &Signal)], quarter: &[(&String, &Signal)]) -> Vec<Figure> {
-    let deepest = |of: &[(&String, &Signal)]| {
+fn deflections(
+    middle: &[(&String, &Statistics)],
+    quarter: &[(&String, &Statistics)],
+) -> Vec<Figure> {
+    let deepest = |of: &[(&String, &Statistics)]| {
         let it = of.iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min))?;
         Some((-it.1.min, moment(it.0, it.1.time_of_min)))
     };
@@ -162,8 +165,8 @@ pub struct Target {
 impl Guideway {
     /// Of the first unit that is a guideway; `None` if there is none or its file has gone.
     #[must_use]
-    pub fn of(run: &Run) -> Option<Self> {
-        let unit = Unit::find(run.scenario.as_ref()?, names::GUIDEWAY_FILE).ok()??;
+    pub fn of(run: &RunResults) -> Option<Self> {
+        let unit = LayoutFmu::find(run.scenario.as_ref()?, names::GUIDEWAY_FILE).ok()??;
         let number = |name: &str| unit.parameter(name).filter(|value| value.is_finite());
         let on = |name: &str| number(name).is_some_and(|value| value != 0.0);
         let stiffness = number(names::STIFFNESS_FACTOR).unwrap_or(1.0);
@@ -226,7 +229,7 @@ mod tests {
                 .collect();
             let text = format!(r#"{{"signals": {{{}}}}}"#, all.join(","));
             std::fs::write(folder.path().join("summary.json"), text).unwrap();
-            let figures = figures(&Run::read(folder.path()).unwrap());
+            let figures = figures(&RunResults::read(folder.path()).unwrap());
             figures.into_iter().map(|it| (it.label, it.value, it.note)).collect::<Vec<_>>()
         };
         let middle = "Largest deflection at mid-span";
@@ -250,7 +253,7 @@ mod tests {
         }}"#;
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("summary.json"), text).unwrap();
-        let figures = figures(&Run::read(folder.path()).unwrap());
+        let figures = figures(&RunResults::read(folder.path()).unwrap());
         let values: Vec<f64> = figures.iter().map(|it| it.value).collect();
         // √((9 + 16)/2) mm
         assert_eq!(values[0], 0.0035);

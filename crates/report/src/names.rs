@@ -59,27 +59,22 @@ pub(crate) fn row(variable: &str) -> Option<&str> {
 mod tests {
     use std::path::Path;
 
+    use fmi2_import::description::{Causality, Description, Variable};
+
     use super::*;
 
-    /// Names and causalities of all variables in a unit's committed description, which another test
-    /// holds against the unit's table.
-    fn variables(unit: &str) -> Vec<(String, String)> {
+    /// The variables in a unit's committed description. Another test compares it with the unit.
+    fn variables(unit: &str) -> Vec<Variable> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../modelDescription");
         let text = std::fs::read_to_string(folder.join(format!("{unit}.xml"))).unwrap();
-        let document = roxmltree::Document::parse(&text).unwrap();
-        let all = document.descendants().filter(|it| it.has_tag_name("ScalarVariable"));
-        all.map(|it| {
-            let of = |name| it.attribute(name).unwrap_or_default().to_owned();
-            (of("name"), of("causality"))
-        })
-        .collect()
+        Description::parse(&text).unwrap().variables
     }
 
-    fn assert_known(unit: &str, causality: &str, names: &[String]) {
+    fn assert_known(unit: &str, causality: Causality, names: &[String]) {
         let variables = variables(unit);
         for name in names {
-            let there = variables.iter().any(|(it, kind)| it == name && kind == causality);
-            assert!(there, "{unit} has no {causality} {name}, which the report looks for");
+            let there = variables.iter().any(|it| it.name == *name && it.causality == causality);
+            assert!(there, "{unit} has no {causality:?} {name}, which the report needs");
         }
     }
 
@@ -94,14 +89,14 @@ mod tests {
     /// A name changed here or in a unit's table would silence a figure or a part of the 3D view.
     #[test]
     fn issue_signal_names_are_those_of_the_units() {
-        assert_known("vehicle", "output", &of_row(&[GAP, POSITION, LATERAL_OFFSET], 64));
+        assert_known("vehicle", Causality::Output, &of_row(&[GAP, POSITION, LATERAL_OFFSET], 64));
         let observed = [VERTICAL_DISPLACEMENT, LATERAL_DISPLACEMENT, ROLL, PITCH, YAW];
         let of_cars = ["car_1", "car_2"];
         let of_cars = of_cars.iter().flat_map(|car| observed.map(|what| format!("{car}_{what}")));
-        assert_known("vehicle", "output", &of_cars.collect::<Vec<_>>());
-        assert_known("vehicle", "parameter", &owned(&[INITIAL_POSITION, TRAVEL_SPEED]));
-        assert_known("guideway", "output", &of_row(&[MIDSPAN, QUARTER], 3));
-        assert_known("guideway", "output", &of_row(&[IRREGULARITY], 64));
+        assert_known("vehicle", Causality::Output, &of_cars.collect::<Vec<_>>());
+        assert_known("vehicle", Causality::Parameter, &owned(&[INITIAL_POSITION, TRAVEL_SPEED]));
+        assert_known("guideway", Causality::Output, &of_row(&[MIDSPAN, QUARTER], 3));
+        assert_known("guideway", Causality::Output, &of_row(&[IRREGULARITY], 64));
         let parameters = [
             MODES,
             POLE_LENGTH,
@@ -116,15 +111,15 @@ mod tests {
             IRREGULARITY_SHORTEST_WAVE,
             IRREGULARITY_LONGEST_WAVE,
         ];
-        assert_known("guideway", "parameter", &owned(&parameters));
-        assert_known("guideway", "parameter", &of_row(&[FREQUENCY, DAMPING], 2));
+        assert_known("guideway", Causality::Parameter, &owned(&parameters));
+        assert_known("guideway", Causality::Parameter, &of_row(&[FREQUENCY, DAMPING], 2));
     }
 
     /// A wrong name is found out, otherwise the test above proved nothing.
     #[test]
-    #[should_panic(expected = "guideway has no output middle_displacement_01")]
+    #[should_panic(expected = "guideway has no Output middle_displacement_01")]
     fn issue_a_signal_name_that_no_unit_has_is_found() {
-        assert_known("guideway", "output", &of_row(&["middle_displacement"], 1));
+        assert_known("guideway", Causality::Output, &of_row(&["middle_displacement"], 1));
     }
 
     #[test]

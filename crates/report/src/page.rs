@@ -1,11 +1,10 @@
 //! The page: its data, put into the template with styles and scripts.
 
+use results::RunResults;
 use serde::Serialize;
 
 use crate::data::RunData;
 use crate::embed::{Arrays, html as escape, script_json};
-use crate::error::ReportError;
-use crate::run::Run;
 use crate::scene;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -43,10 +42,8 @@ struct Data<'a> {
 }
 
 /// Makes the page.
-///
-/// # Errors
-/// A unit's file is not as it should be.
-pub fn html(runs: &[Run]) -> Result<String, ReportError> {
+#[must_use]
+pub fn html(runs: &[RunResults]) -> String {
     let mut arrays = Arrays::default();
     let runs_data: Vec<_> =
         runs.iter().map(|run| RunData::new(run, runs.len(), &mut arrays)).collect();
@@ -60,14 +57,14 @@ pub fn html(runs: &[Run]) -> Result<String, ReportError> {
     let data = script_json(&data).unwrap_or_default();
     let title = runs.first().map(|run| escape(&run.title())).unwrap_or_default();
     let scripts = format!("(async () => {{\n\"use strict\";\n{}}})();", SCRIPTS.concat());
-    Ok(fill(&[
+    fill(&[
         ("title", &title),
         ("styles", &STYLES.concat()),
         ("data", &data),
         ("arrays", &arrays.pack()),
         ("uplot", UPLOT),
         ("scripts", &scripts),
-    ]))
+    ])
 }
 
 /// Puts texts into the template's places, which stand in this order; what is put in is not looked at.
@@ -95,7 +92,7 @@ mod tests {
         for (name, text) in files {
             std::fs::write(folder.path().join(name), text).unwrap();
         }
-        html(&[Run::read(folder.path()).unwrap()]).unwrap()
+        html(&[RunResults::read(folder.path()).unwrap()])
     }
 
     /// Names and texts of a run stay what they are: the page has the elements of its template only.

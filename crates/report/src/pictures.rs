@@ -11,11 +11,10 @@ use std::sync::Arc;
 use analysis::series::rate;
 use analysis::spectrum::{Window, amplitude};
 use figure::{Line, Panel as Drawn};
+use results::{PanelAsRun, PlotAsRun, RunResults, ScenarioAsRun, write_whole};
 use resvg::{tiny_skia, usvg};
 
 use crate::error::ReportError;
-use crate::run::Run;
-use crate::scenario::{Panel, Plot, Scenario};
 use crate::series::reduced;
 
 /// The font of PNGs, so that they look alike on all machines.
@@ -42,7 +41,11 @@ pub enum Format {
 ///
 /// # Errors
 /// A figure cannot be drawn or written.
-pub fn write(runs: &[Run], folder: &Path, formats: &[Format]) -> Result<Vec<PathBuf>, ReportError> {
+pub fn write(
+    runs: &[RunResults],
+    folder: &Path,
+    formats: &[Format],
+) -> Result<Vec<PathBuf>, ReportError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| ReportError::Write { path, source }
@@ -56,7 +59,7 @@ pub fn write(runs: &[Run], folder: &Path, formats: &[Format]) -> Result<Vec<Path
                 Format::Png => ("png", png(&svg).map_err(|why| picture(&name, why))?),
             };
             let path = folder.join(format!("{name}.{ending}"));
-            fs::write(&path, content).map_err(failed(&path))?;
+            write_whole(&path, &content).map_err(failed(&path))?;
             files.push(path);
         }
     }
@@ -68,7 +71,7 @@ fn picture(name: &str, message: impl ToString) -> ReportError {
 }
 
 /// Names and SVG texts of the figures.
-fn draw(runs: &[Run]) -> Result<Vec<(String, String)>, ReportError> {
+fn draw(runs: &[RunResults]) -> Result<Vec<(String, String)>, ReportError> {
     let Some(first) = runs.first() else { return Ok(Vec::new()) };
     let mut figures = Vec::new();
     for (k, plot) in plots(first).iter().enumerate() {
@@ -96,35 +99,35 @@ fn draw(runs: &[Run]) -> Result<Vec<(String, String)>, ReportError> {
 }
 
 /// The scenario's pictures, or one of the first signals.
-fn plots(run: &Run) -> Vec<Plot> {
+fn plots(run: &RunResults) -> Vec<PlotAsRun> {
     let names = &run.table.names;
-    let plots = run.scenario.as_ref().map(|it: &Scenario| it.plots(names)).unwrap_or_default();
+    let plots = run.scenario.as_ref().map(|it: &ScenarioAsRun| it.plots(names)).unwrap_or_default();
     if !plots.is_empty() || names.is_empty() {
         return plots;
     }
-    let mut panels: Vec<Panel> = Vec::new();
+    let mut panels: Vec<PanelAsRun> = Vec::new();
     for name in names {
         let ylabel = run.unit_of(name).unwrap_or("1");
         match panels.iter().position(|panel| panel.ylabel == ylabel) {
             Some(k) if panels[k].signals.len() < CURVES => panels[k].signals.push(name.clone()),
-            None if panels.len() < PANELS => panels.push(Panel {
+            None if panels.len() < PANELS => panels.push(PanelAsRun {
                 ylabel: ylabel.to_owned(),
                 signals: vec![name.clone()],
-                ..Panel::default()
+                ..PanelAsRun::default()
             }),
             Some(_) | None => {}
         }
     }
-    vec![Plot { panels, ..Plot::default() }]
+    vec![PlotAsRun { panels, ..PlotAsRun::default() }]
 }
 
 /// The panels of a picture, with what `curve` makes of times and values of each recorded signal.
 fn panels(
-    runs: &[Run],
-    plot: &Plot,
+    runs: &[RunResults],
+    plot: &PlotAsRun,
     curve: impl Fn(&[f64], &[f64]) -> Option<(Vec<f64>, Vec<f64>)>,
 ) -> Vec<Drawn> {
-    let line = |run: &Run, panel: &Panel, k: usize, signal: &String| {
+    let line = |run: &RunResults, panel: &PanelAsRun, k: usize, signal: &String| {
         let index = run.table.names.iter().position(|name| name == signal)?;
         let (times, values) = run.table.points(index);
         let (across, up) = curve(&times, &values)?;
@@ -133,7 +136,7 @@ fn panels(
         let points = across.into_iter().zip(up).map(|(x, y)| (x, panel.scale * y));
         Some(Line { label, points: points.collect() })
     };
-    let panel = |panel: &Panel| {
+    let panel = |panel: &PanelAsRun| {
         let lines = runs.iter().flat_map(|run| {
             let signals = panel.signals.iter().enumerate();
             signals.filter_map(move |(k, signal)| line(run, panel, k, signal))
@@ -181,7 +184,7 @@ fn png(svg: &str) -> Result<Vec<u8>, String> {
 mod tests {
     use super::*;
 
-    fn run(folder: &Path, scenario: bool) -> Run {
+    fn run(folder: &Path, scenario: bool) -> RunResults {
         let mut csv = "time,v.gap_1,v.u\n".to_owned();
         for k in 0..2000 {
             let t = f64::from(k) * 0.01;
@@ -192,11 +195,11 @@ mod tests {
         let summary =
             r#"{"title": "a run", "signals": {"v.gap_1": {"unit": "m"}, "v.u": {"unit": "V"}}}"#;
         fs::write(folder.join("summary.json"), summary).unwrap();
-        let mut run = Run::read(folder).unwrap();
+        let mut run = RunResults::read(folder).unwrap();
         let text = r#"{"plots": [{"file": "gaps.svg", "panels": [
             {"ylabel": "gap (mm)", "scale": 1e3, "signals": ["v.gap_[1..1]"], "labels": ["the gap"]}]}]}"#;
         if scenario {
-            run.scenario = Some(Scenario::parse(text.to_owned()).unwrap());
+            run.scenario = Some(ScenarioAsRun::parse(text.to_owned()).unwrap());
         }
         run
     }

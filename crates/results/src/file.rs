@@ -1,4 +1,4 @@
-//! Files that appear complete or not at all, and the lock that keeps a file to one run.
+//! Files that appear complete or not at all, and the lock that reserves a file for one run.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read as _, Write as _};
@@ -17,28 +17,35 @@ pub(crate) fn partial(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Writes a file that is there as a whole or not at all, also after a crash of the machine: a
-/// temporary file takes its name when its content is on the disk.
+/// Writes a whole file or nothing, even if the machine crashes meanwhile.
 ///
 /// # Errors
-/// The file cannot be written; what was there under its name before is untouched.
+/// The file cannot be written. An earlier file of that name is unchanged.
 pub fn write_whole(path: &Path, content: &[u8]) -> io::Result<()> {
+    replace(path, |mut file| file.write_all(content))
+}
+
+/// Lets `write` fill a temporary file, waits until its content is on the disk, and renames it to
+/// `path`. The temporary name is fixed, so that the next run removes what a killed one has left.
+pub(crate) fn replace<E: From<io::Error>>(
+    path: &Path,
+    write: impl FnOnce(&File) -> Result<(), E>,
+) -> Result<(), E> {
     let temporary = partial(path);
-    let written = File::create(&temporary)
-        .and_then(|mut file| {
-            file.write_all(content)?;
-            file.sync_all()
-        })
-        .and_then(|()| fs::rename(&temporary, path));
+    let written = File::create(&temporary).map_err(E::from).and_then(|file| {
+        write(&file)?;
+        file.sync_all()?;
+        Ok(fs::rename(&temporary, path)?)
+    });
     if written.is_err() {
         // half a file is of no use; if it cannot be removed, there is nothing else to do
         let _ = fs::remove_file(&temporary);
         return written;
     }
-    sync_folder_of(path)
+    Ok(sync_folder_of(path)?)
 }
 
-/// Puts a new name on the disk; only Unix knows the notion.
+/// Waits until a renamed file is on the disk under its new name. Only Unix can do that.
 fn sync_folder_of(path: &Path) -> io::Result<()> {
     match path.parent() {
         Some(folder) if cfg!(unix) => {
@@ -49,16 +56,16 @@ fn sync_folder_of(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Length and CRC-32 of a file: what tells it from another one of its name.
+/// Length and CRC-32 of a file, which distinguish it from another file of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
-    /// Length.
+    /// Length in bytes.
     pub bytes: u64,
     /// CRC-32 of the content.
     pub crc32: u32,
 }
 
-/// Reads a file and takes its fingerprint.
+/// Reads a file and computes its fingerprint.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -84,14 +91,14 @@ pub fn causes(error: &(dyn std::error::Error + 'static)) -> Vec<String> {
     std::iter::successors(Some(error), |error| error.source()).map(ToString::to_string).collect()
 }
 
-/// Keeps others from writing the file until it is closed, be it by the end of the process.
+/// Keeps other runs from writing the file until it is closed, at the latest by the end of the process.
 pub(crate) fn reserve(file: &File) -> io::Result<()> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(io::Error::new(
             io::ErrorKind::ResourceBusy,
-            "another run is writing it; wait for its end or choose another folder",
+            "another run is writing it; wait until it ends or choose another folder",
         )),
-        // a file system without locks
+        // the file system has no locks
         Err(TryLockError::Error(_)) | Ok(()) => Ok(()),
     }
 }

@@ -1,21 +1,30 @@
-//! The results folder of a run: results.csv and its copy in Parquet, events.csv, summary.json, and the list
-//! of files that says which run they belong to. docs/results.md describes the formats.
+//! The results folder of a run: results.csv and its copy in Parquet, events.csv, summary.json, modes.json,
+//! and the list of files that belong to the run. docs/results.md describes the formats.
 //!
-//! Nothing else knows the names of the files or what is in them.
+//! No other crate knows the names of the files or their content. [`Folder`], [`TableWriter`], [`EventLog`]
+//! and [`Summary`] write during a run; [`RunResults`] and [`Table`] read.
 
+mod columns;
 mod curve;
 mod events;
 mod file;
+mod file_list;
 mod folder;
 mod growing;
 mod keeper;
 pub mod modes;
 mod names;
 mod parquet;
+mod read;
+mod read_error;
+mod run_results;
+mod scenario_as_run;
 mod spool;
 mod statistics;
 pub mod summary;
 mod table;
+mod table_writer;
+mod verify;
 
 pub use curve::Curve;
 pub use events::{Event, EventKind, EventLog, LogState};
@@ -25,6 +34,10 @@ pub use growing::Position;
 pub use keeper::write_now;
 pub use names::{AS_RUN, CHECKPOINT, EVENTS, FILES, MODES, PARQUET, REPORT, SUMMARY, TABLE};
 pub use parquet::{ParquetError, copy_to_parquet};
+pub use read_error::ReadError;
+pub use run_results::RunResults;
+pub use scenario_as_run::{InstanceAsRun, PanelAsRun, PlotAsRun, ScenarioAsRun};
 pub use statistics::{Gatherer, Statistics};
 pub use summary::Summary;
-pub use table::{Column, Table};
+pub use table::Table;
+pub use table_writer::{Column, TableWriter};

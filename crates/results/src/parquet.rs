@@ -6,7 +6,7 @@
 //! read, not a file without its end.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,9 +20,9 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use thiserror::Error;
 
-use crate::PARQUET;
-use crate::file::partial;
-use crate::table::Column;
+use crate::file::replace;
+use crate::table_writer::Column;
+use crate::{PARQUET, TABLE};
 
 /// Values of one row group: 32 MiB.
 const GROUP_VALUES: usize = 1 << 22;
@@ -56,22 +56,14 @@ pub enum ParquetError {
 /// # Errors
 /// The table cannot be read or the copy not be written; then there is none.
 pub fn copy_to_parquet(folder: &Path, columns: &[Column]) -> Result<PathBuf, ParquetError> {
-    let table = crate::Table::path(folder);
+    let table = folder.join(TABLE);
     let path = folder.join(PARQUET);
-    let temporary = partial(&path);
-    let written = copy(&table, &temporary, columns);
-    if let Err(error) = written.and_then(|()| Ok(fs::rename(&temporary, &path)?)) {
-        // half a file is of no use; if it cannot be removed, there is nothing else to do
-        let _ = fs::remove_file(&temporary);
-        return Err(error);
-    }
+    replace(&path, |file| copy(&table, file, columns))?;
     Ok(path)
 }
 
-fn copy(table: &Path, target: &Path, columns: &[Column]) -> Result<(), ParquetError> {
+fn copy(table: &Path, file: &File, columns: &[Column]) -> Result<(), ParquetError> {
     let mut reader = csv::ReaderBuilder::new().from_path(table)?;
-    let file = File::create(target)?;
-    let keep = file.try_clone()?;
     let optional = columns.iter().any(|column| column.stride != columns[0].stride);
     let mut writer =
         SerializedFileWriter::new(file, schema(columns, optional)?, properties(columns))?;
@@ -90,7 +82,6 @@ fn copy(table: &Path, target: &Path, columns: &[Column]) -> Result<(), ParquetEr
         batch.write(writer.next_row_group()?, optional)?;
     }
     writer.close()?;
-    keep.sync_all()?;
     Ok(())
 }
 
@@ -189,7 +180,7 @@ impl Batch {
 
     fn write(
         &mut self,
-        mut group: SerializedRowGroupWriter<'_, File>,
+        mut group: SerializedRowGroupWriter<'_, &File>,
         optional: bool,
     ) -> Result<(), Source> {
         for (k, (values, present)) in self.values.iter_mut().zip(&mut self.present).enumerate() {
@@ -230,7 +221,7 @@ mod tests {
         let column =
             |name: &str, stride| Column { name: name.into(), unit: None, stride, is_text: false };
         let columns = [column("a.x", 1), column("b,y", 2)];
-        let mut table = crate::Table::create(folder.path(), &columns).unwrap();
+        let mut table = crate::TableWriter::create(folder.path(), &columns).unwrap();
         let value = |n: u64| (n as f64 * 0.7).sin() / 3.0;
         for n in 0..2500 {
             table.take(n, n as f64 * 0.1, &[value(n), -value(n)], |_| None).unwrap();
@@ -259,7 +250,7 @@ mod tests {
                 Column { name: "a.s".into(), unit: None, stride: 1, is_text: true },
                 Column { name: "a.x".into(), unit: None, stride, is_text: false },
             ];
-            let mut table = crate::Table::create(folder.path(), &columns).unwrap();
+            let mut table = crate::TableWriter::create(folder.path(), &columns).unwrap();
             for (n, text) in (0..).zip([c"say \"no\"", c"", c"ja"]) {
                 table.take(n, n as f64, &[f64::NAN, 1.0], |_| Some(text)).unwrap();
             }

@@ -1,27 +1,47 @@
 //! Statistics of a signal over every communication point.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Extremes and means of one signal over all communication points at which it is finite.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Statistics {
     /// Smallest value.
+    #[serde(deserialize_with = "number")]
     pub min: f64,
     /// Time of the smallest value (s).
+    #[serde(deserialize_with = "number")]
     pub time_of_min: f64,
     /// Largest value.
+    #[serde(deserialize_with = "number")]
     pub max: f64,
     /// Time of the largest value (s).
+    #[serde(deserialize_with = "number")]
     pub time_of_max: f64,
     /// Mean over the points.
+    #[serde(deserialize_with = "number")]
     pub mean: f64,
     /// Root of the mean square over the points.
+    #[serde(deserialize_with = "number")]
     pub rms: f64,
     /// Last value.
-    #[serde(rename = "final")]
+    #[serde(rename = "final", deserialize_with = "number")]
     pub last: f64,
     /// Number of points.
     pub points: u64,
+}
+
+/// A number. JSON has null for one that is NaN or infinite.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// Statistics among the members of a larger object; none without points.
+pub(crate) fn if_any<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Statistics>, D::Error> {
+    let statistics = Statistics::deserialize(deserializer)?;
+    Ok((statistics.points > 0).then_some(statistics))
 }
 
 /// Gathers [`Statistics`]. Sums are compensated (Neumaier), so that millions of points keep full

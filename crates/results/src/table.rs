@@ -1,215 +1,324 @@
-//! results.csv.
+//! Reads the recorded signals: results.csv, as much as there is of it, or results.parquet.
 
-use std::ffi::CStr;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::Path;
 
-use crate::TABLE;
-use crate::growing::{Growing, Position};
+use rayon::prelude::*;
 
-/// A recorded signal.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Column {
-    /// `instance.variable`
-    pub name: String,
-    /// Unit of measurement of its values.
-    pub unit: Option<String>,
-    /// It has a value at every so many communication points, counted from the start.
-    pub stride: u64,
-    /// Whether it is a String.
-    pub is_text: bool,
-}
+use crate::file::partial;
+use crate::{PARQUET, ReadError, TABLE};
 
-/// results.csv: a row at every communication point at which a signal is due; the signals that are
-/// not have an empty field. Numbers are the shortest decimals that read back to the same floats;
-/// texts are quoted, with spaces for line breaks.
+/// Text in memory at a time (bytes).
+const BLOCK: usize = 16 << 20;
+/// Text that one thread reads at a time (bytes).
+const PART: usize = 1 << 20;
+/// The value of a signal in a row at which it was not due: a NaN that reading a number never gives.
+pub(crate) const NOT_DUE: f64 = f64::from_bits(0x7ff8_0000_0000_0dee);
+
+/// Recorded signals over time, without String signals.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    file: Growing,
-    number: ryu::Buffer,
-    strides: Vec<u64>,
-    /// per signal, whether it is a String
-    texts: Vec<bool>,
-    /// without repetition
-    distinct: Vec<u64>,
+    /// Names of the signals, `instance.variable`.
+    pub names: Vec<String>,
+    /// Times of the rows (s).
+    pub time: Vec<f64>,
+    /// Values of each signal, one per row; NaN in rows at which it was not due.
+    pub columns: Vec<Vec<f64>>,
 }
 
 impl Table {
-    /// Begins the table in the folder.
+    /// Reads results.csv of a folder. If there is none, reads results.parquet, and otherwise what a
+    /// running or killed run has written so far. `None` if there is nothing.
     ///
     /// # Errors
-    /// The file cannot be written.
-    pub fn create(folder: &Path, columns: &[Column]) -> io::Result<Self> {
-        let names = columns.iter().map(|column| column.name.as_str());
-        let header = crate::events::line(std::iter::once("time").chain(names))?;
-        Ok(Self::new(Growing::create(Self::path(folder), &header)?, columns))
+    /// The file cannot be read, or a run did not write it.
+    pub fn read(folder: &Path) -> Result<Option<Self>, ReadError> {
+        Self::read_signals(folder, |_| true)
     }
 
-    /// Goes on with a table from an earlier position; rows after it are cut off.
+    /// Reads only the signals whose names `wanted` accepts.
     ///
     /// # Errors
-    /// The file cannot be written, or is not the one that the position is of.
-    pub fn resume(folder: &Path, columns: &[Column], position: Position) -> io::Result<Self> {
-        Ok(Self::new(Growing::resume(Self::path(folder), position)?, columns))
-    }
-
-    /// Where the table of a folder is once it is complete.
-    #[must_use]
-    pub fn path(folder: &Path) -> PathBuf {
-        folder.join(TABLE)
-    }
-
-    fn new(file: Growing, columns: &[Column]) -> Self {
-        let strides: Vec<u64> = columns.iter().map(|column| column.stride).collect();
-        let mut distinct = strides.clone();
-        distinct.sort_unstable();
-        distinct.dedup();
-        if distinct.is_empty() {
-            distinct.push(1);
+    /// As [`Table::read`]. Other columns are not checked.
+    pub fn read_signals(
+        folder: &Path,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Option<Self>, ReadError> {
+        let (csv, parquet) = (folder.join(TABLE), folder.join(PARQUET));
+        let unfinished = partial(&csv);
+        if csv.exists() {
+            read_csv(&csv, false, wanted).map(Some)
+        } else if parquet.exists() {
+            crate::columns::read_parquet(&parquet, wanted).map(Some)
+        } else if unfinished.exists() {
+            read_csv(&unfinished, true, wanted).map(Some)
+        } else {
+            Ok(None)
         }
-        let texts = columns.iter().map(|column| column.is_text).collect();
-        Self { file, number: ryu::Buffer::new(), strides, texts, distinct }
     }
 
-    /// Takes the values at communication point `n`, which are written where they are due; that of a
-    /// String comes from `text` by its position.
-    ///
-    /// # Errors
-    /// The file cannot be written, for instance because the disk is full. Whole rows are in it.
-    #[inline]
-    pub fn take<'a>(
-        &mut self,
-        n: u64,
-        time: f64,
-        values: &[f64],
-        text: impl Fn(usize) -> Option<&'a CStr>,
-    ) -> io::Result<()> {
-        if !self.distinct.iter().any(|&stride| n.is_multiple_of(stride)) {
-            return Ok(());
-        }
-        let all = self.distinct.len() == 1;
-        let Self { file, number, strides, texts, .. } = self;
-        file.record(|row| {
-            row.extend_from_slice(number.format(time).as_bytes());
-            for (k, ((&value, &stride), &is_text)) in
-                values.iter().zip(strides.iter()).zip(texts.iter()).enumerate()
-            {
-                row.push(b',');
-                if !all && !n.is_multiple_of(stride) {
-                    continue;
-                }
-                if is_text {
-                    quote(text(k).unwrap_or_default(), row);
-                } else {
-                    row.extend_from_slice(number.format(value).as_bytes());
-                }
-            }
-            row.push(b'\n');
-        })
-    }
-
-    /// Number of rows.
+    /// The values of a signal.
     #[must_use]
-    pub fn rows(&self) -> u64 {
-        self.file.records()
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let index = self.names.iter().position(|it| it == name)?;
+        Some(&self.columns[index])
     }
 
-    /// Puts all rows on the disk and tells how far the file got.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn position(&mut self) -> io::Result<Position> {
-        self.file.position()
+    /// Times and values of a signal in the rows at which it was due, NaN and infinite ones included.
+    #[must_use]
+    pub fn samples(&self, index: usize) -> (Vec<f64>, Vec<f64>) {
+        self.rows(index, |value| value.to_bits() != NOT_DUE.to_bits())
     }
 
-    /// Completes the table and gives it its name.
-    ///
-    /// # Errors
-    /// The file cannot be written or renamed.
-    pub fn finish(self) -> io::Result<PathBuf> {
-        self.file.finish()
+    /// Times and values of a signal in the rows at which it has a finite value.
+    #[must_use]
+    pub fn points(&self, index: usize) -> (Vec<f64>, Vec<f64>) {
+        self.rows(index, f64::is_finite)
+    }
+
+    fn rows(&self, index: usize, keep: impl Fn(f64) -> bool) -> (Vec<f64>, Vec<f64>) {
+        let rows = self.time.iter().zip(&self.columns[index]);
+        rows.filter(|(_, value)| keep(**value)).map(|(time, value)| (*time, *value)).unzip()
     }
 }
 
-/// Appends a text as a field that is always quoted, so that it differs from a number and from none.
-fn quote(text: &CStr, row: &mut Vec<u8>) {
-    row.push(b'"');
-    for c in text.to_string_lossy().chars() {
-        match c {
-            '"' => row.extend_from_slice(b"\"\""),
-            // a row is one line
-            '\n' | '\r' => row.push(b' '),
-            _ => row.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes()),
+/// The columns of a table as text.
+struct Columns {
+    header: csv::StringRecord,
+    /// per column, whether it is read: the time and the wanted signals that are numbers
+    read: Vec<bool>,
+}
+
+impl Columns {
+    fn leave_out_texts(&mut self, body: &[u8]) {
+        let texts = quoted(body, self.read.len());
+        for (read, is_text) in self.read.iter_mut().zip(texts).skip(1) {
+            *read &= !is_text;
         }
     }
-    row.push(b'"');
+}
+
+/// What is wrong in a part of a table.
+struct BadField {
+    /// counted from the first row of the part, from 0
+    row: usize,
+    column: usize,
+    message: String,
+}
+
+/// Reads a table as text. The last line of a table that is still being written may be incomplete; it
+/// is left out.
+fn read_csv(path: &Path, growing: bool, wanted: impl Fn(&str) -> bool) -> Result<Table, ReadError> {
+    let failed = |source| ReadError::File { path: path.to_owned(), source };
+    let bad = |row, column: &str, message: String| ReadError::Table {
+        path: path.to_owned(),
+        row,
+        column: column.to_owned(),
+        message,
+    };
+    let mut file = File::open(path).map_err(failed)?;
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(&file);
+    let mut header = csv::StringRecord::new();
+    reader.read_record(&mut header).map_err(|e| bad(1, "", e.to_string()))?;
+    if header.get(0) != Some("time") {
+        return Err(bad(1, "1", "the first column is not \"time\"".to_owned()));
+    }
+    let begin = reader.position().byte();
+    file.seek(SeekFrom::Start(begin)).map_err(failed)?;
+    let read = (0..).zip(&header).map(|(k, name)| k == 0 || wanted(name)).collect();
+    let mut columns = Columns { header, read };
+    let mut values: Vec<Vec<f64>> = Vec::new();
+    let mut text = Vec::new();
+    loop {
+        let limit = BLOCK as u64;
+        let more = file.by_ref().take(limit).read_to_end(&mut text).map_err(failed)?;
+        let lines = match text.iter().rposition(|&byte| byte == b'\n') {
+            _ if more == 0 && !growing => text.len(),
+            Some(last) => last + 1,
+            None => 0,
+        };
+        if lines == 0 && more > 0 {
+            continue;
+        }
+        if values.is_empty() {
+            columns.leave_out_texts(&text);
+            values.resize(columns.read.iter().filter(|read| **read).count(), Vec::new());
+        }
+        let parts: Vec<Result<Vec<f64>, BadField>> =
+            split(&text[..lines]).par_iter().map(|part| numbers(part, &columns)).collect();
+        for part in parts {
+            let row = 2 + values[0].len();
+            let name = |k| columns.header.get(k).unwrap_or_default();
+            let part = part.map_err(|it| bad(row + it.row, name(it.column), it.message))?;
+            let count = values.len();
+            for (k, column) in values.iter_mut().enumerate() {
+                column.extend(part.iter().skip(k).step_by(count));
+            }
+        }
+        text.drain(..lines);
+        if more == 0 {
+            break;
+        }
+    }
+    let mut values = values.into_iter();
+    let time = values.next().unwrap_or_default();
+    let names = columns.header.iter().zip(&columns.read).skip(1).filter(|(_, read)| **read);
+    let names = names.map(|(name, _)| name.to_owned()).collect();
+    Ok(Table { names, time, columns: values.collect() })
+}
+
+/// Which fields of the first row are quoted. These columns are texts: a run quotes every text and no
+/// number, and every signal is due in the first row.
+fn quoted(body: &[u8], fields: usize) -> Vec<bool> {
+    let mut quoted = vec![false; fields];
+    let (mut field, mut begins, mut inside) = (0, true, false);
+    for &byte in body {
+        match byte {
+            b'\n' if !inside => break,
+            b',' if !inside => {
+                field += 1;
+                begins = true;
+                continue;
+            }
+            b'"' => {
+                if let Some(it) = quoted.get_mut(field).filter(|_| begins) {
+                    *it = true;
+                }
+                inside = !inside;
+            }
+            _ => {}
+        }
+        begins = false;
+    }
+    quoted
+}
+
+/// Cuts lines into parts that threads can read at the same time.
+fn split(mut body: &[u8]) -> Vec<&[u8]> {
+    let mut parts = Vec::new();
+    while body.len() > PART {
+        let end = body[PART..].iter().position(|&byte| byte == b'\n');
+        let (part, rest) = body.split_at(end.map_or(body.len(), |at| PART + at + 1));
+        parts.push(part);
+        body = rest;
+    }
+    parts.push(body);
+    parts
+}
+
+/// The numbers of the columns that are read, row after row.
+fn numbers(part: &[u8], columns: &Columns) -> Result<Vec<f64>, BadField> {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(part);
+    let mut record = csv::ByteRecord::new();
+    let mut values = Vec::with_capacity(part.len() / 12);
+    let fields = columns.header.len();
+    for row in 0.. {
+        let bad = |column, message: String| Err(BadField { row, column, message });
+        match reader.read_byte_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(error) => return bad(fields, error.to_string()),
+        }
+        if record.len() != fields {
+            let message = format!("{} fields instead of {fields}, as the header has", record.len());
+            return bad(record.len(), message);
+        }
+        for (k, field) in record.iter().enumerate().filter(|(k, _)| columns.read[*k]) {
+            match std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
+                Some(number) => values.push(number),
+                None if field.is_empty() && k > 0 => values.push(NOT_DUE),
+                None => {
+                    let text = String::from_utf8_lossy(field);
+                    return bad(k, format!("\"{text}\" is not a number"));
+                }
+            }
+        }
+    }
+    Ok(values)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
 
-    fn columns(list: &[(&str, u64)]) -> Vec<Column> {
-        let column = |&(name, stride): &(&str, u64)| Column {
-            name: name.into(),
-            unit: None,
-            stride,
-            is_text: false,
-        };
-        list.iter().map(column).collect()
+    fn read(text: &str, name: &str) -> Result<Table, ReadError> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(name), text).unwrap();
+        Table::read(folder.path()).map(Option::unwrap)
     }
 
     #[test]
-    fn invariant_rows_read_back_to_the_same_bits() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut table = Table::create(folder.path(), &columns(&[("a.x", 1), ("b,y", 1)])).unwrap();
-        let values = [0.1 + 0.2, 1e-300, -0.0, 8e-3, f64::MAX];
-        for (n, x) in (0..).zip(values) {
-            table.take(n, x, &[x, -x], |_| None).unwrap();
-        }
-        assert!(!folder.path().join("results.csv").exists());
-        let path = table.finish().unwrap();
-        let text = fs::read_to_string(path).unwrap();
-        assert!(text.starts_with("time,a.x,\"b,y\"\n0.30000000000000004,"), "{text}");
-        for (line, x) in text.lines().skip(1).zip(values) {
-            let read: f64 = line.split(',').next().unwrap().parse().unwrap();
-            assert_eq!(read.to_bits(), x.to_bits());
-        }
-        assert!(!folder.path().join("results.csv.partial").exists());
+    fn invariant_numbers_names_and_gaps_are_read() {
+        let table = read("time,a.x,\"b,y\"\n0,1e-3,2\n0.5,3,\n", "results.csv").unwrap();
+        assert_eq!(table.names, ["a.x", "b,y"]);
+        assert_eq!(table.time, [0.0, 0.5]);
+        assert_eq!(table.column("a.x").unwrap(), [1e-3, 3.0]);
+        assert_eq!(table.points(1), (vec![0.0], vec![2.0]));
+        let table = read("time,a.x\n0,NaN\n1,2.0\n2,-inf\n3,inf\n", "results.csv").unwrap();
+        assert_eq!(table.points(0), (vec![1.0], vec![2.0]));
+        assert_eq!(table.samples(0).0, [0.0, 1.0, 2.0, 3.0]);
     }
 
     #[test]
-    fn analytic_signals_are_written_where_they_are_due() {
+    fn invariant_wanted_signals_are_those_of_the_whole_table() {
+        let text = "time,a.x,b.y,c.z\n0,1,x,\n1,2,,NaN\n2,3,,4\n";
         let folder = tempfile::tempdir().unwrap();
-        let mut table = Table::create(folder.path(), &columns(&[("a", 2), ("b", 3)])).unwrap();
-        for n in 0..=6 {
-            table.take(n, n as f64, &[1.0, 2.0], |_| None).unwrap();
-        }
-        assert_eq!(table.rows(), 5);
-        let text = fs::read_to_string(table.finish().unwrap()).unwrap();
-        assert_eq!(text, "time,a,b\n0.0,1.0,2.0\n2.0,1.0,\n3.0,,2.0\n4.0,1.0,\n6.0,1.0,2.0\n");
+        std::fs::write(folder.path().join("results.csv"), text).unwrap();
+        let table = Table::read_signals(folder.path(), |name| name != "b.y").unwrap().unwrap();
+        assert_eq!(table.names, ["a.x", "c.z"]);
+        assert_eq!((table.time.len(), table.columns[0].as_slice()), (3, &[1.0, 2.0, 3.0][..]));
+        assert_eq!(table.samples(1).0, [1.0, 2.0]);
+        assert_eq!(table.points(1), (vec![2.0], vec![4.0]));
     }
 
-    /// What a unit may say: quotes, line breaks, commas, nothing, no UTF-8.
+    /// Several parts: every row is there once and in order.
     #[test]
-    fn invariant_texts_are_one_field_of_one_line() {
-        let folder = tempfile::tempdir().unwrap();
-        let columns = [
-            Column { name: "a.s".into(), unit: None, stride: 1, is_text: true },
-            Column { name: "a.x".into(), unit: None, stride: 1, is_text: false },
-        ];
-        let mut table = Table::create(folder.path(), &columns).unwrap();
-        let texts = [c"plain", c"", c"a \"b\", c", c"one\r\ntwo", c"gr\xc3\xb6\xc3\x9fe", c"\xff"];
-        for (n, text) in (0..).zip(texts) {
-            let text = |signal| (signal == 0).then_some(text);
-            table.take(n, n as f64, &[f64::NAN, 1.5], text).unwrap();
+    fn invariant_parts_join_without_loss() {
+        use std::fmt::Write as _;
+        let rows: u32 = 200_000;
+        let mut text = "time,a.x\n".to_owned();
+        for n in 0..rows {
+            writeln!(text, "{n},{}.25", 3 * n).unwrap();
         }
-        let path = table.finish().unwrap();
-        let lines = fs::read_to_string(&path).unwrap();
-        assert_eq!(lines.lines().count(), 7);
-        assert!(lines.starts_with("time,a.s,a.x\n0.0,\"plain\",1.5\n1.0,\"\",1.5\n"), "{lines}");
-        let mut reader = csv::Reader::from_path(path).unwrap();
-        let read: Vec<String> = reader.records().map(|row| row.unwrap()[1].to_owned()).collect();
-        assert_eq!(read, ["plain", "", "a \"b\", c", "one  two", "größe", "\u{fffd}"]);
+        assert!(text.len() > 3 * PART);
+        let table = read(&text, "results.csv").unwrap();
+        assert_eq!(table.time, (0..rows).map(f64::from).collect::<Vec<_>>());
+        let expected: Vec<f64> = (0..rows).map(|n| f64::from(3 * n) + 0.25).collect();
+        assert_eq!(table.columns, [expected]);
+        text.push_str("7,x\n");
+        let error = read(&text, "results.csv").unwrap_err().to_string();
+        assert!(error.contains("row 200002, column a.x: \"x\" is not a number"), "{error}");
+    }
+
+    #[test]
+    fn issue_a_table_that_is_being_written_ends_with_its_last_whole_line() {
+        let table = read("time,a.x\n0,1\n1,2\n2,3.7", "results.csv.partial").unwrap();
+        assert_eq!(table.time, [0.0, 1.0]);
+        let empty = read("time,a.x\n", "results.csv.partial").unwrap();
+        assert!(empty.time.is_empty() && empty.columns == [[0.0; 0]]);
+    }
+
+    #[test]
+    fn issue_texts_are_passed_over() {
+        let text = "time,a.s,a.x,\"a,t\"\n0,\"x, \"\"1\"\"\",1,\"\"\n1,,2,\"7\"\n";
+        let table = read(text, "results.csv").unwrap();
+        assert_eq!((table.names, table.columns), (vec!["a.x".to_owned()], vec![vec![1.0, 2.0]]));
+        // a number that is not one is an error all the same
+        let error = read("time,a.s,a.x\n0,\"x\",y\n", "results.csv").unwrap_err().to_string();
+        assert!(error.contains("row 2, column a.x: \"y\" is not a number"), "{error}");
+    }
+
+    #[test]
+    fn issue_what_is_no_table_is_named() {
+        for (text, expected) in [
+            ("t,a.x\n0,1\n", "not \"time\""),
+            ("", "not \"time\""),
+            ("time,a.x\n0,1\n0.1\n", "row 3, column a.x: 1 fields"),
+            ("time,a.x\n,1\n", "row 2, column time: \"\" is not a number"),
+        ] {
+            let error = read(text, "results.csv").unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
     }
 }

@@ -11,7 +11,8 @@ use fmi2_import::interrupt::{self, Interruption};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use maglev::Error;
 use maglev::run::{Checkpoint, Observer};
-use report::Run;
+use report::ReportError;
+use results::RunResults;
 use results::summary::{Status, Summary};
 use scenario::LogLevel;
 
@@ -110,8 +111,10 @@ impl End<'_> {
         if !self.report {
             return None;
         }
-        let path = self.folder.join(report::FILE);
-        let made = Run::read(self.folder).and_then(|run| report::write(&[run], &path));
+        let path = self.folder.join(results::REPORT);
+        let made = RunResults::read(self.folder)
+            .map_err(ReportError::from)
+            .and_then(|run| report::write(&[run], &path));
         match made {
             Ok(()) => Some(path),
             Err(error) => {

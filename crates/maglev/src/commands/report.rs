@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use maglev::Error;
-use report::{ReportError, Run, pictures};
+use report::{ReportError, pictures};
+use results::RunResults;
 
 use super::coupled_modes;
 
@@ -55,8 +56,9 @@ enum Format {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.modes {
         // a folder without results is named below
-        let without =
-            |folder: &&PathBuf| report::is_results(folder) && !folder.join("modes.json").exists();
+        let without = |folder: &&PathBuf| {
+            RunResults::exist_in(folder) && !folder.join(results::MODES).exists()
+        };
         for folder in arguments.folders.iter().filter(without) {
             coupled_modes::of_results(folder)?;
         }
@@ -75,9 +77,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
     let folders = &arguments.folders;
-    let runs: Vec<Run> = folders.iter().map(|it| Run::read(it)).collect::<Result<_, _>>()?;
+    let runs: Vec<RunResults> =
+        folders.iter().map(|it| RunResults::read(it)).collect::<Result<_, _>>()?;
     let first = folders.first().map_or(Path::new(""), PathBuf::as_path);
-    let path = arguments.out.clone().unwrap_or_else(|| first.join(report::FILE));
+    let path = arguments.out.clone().unwrap_or_else(|| first.join(results::REPORT));
     let figures = path.with_file_name("figures");
     let mut written = Vec::new();
     if arguments.format.contains(&Format::Html) {

@@ -1,8 +1,8 @@
-//! The checkpoint of a run: everything that is needed to go on from it in another process.
+//! The checkpoint of a run: everything that is needed to continue it in another process.
 //!
-//! The file `checkpoint.bin`: the line `maglev checkpoint`, then, with the lowest byte first, the
-//! version of the format (4 bytes), the length of the content (8 bytes), its CRC-32 (4 bytes), and
-//! the content in postcard's encoding.
+//! The file `checkpoint.bin` consists of the line `maglev checkpoint`; the version of the format
+//! (4 bytes), the length of the content (8 bytes) and its CRC-32 (4 bytes), little-endian; and the
+//! content, encoded by postcard.
 
 use std::fs;
 use std::io;
@@ -23,21 +23,21 @@ use scenario::{Override, Scenario, ScenarioError};
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"maglev checkpoint\n";
-/// Version of the format; another one is not read.
+/// Version of the format. Other versions are refused.
 const VERSION: u32 = 2;
 const HEADER: usize = MAGIC.len() + 4 + 8 + 4;
 
-/// Why a run cannot go on from a checkpoint.
+/// Why a run cannot continue from a checkpoint.
 #[derive(Debug, Error)]
 pub enum CheckpointError {
-    /// There is none.
+    /// The folder contains none.
     #[error("there is no checkpoint in {folder}")]
     Missing {
-        /// Where it was looked for.
+        /// The results folder.
         folder: PathBuf,
     },
     /// It cannot be read.
-    #[error("{path} cannot be read")]
+    #[error("cannot read {path}")]
     Read {
         /// Path of the checkpoint.
         path: PathBuf,
@@ -45,57 +45,57 @@ pub enum CheckpointError {
         #[source]
         source: io::Error,
     },
-    /// It is another kind of file.
-    #[error("this is no checkpoint of maglev")]
+    /// The file is something else.
+    #[error("checkpoint.bin is not a checkpoint of maglev")]
     Foreign,
-    /// Another version of the format.
-    #[error("the checkpoint is of format {found}; this program reads format {VERSION}")]
+    /// The file has another version of the format.
+    #[error("the checkpoint has format version {found}, but this program reads version {VERSION}")]
     Version {
-        /// Format version that the file states.
+        /// Version in the file.
         found: u32,
     },
-    /// Its size is not what it says.
-    #[error("the checkpoint is cut or too long: {found} bytes instead of {expected}")]
+    /// The file has the wrong length.
+    #[error("the checkpoint is damaged: {found} bytes instead of {expected}")]
     Size {
-        /// Bytes that it says to have.
+        /// Bytes according to its header.
         expected: u64,
         /// Bytes that it has.
         found: u64,
     },
-    /// Its bytes have changed.
+    /// The checksum is wrong.
     #[error("the checkpoint is damaged: its checksum is wrong")]
     Damaged,
-    /// Its content makes no sense.
-    #[error("the checkpoint's content cannot be read: {message}")]
+    /// The content cannot be decoded.
+    #[error("cannot read the content of the checkpoint: {message}")]
     Content {
-        /// What is damaged, in words.
+        /// What the decoder reported.
         message: String,
     },
-    /// The scenario in it is unusable.
-    #[error("the checkpoint's scenario cannot be used")]
+    /// The scenario in it is invalid.
+    #[error("the checkpoint contains an invalid scenario")]
     Scenario(#[from] ScenarioError),
-    /// A unit is not what it was.
-    #[error("unit {name}: {path} is not the file that the run began with: {what} differs")]
+    /// The file of a unit has changed since the start of the run.
+    #[error("unit {name}: {path} has changed since the start of the run: {what} differs")]
     Unit {
         /// Key in `units`.
         name: String,
         /// Path of the .fmu file, as it was given.
         path: PathBuf,
-        /// GUID or content.
+        /// What differs: the GUID or the content.
         what: &'static str,
     },
-    /// What is restored does not fit.
+    /// The units do not accept the saved states.
     #[error(transparent)]
     State(#[from] StateError),
-    /// The folder cannot be taken.
+    /// The run cannot continue in the folder.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A results file is not the one that the checkpoint was written with.
-    #[error("the results {path} cannot be continued")]
+    /// A results file has changed since the checkpoint was written.
+    #[error("cannot continue the results in {path}")]
     Results {
-        /// Path of the checkpoint.
+        /// Path of the results file.
         path: PathBuf,
-        /// What the operating system reported.
+        /// What differs, or what the operating system reported.
         #[source]
         source: io::Error,
     },
@@ -107,20 +107,18 @@ impl CheckpointError {
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
             Self::Missing { .. } => {
-                "a run writes checkpoints if asked to with --checkpoint-every, and a finished one leaves \
-                 none"
+                "a run writes checkpoints only with --checkpoint-every, and removes the last one when it \
+                 finishes"
             }
-            Self::Unit { .. } => {
-                "put back the file that the run began with, or run the scenario again"
-            }
+            Self::Unit { .. } => "restore the original file, or run the scenario again",
             Self::Scenario(error) => return error.help(),
-            Self::Read { .. } => "check the folder and the files in it",
+            Self::Read { .. } => "check the permissions of the folder and its files",
             _ => "run the scenario again",
         })
     }
 }
 
-/// A unit's file by what tells that it has changed.
+/// Identifies the file of a unit, to notice that it has changed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct UnitStamp {
     name: String,
@@ -130,16 +128,16 @@ struct UnitStamp {
     checksum: u32,
 }
 
-/// A run's state at a communication point, with all that it takes to start it anew.
+/// The state of a run at a communication point, with everything that is needed to start it again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// Identifier of the run.
     pub(super) run: String,
-    /// The scenario's file name without ending.
+    /// File name of the scenario, without its extension.
     pub(super) name: String,
-    /// The scenario with its changes from the command line, as JSON.
+    /// The scenario as JSON, without overrides.
     scenario: String,
-    /// Targets and values.
+    /// Overrides from the command line: targets and values.
     overrides: Vec<(String, String)>,
     units: Vec<UnitStamp>,
     pub(super) simulation: SimulationState,
@@ -148,10 +146,10 @@ pub struct Checkpoint {
     pub(super) earlier: Earlier,
 }
 
-/// The part of all checkpoints of a run that stays the same.
+/// The part that all checkpoints of a run have in common.
 #[derive(Debug, Clone)]
 pub(super) struct Origin {
-    /// identifier of the run, which gets it with its folder
+    /// identifier of the run, which is known once its folder is prepared
     pub(super) run: String,
     name: String,
     scenario: String,
@@ -169,7 +167,7 @@ impl Origin {
         let given = std::mem::take(&mut scenario.overrides);
         let mut units = Vec::new();
         for (name, path) in &mut scenario.units {
-            // a resumed run may start in another folder
+            // a resumed run may start in another working directory
             let read = |source| CheckpointError::Read { path: path.clone(), source };
             let absolute = std::path::absolute(&*path).map_err(read)?;
             if let Some(plan) = system.instances.iter().find(|plan| plan.package.path() == path) {
@@ -184,7 +182,7 @@ impl Origin {
             }
             *path = absolute;
         }
-        // a scenario came from JSON or from a program's own values; both print
+        // a scenario can always be printed as JSON
         let scenario = serde_json::to_string(&scenario)
             .map_err(|error| CheckpointError::Content { message: error.to_string() })?;
         let overrides = given.iter().map(|it| (it.target.clone(), it.value.clone())).collect();
@@ -204,7 +202,7 @@ impl Origin {
 }
 
 impl Checkpoint {
-    /// Where the checkpoint of a folder is.
+    /// Path of the checkpoint in a results folder.
     #[must_use]
     pub fn path(folder: &Path) -> PathBuf {
         folder.join(CHECKPOINT)
@@ -213,7 +211,7 @@ impl Checkpoint {
     /// Reads the checkpoint of a results folder.
     ///
     /// # Errors
-    /// There is none, or it cannot be used.
+    /// There is no checkpoint, or it cannot be used.
     pub fn read(folder: &Path) -> Result<Self, CheckpointError> {
         let path = Self::path(folder);
         let bytes = fs::read(&path).map_err(|source| match source.kind() {
@@ -223,10 +221,10 @@ impl Checkpoint {
         Self::decode(&bytes)
     }
 
-    /// Writes it into the results folder in place of an earlier one.
+    /// Writes the checkpoint into the results folder and replaces an earlier one.
     ///
     /// # Errors
-    /// The file cannot be written; then the earlier one is still there.
+    /// The file cannot be written. Then the earlier one is unchanged.
     pub(super) fn write(&self, folder: &Path) -> Result<(), io::Error> {
         write_whole(&Self::path(folder), &self.encode().map_err(io::Error::other)?)
     }
@@ -246,7 +244,7 @@ impl Checkpoint {
     /// Reads the bytes of a checkpoint.
     ///
     /// # Errors
-    /// They are not a checkpoint, of another version, cut or damaged.
+    /// The bytes are not a checkpoint, have another version, or are damaged.
     pub fn decode(bytes: &[u8]) -> Result<Self, CheckpointError> {
         let rest = bytes.strip_prefix(MAGIC).ok_or(CheckpointError::Foreign)?;
         let cut = || CheckpointError::Size { expected: HEADER as u64, found: bytes.len() as u64 };
@@ -273,11 +271,10 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The scenario that the run began with, and the values given besides it; paths of units are
-    /// absolute.
+    /// The scenario of the run, with its overrides. Paths of units are absolute.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The scenario in the checkpoint is invalid.
     pub fn scenario(&self, folder: &Path) -> Result<Scenario, ScenarioError> {
         let mut scenario = Scenario::parse(&self.scenario, &Self::path(folder))?;
         let given = |(target, value): &(String, String)| Override {
@@ -288,7 +285,8 @@ impl Checkpoint {
         Ok(scenario)
     }
 
-    /// What stays the same in all checkpoints of the run, if the units are those that it began with.
+    /// The part that all further checkpoints of the run have in common. Checks that the units are the
+    /// original ones.
     ///
     /// # Errors
     /// A unit has changed.

@@ -11,7 +11,7 @@ use master::Setup;
 use master::Simulation;
 use master::simulation::to_base;
 use master::{Misfit, StateError};
-use results::{Column, Curve, Gatherer, Position, Table, copy_to_parquet, write_whole};
+use results::{Column, Curve, Gatherer, Position, TableWriter, copy_to_parquet, write_whole};
 use scenario::Format;
 
 /// Where the run's signals go.
@@ -19,7 +19,7 @@ pub(super) struct Output<'a> {
     setup: &'a Setup,
     folder: PathBuf,
     columns: Vec<Column>,
-    table: Table,
+    table: TableWriter,
     pub(super) gatherers: Vec<Gatherer>,
     /// of the signals that are drawn
     curves: Vec<Option<Curve>>,
@@ -48,7 +48,7 @@ pub(super) struct Files {
 impl<'a> Output<'a> {
     pub(super) fn create(setup: &'a Setup, folder: &Path) -> io::Result<Self> {
         let columns = setup.selection().columns(setup.system());
-        let table = Table::create(folder, &columns)?;
+        let table = TableWriter::create(folder, &columns)?;
         let gatherers = vec![Gatherer::default(); columns.len()];
         Ok(Self::new(setup, folder, columns, table, gatherers, curves(setup)))
     }
@@ -64,8 +64,9 @@ impl<'a> Output<'a> {
         if state.gatherers.len() != columns.len() || state.curves.len() != drawn {
             return Err(StateError::Misfit { what: Misfit::Recorded }.into());
         }
-        let table = Table::resume(folder, &columns, state.table)
-            .map_err(|source| CheckpointError::Results { path: Table::path(folder), source })?;
+        let table = TableWriter::resume(folder, &columns, state.table).map_err(|source| {
+            CheckpointError::Results { path: TableWriter::path(folder), source }
+        })?;
         Ok(Self::new(setup, folder, columns, table, state.gatherers, state.curves))
     }
 
@@ -73,7 +74,7 @@ impl<'a> Output<'a> {
         setup: &'a Setup,
         folder: &Path,
         columns: Vec<Column>,
-        table: Table,
+        table: TableWriter,
         gatherers: Vec<Gatherer>,
         curves: Vec<Option<Curve>>,
     ) -> Self {

@@ -1,9 +1,9 @@
 //! Ride quality of a run, from its recorded accelerations.
 //!
-//! It is computed from the complete results.csv, so a resumed run gives the numbers of one that was not
-//! stopped, and anybody can compute them again from what was recorded.
+//! It is computed from the complete table. A resumed run therefore gives the same numbers as one that was
+//! not stopped, and anybody can compute them again from the recorded signals.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use analysis::ride::sperling::{self, Direction};
@@ -14,32 +14,36 @@ use thiserror::Error;
 
 use master::Setup;
 use master::system::Port;
-use results::Table;
+use results::{ReadError, Table};
 use scenario::{RidePoint, VerticalWeighting};
 
-/// The shortest time that is judged (s): a mean over less says nothing of frequencies of 0.5 Hz.
+/// The shortest time that is judged (s): frequencies of 0.5 Hz need a mean over several periods.
 const SHORTEST: f64 = 5.0;
 
-/// Exponents of kg, m, s, … of an acceleration.
+/// Exponents of kg, m, s, … in the unit of an acceleration.
 const ACCELERATION: [i32; 8] = [0, 1, -2, 0, 0, 0, 0, 0];
 
-/// Why a direction of a point has no numbers.
+/// Why ride quality in a direction cannot be computed.
 #[derive(Debug, Error)]
 enum RideError {
     #[error("{0} is not recorded; add it to record.signals")]
     NotRecorded(String),
-    #[error("{0} is no acceleration: its unit is {1}")]
+    #[error("{0} is not an acceleration: its unit is {1}")]
     Unit(String, String),
-    #[error("{0}, recorded every {1} s: {2}; record.interval must be 0.0055 s or less")]
+    #[error("{0} is recorded every {1} s: {2}; set record.interval to 0.0055 s or less")]
     Coarse(String, f64, #[source] analysis::Error),
-    #[error("{0}: {1:.3} s are judged, and {SHORTEST} s are the least")]
+    #[error("{0}: {1:.3} s are too short, at least {SHORTEST} s are needed")]
     Short(String, f64),
     #[error("{0} is {1} at {2} s")]
     NotFinite(String, f64, f64),
     #[error("{0}: {1}")]
     Analysis(String, #[source] analysis::Error),
-    #[error("results.csv cannot be read: {0}")]
-    Table(#[from] csv::Error),
+    #[error("{0} is a String, not an acceleration")]
+    Text(String),
+    #[error(transparent)]
+    Table(#[from] ReadError),
+    #[error("the results contain no table")]
+    NoTable,
 }
 
 /// A recorded signal.
@@ -49,7 +53,7 @@ struct Series {
     values: Vec<f64>,
 }
 
-/// Judges the scenario's points by the results in the folder; nothing if there are none.
+/// Judges the scenario's points by the results in the folder. `None` if the scenario has no points.
 pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
     let points = &setup.scenario().ride_quality;
     if points.is_empty() {
@@ -71,41 +75,50 @@ pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
     })
 }
 
-/// The accelerations that points name.
+/// The signals that the points name.
 struct Recorded {
-    /// by name, what is recorded and is an acceleration
+    /// recorded accelerations by name
     series: HashMap<String, Series>,
-    /// by name, why there is no series
+    /// by name, why a signal cannot be judged
     missing: HashMap<String, String>,
 }
 
 impl Recorded {
     fn read(setup: &Setup, folder: &Path) -> Self {
-        let (mut series, mut missing) = (HashMap::new(), HashMap::new());
+        let mut recorded = Self { series: HashMap::new(), missing: HashMap::new() };
         let columns = setup.selection().columns(setup.system());
-        let mut wanted = Vec::new();
+        let mut wanted = HashSet::new();
         for signal in setup.scenario().ride_quality.iter().flat_map(signals).flatten() {
             let place = columns.iter().position(|column| column.name == *signal);
             let unit = place.and_then(|k| other_unit(setup, setup.selection().ports[k]));
             let error = match (place, unit) {
-                (Some(k), None) => {
-                    wanted.push((signal.clone(), k));
-                    continue;
-                }
+                (Some(k), _) if columns[k].is_text => RideError::Text(signal.clone()),
                 (Some(_), Some(unit)) => RideError::Unit(signal.clone(), unit),
                 (None, _) => RideError::NotRecorded(signal.clone()),
+                (Some(_), None) => {
+                    wanted.insert(signal.as_str());
+                    continue;
+                }
             };
-            missing.insert(signal.clone(), error.to_string());
+            recorded.missing.insert(signal.clone(), error.to_string());
         }
-        let places: Vec<usize> = wanted.iter().map(|(_, k)| *k).collect();
-        match read_columns(&Table::path(folder), &places) {
-            Ok(read) => series.extend(wanted.into_iter().map(|(name, _)| name).zip(read)),
+        let table = Table::read_signals(folder, |name| wanted.contains(name));
+        match table.map_err(RideError::from).and_then(|it| it.ok_or(RideError::NoTable)) {
+            Ok(table) => recorded.take(&table),
             Err(error) => {
-                let text = RideError::from(error).to_string();
-                missing.extend(wanted.into_iter().map(|(name, _)| (name, text.clone())));
+                let text = results::causes(&error).join(": ");
+                let missing = wanted.into_iter().map(|name| (name.to_owned(), text.clone()));
+                recorded.missing.extend(missing);
             }
         }
-        Self { series, missing }
+        recorded
+    }
+
+    fn take(&mut self, table: &Table) {
+        for (k, name) in table.names.iter().enumerate() {
+            let (times, values) = table.samples(k);
+            self.series.insert(name.clone(), Series { times, values });
+        }
     }
 
     fn judge(&self, point: &RidePoint) -> PointQuality {
@@ -153,30 +166,12 @@ fn signals(point: &RidePoint) -> [&Option<String>; 3] {
     [&point.vertical, &point.lateral, &point.longitudinal]
 }
 
-/// The unit of a signal that is defined and is not one of acceleration.
+/// The unit of a signal, if it is defined and not one of acceleration.
 fn other_unit(setup: &Setup, port: Port) -> Option<String> {
     let description = setup.system().instances[port.instance].description();
     let unit = description.unit_of(port.variable)?;
     let base = unit.base.as_ref()?;
     (base.exponents != ACCELERATION).then(|| unit.name.clone())
-}
-
-/// Reads columns of results.csv, counted without the time; a field that is empty is no sample.
-fn read_columns(table: &Path, places: &[usize]) -> Result<Vec<Series>, csv::Error> {
-    let mut series: Vec<Series> = places.iter().map(|_| Series::default()).collect();
-    let mut reader = csv::ReaderBuilder::new().from_path(table)?;
-    let mut record = csv::StringRecord::new();
-    let number = |field: Option<&str>| field.and_then(|text| text.parse::<f64>().ok());
-    while reader.read_record(&mut record)? {
-        let time = number(record.get(0)).unwrap_or(f64::NAN);
-        for (series, place) in series.iter_mut().zip(places) {
-            if let Some(value) = number(record.get(place + 1)) {
-                series.times.push(time);
-                series.values.push(value);
-            }
-        }
-    }
-    Ok(series)
 }
 
 impl Series {
@@ -198,7 +193,7 @@ impl Series {
             _ => failed(error),
         })?;
         let felt = direction.apply(&self.values, rate).map_err(failed)?;
-        // a hundredth of an interval: a time that was printed is that time
+        // a hundredth of an interval, for times that were rounded when printed
         let slack = 0.01 / rate;
         let from = point.from.map_or(0, |t| self.times.partition_point(|at| *at < t - slack));
         let to = point

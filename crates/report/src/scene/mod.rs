@@ -14,11 +14,11 @@ use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 use crate::error::ReportError;
+use crate::layout_fmu::LayoutFmu;
 use crate::names;
-use crate::run::Run;
-use crate::unit::Unit;
 use bodies::Bodies;
 use motion::{Frames, Motion};
+use results::RunResults;
 use track::Track;
 
 /// What the page needs to draw the train on its girders.
@@ -44,9 +44,9 @@ pub struct Scene {
 ///
 /// # Errors
 /// A unit cannot be opened, or its layout file is not as it should be.
-pub fn build(run: &Run, arrays: &mut Arrays) -> Result<Option<Scene>, ReportError> {
+pub fn build(run: &RunResults, arrays: &mut Arrays) -> Result<Option<Scene>, ReportError> {
     let Some(scenario) = &run.scenario else { return Ok(None) };
-    let Some(vehicle) = Unit::find(scenario, names::VEHICLE_FILE)? else { return Ok(None) };
+    let Some(vehicle) = LayoutFmu::find(scenario, names::VEHICLE_FILE)? else { return Ok(None) };
     let layout = vehicle.layout(multibody::VehicleDescription::from_json)?;
     let frames = Frames::choose(&run.table.time);
     if layout.magnets.is_empty() || frames.is_empty() {
@@ -54,7 +54,7 @@ pub fn build(run: &Run, arrays: &mut Arrays) -> Result<Option<Scene>, ReportErro
     }
     let mut missing = Vec::new();
     let bodies = Bodies::new(&layout);
-    let guideway = Unit::find(scenario, names::GUIDEWAY_FILE)?;
+    let guideway = LayoutFmu::find(scenario, names::GUIDEWAY_FILE)?;
     let mut source =
         motion::Source { table: &run.table, frames: &frames, arrays, missing: &mut missing };
     let motion = Motion::new(&vehicle, &layout, &bodies, &mut source);

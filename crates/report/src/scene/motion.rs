@@ -6,9 +6,9 @@ use serde::Serialize;
 use super::Channel;
 use super::bodies::{Bodies, Kind};
 use crate::embed::{ArrayRef, Arrays};
+use crate::layout_fmu::LayoutFmu;
 use crate::names::{self, numbered};
-use crate::table::Table;
-use crate::unit::Unit;
+use results::Table;
 
 /// Most frames of a view: 50 a second for a minute. 4 bytes a frame for each of about 80 channels.
 const MOST_FRAMES: usize = 3000;
@@ -116,7 +116,7 @@ struct Pose {
 
 impl Motion {
     pub(super) fn new(
-        vehicle: &Unit<'_>,
+        vehicle: &LayoutFmu<'_>,
         layout: &VehicleDescription,
         bodies: &Bodies,
         source: &mut Source<'_>,
@@ -153,7 +153,7 @@ impl Motion {
 /// Where x = 0 of the vehicle file is along the track, from any recorded position of a magnet, or
 /// from where the vehicle starts and how fast it shall go.
 fn travelled(
-    vehicle: &Unit<'_>,
+    vehicle: &LayoutFmu<'_>,
     layout: &VehicleDescription,
     source: &mut Source<'_>,
     time: &[f64],
@@ -175,7 +175,7 @@ fn travelled(
 }
 
 /// Motion of an observed body.
-fn car(vehicle: &Unit<'_>, name: &str, source: &mut Source<'_>) -> Pose {
+fn car(vehicle: &LayoutFmu<'_>, name: &str, source: &mut Source<'_>) -> Pose {
     let mut channel = |what: &str| source.channel(&vehicle.variable(&format!("{name}_{what}")));
     Pose {
         lateral: channel(names::LATERAL_DISPLACEMENT),
@@ -188,7 +188,7 @@ fn car(vehicle: &Unit<'_>, name: &str, source: &mut Source<'_>) -> Pose {
 
 /// Sideways motion and yaw of a frame, by the line through its magnets' lateral offsets.
 fn frame(
-    vehicle: &Unit<'_>,
+    vehicle: &LayoutFmu<'_>,
     layout: &VehicleDescription,
     bodies: &Bodies,
     group: usize,

@@ -10,8 +10,8 @@ use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
 use super::*;
-use crate::scenario::Scenario;
-use crate::table::Table;
+use results::ScenarioAsRun;
+use results::Table;
 
 /// A unit's archive that holds some files.
 fn archive(path: &Path, files: &[(&str, &str)]) -> PathBuf {
@@ -24,9 +24,11 @@ fn archive(path: &Path, files: &[(&str, &str)]) -> PathBuf {
     path.to_owned()
 }
 
-const DESCRIPTION: &str = r#"<fmiModelDescription><ModelVariables>
-    <ScalarVariable name="initial_position" causality="parameter"><Real start="12.5"/></ScalarVariable>
-    </ModelVariables></fmiModelDescription>"#;
+const DESCRIPTION: &str = r#"<fmiModelDescription fmiVersion="2.0" modelName="v" guid="1">
+    <CoSimulation modelIdentifier="v"/><ModelVariables>
+    <ScalarVariable name="initial_position" valueReference="0" causality="parameter" variability="fixed">
+    <Real start="12.5"/></ScalarVariable>
+    </ModelVariables><ModelStructure/></fmiModelDescription>"#;
 
 /// Times of the runs below (s).
 const TIMES: [f64; 3] = [0.0, 0.5, 1.0];
@@ -34,12 +36,17 @@ const TIMES: [f64; 3] = [0.0, 0.5, 1.0];
 const GUIDEWAY: &str = include_str!("../../../../fmu-guideway/resources/one-bogie/guideway.json");
 
 /// One bogie on one span, with some signals.
-fn run(folder: &Path, signals: &[(&str, [f64; 3])], parameters: &Value) -> Run {
+fn run(folder: &Path, signals: &[(&str, [f64; 3])], parameters: &Value) -> RunResults {
     run_on(GUIDEWAY, folder, signals, parameters)
 }
 
 /// The same on a guideway of one's own.
-fn run_on(guideway: &str, folder: &Path, signals: &[(&str, [f64; 3])], parameters: &Value) -> Run {
+fn run_on(
+    guideway: &str,
+    folder: &Path,
+    signals: &[(&str, [f64; 3])],
+    parameters: &Value,
+) -> RunResults {
     let vehicle = train::one_bogie().to_json().unwrap();
     let vehicle =
         [("resources/vehicle.json", vehicle.as_str()), ("modelDescription.xml", DESCRIPTION)];
@@ -57,18 +64,18 @@ fn run_on(guideway: &str, folder: &Path, signals: &[(&str, [f64; 3])], parameter
         time: TIMES.to_vec(),
         columns: signals.iter().map(|it| it.1.to_vec()).collect(),
     };
-    Run {
+    RunResults {
         folder: folder.to_owned(),
-        summary: Default::default(),
-        raw_summary: Value::Null,
-        scenario: Some(Scenario::parse(scenario.to_string()).unwrap()),
+        summary: Value::Null,
+        signals: Default::default(),
+        scenario: Some(ScenarioAsRun::parse(scenario.to_string()).unwrap()),
         modes: None,
         table,
     }
 }
 
 /// The scene as the page gets it, and its arrays.
-fn seen(run: &Run) -> (Value, Arrays) {
+fn seen(run: &RunResults) -> (Value, Arrays) {
     let mut arrays = Arrays::default();
     let scene = build(run, &mut arrays).unwrap().unwrap();
     (serde_json::to_value(scene).unwrap(), arrays)
@@ -219,7 +226,7 @@ fn issue_an_irregularity_that_is_not_recorded_is_named() {
     let text = rough.scenario.as_ref().unwrap().text();
     let mut scenario: Value = serde_json::from_str(text).unwrap();
     scenario["instances"]["bridge"]["parameters"] = json!({"irregularity_on": true});
-    rough.scenario = Some(Scenario::parse(scenario.to_string()).unwrap());
+    rough.scenario = Some(ScenarioAsRun::parse(scenario.to_string()).unwrap());
     let (scene, _) = seen(&rough);
     assert!(scene["missing"].to_string().contains("drawn smooth"), "{}", scene["missing"]);
 }
@@ -232,7 +239,7 @@ fn invariant_what_is_no_train_has_no_scene() {
     assert!(build(&other, &mut Arrays::default()).unwrap().is_none());
     let unit = archive(&folder.path().join("m.fmu"), &[("modelDescription.xml", "")]);
     let scenario = json!({"units": {"m": unit}, "instances": {"m": {"unit": "m"}}});
-    other.scenario = Some(Scenario::parse(scenario.to_string()).unwrap());
+    other.scenario = Some(ScenarioAsRun::parse(scenario.to_string()).unwrap());
     assert!(build(&other, &mut Arrays::default()).unwrap().is_none());
 }
 

@@ -9,8 +9,8 @@ use serde::Serialize;
 use super::motion::Source;
 use crate::embed::ArrayRef;
 use crate::error::ReportError;
+use crate::layout_fmu::LayoutFmu;
 use crate::names::{self, numbered};
-use crate::unit::Unit;
 
 /// Points of a mode shape along a span.
 const POINTS: usize = 65;
@@ -53,8 +53,8 @@ struct Irregularity {
 impl Track {
     /// The track, and the magnets' pole length (m).
     pub(super) fn new(
-        unit: Option<&Unit<'_>>,
-        vehicle: &Unit<'_>,
+        unit: Option<&LayoutFmu<'_>>,
+        vehicle: &LayoutFmu<'_>,
         layout: &Vehicle,
         source: &mut Source<'_>,
     ) -> Result<(Self, f64), ReportError> {
@@ -135,7 +135,7 @@ impl<'a> Shapes<'a> {
     }
 
     /// A span with as many modes as its recorded points tell apart.
-    fn span(&mut self, k: usize, unit: &Unit<'_>, source: &mut Source<'_>) -> Span {
+    fn span(&mut self, k: usize, unit: &LayoutFmu<'_>, source: &mut Source<'_>) -> Span {
         let place = self.guideway.spans()[k];
         let count = self.guideway.girders()[place.girder].modes().len();
         let spans = self.guideway.spans().len();
@@ -217,8 +217,8 @@ fn coordinates(tables: &[Vec<f64>], known: &[(f64, Vec<f64>)]) -> Vec<(usize, Ve
 
 /// The surface as the magnets with a recorded irregularity met it, at the places where they were.
 fn irregularity(
-    unit: &Unit<'_>,
-    vehicle: &Unit<'_>,
+    unit: &LayoutFmu<'_>,
+    vehicle: &LayoutFmu<'_>,
     layout: &Vehicle,
     source: &mut Source<'_>,
 ) -> Option<Irregularity> {

@@ -113,7 +113,7 @@ pub struct SignalSummary {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub final_text: Option<String>,
     /// Statistics over every communication point at which it is finite.
-    #[serde(flatten)]
+    #[serde(flatten, deserialize_with = "crate::statistics::if_any")]
     pub statistics: Option<Statistics>,
     /// Number of communication points at which it is NaN or infinite.
     #[serde(default, skip_serializing_if = "is_zero")]

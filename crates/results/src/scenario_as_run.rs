@@ -1,4 +1,4 @@
-//! scenario-as-run.json: what ran, with its patterns resolved.
+//! Reads scenario-as-run.json, also as other versions wrote it.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -7,69 +7,71 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// The scenario of a run, as far as the report needs it; it may be of a newer or older version than
-/// this program.
+/// The scenario of a run, as far as reports need it.
+///
+/// Unlike the reader of scenarios to run, it accepts unknown and missing members: the run may be of an
+/// older or a newer version than this program.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scenario {
+pub struct ScenarioAsRun {
     text: String,
-    content: Content,
+    content: ScenarioContent,
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default)]
-struct Content {
+struct ScenarioContent {
     description: String,
     units: IndexMap<String, PathBuf>,
-    instances: IndexMap<String, Entry>,
-    plots: Vec<Plot>,
+    instances: IndexMap<String, InstanceEntry>,
+    plots: Vec<PlotAsRun>,
 }
 
-/// One entry of the instances, which may stand for several.
+/// One member of `instances`: an instance, or an array of equal ones.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default)]
-struct Entry {
+struct InstanceEntry {
     unit: String,
     parameters: IndexMap<String, Value>,
     start: IndexMap<String, Value>,
 }
 
-/// One of the scenario's pictures.
+/// One of the scenario's plots.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Plot {
-    /// Its file's name in the folder of results.
+pub struct PlotAsRun {
+    /// File name in the results folder.
     pub file: String,
     /// Heading.
     pub title: String,
     /// From top to bottom.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<PanelAsRun>,
 }
 
-/// One panel of a picture.
+/// One panel of a plot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Panel {
+pub struct PanelAsRun {
     /// Label of the vertical axis.
     pub ylabel: String,
-    /// Factor from SI units to what is drawn.
+    /// Factor from SI units to the unit of the axis.
     pub scale: f64,
-    /// Its signals: patterns in the file, names once resolved.
+    /// Signals to draw: patterns in the file, names in what [`ScenarioAsRun::plots`] returns.
     pub signals: Vec<String>,
-    /// What to call them, as far as given.
+    /// Legend texts of the first signals. The others are called by their names.
     pub labels: Vec<String>,
 }
 
-impl Default for Panel {
+impl Default for PanelAsRun {
     fn default() -> Self {
         Self { ylabel: String::new(), scale: 1.0, signals: Vec::new(), labels: Vec::new() }
     }
 }
 
-impl Scenario {
+impl ScenarioAsRun {
     /// Reads the text of scenario-as-run.json.
     ///
     /// # Errors
-    /// It is no JSON, or not of the form of a scenario.
+    /// The text is not JSON, or not a scenario.
     pub fn parse(text: String) -> serde_json::Result<Self> {
         let content = serde_json::from_str(&text)?;
         Ok(Self { text, content })
@@ -81,40 +83,42 @@ impl Scenario {
         &self.text
     }
 
-    /// What it shows.
+    /// The scenario's description of itself.
     #[must_use]
     pub fn description(&self) -> &str {
         &self.content.description
     }
 
-    /// The entries of the instances, by their names in the file, which may be patterns.
-    pub fn entries(&self) -> impl Iterator<Item = Instance<'_>> {
+    /// The members of `instances`. Their names may be patterns.
+    pub fn entries(&self) -> impl Iterator<Item = InstanceAsRun<'_>> {
         self.content.instances.iter().map(|(name, entry)| {
             let path = self.content.units.get(&entry.unit).cloned().unwrap_or_default();
-            Instance { name: name.clone(), path, entry }
+            InstanceAsRun { name: name.clone(), path, entry }
         })
     }
 
-    /// All instances with their units' names and .fmu files.
+    /// All instances, patterns expanded.
     #[must_use]
-    pub fn instances(&self) -> Vec<Instance<'_>> {
-        let expand = |it: &Instance<'_>| patterns::expand(&it.name).unwrap_or_default();
+    pub fn instances(&self) -> Vec<InstanceAsRun<'_>> {
+        let expand = |it: &InstanceAsRun<'_>| patterns::expand(&it.name).unwrap_or_default();
         self.entries()
-            .flat_map(|it| expand(&it).into_iter().map(move |name| Instance { name, ..it.clone() }))
+            .flat_map(|it| {
+                expand(&it).into_iter().map(move |name| InstanceAsRun { name, ..it.clone() })
+            })
             .collect()
     }
 
-    /// The pictures, with the names that their panels' patterns mean among the recorded signals; a
-    /// signal that is drawn without being recorded keeps its name.
+    /// The plots, with patterns replaced by the names of the recorded signals that match. A signal that
+    /// is not recorded keeps its name.
     #[must_use]
-    pub fn plots(&self, recorded: &[String]) -> Vec<Plot> {
+    pub fn plots(&self, recorded: &[String]) -> Vec<PlotAsRun> {
         let mut plots = self.content.plots.clone();
         let known: HashSet<&str> = recorded.iter().map(String::as_str).collect();
         for panel in plots.iter_mut().flat_map(|plot| &mut plot.panels) {
             let names = panel.signals.iter().flat_map(|pattern| {
-                // a name that is recorded is itself, whatever is in it
+                // a recorded name may look like a pattern
                 let exact = known.contains(pattern.as_str()).then(|| vec![pattern.clone()]);
-                exact.unwrap_or_else(|| chosen(pattern, recorded))
+                exact.unwrap_or_else(|| matching(pattern, recorded))
             });
             panel.signals = names.collect();
         }
@@ -122,24 +126,24 @@ impl Scenario {
     }
 }
 
-/// One instance of a unit.
+/// One instance, or one member of `instances`.
 #[derive(Debug, Clone)]
-pub struct Instance<'a> {
+pub struct InstanceAsRun<'a> {
     /// Name of the instance in the scenario.
     pub name: String,
     /// The unit's .fmu file.
     pub path: PathBuf,
-    entry: &'a Entry,
+    entry: &'a InstanceEntry,
 }
 
-impl Instance<'_> {
-    /// Its unit's name in the scenario.
+impl InstanceAsRun<'_> {
+    /// Key in `units`.
     #[must_use]
     pub fn unit(&self) -> &str {
         &self.entry.unit
     }
 
-    /// The value that the scenario gives a parameter or start value, the last one if several do.
+    /// The value that the scenario gives a parameter or start value. The last one counts.
     #[must_use]
     pub fn value(&self, name: &str) -> Option<&Value> {
         let fits = |pattern: &str| {
@@ -152,8 +156,8 @@ impl Instance<'_> {
     }
 }
 
-/// Names that a pattern means.
-fn chosen(pattern: &str, recorded: &[String]) -> Vec<String> {
+/// Names of the recorded signals that a pattern matches.
+fn matching(pattern: &str, recorded: &[String]) -> Vec<String> {
     let mut names = Vec::new();
     for glob in patterns::expand(pattern).unwrap_or_default() {
         if glob.contains('*') {
@@ -179,7 +183,7 @@ mod tests {
             ]}],
             "something": "new"
         }"#;
-        let scenario = Scenario::parse(text.to_owned()).unwrap();
+        let scenario = ScenarioAsRun::parse(text.to_owned()).unwrap();
         let instances = scenario.instances();
         assert_eq!((instances.len(), instances[1].unit()), (2, "m"));
         assert_eq!(instances[1].path, PathBuf::from("/a/m.fmu"));

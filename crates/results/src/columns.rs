@@ -1,4 +1,4 @@
-//! results.parquet: the same table in columns.
+//! Reads results.parquet, which holds the same table in columns.
 
 use std::fs::File;
 use std::path::Path;
@@ -8,17 +8,18 @@ use parquet::data_type::DoubleType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader as _, RowGroupReader, SerializedFileReader};
 
-use crate::error::ReportError;
-use crate::table::Table;
+use crate::table::NOT_DUE;
+use crate::{ReadError, Table};
 
-/// Reads a table of 64-bit floats whose first column is `time`; columns of texts are passed over.
-pub(crate) fn read_parquet(path: &Path) -> Result<Table, ReportError> {
-    let read = |source| ReportError::Read { path: path.to_owned(), source };
-    let file = File::open(path).map_err(read)?;
-    let columns =
-        columns(file).map_err(|source| ReportError::Parquet { path: path.to_owned(), source })?;
+/// Reads the wanted signals of a table of 64-bit floats whose first column is `time`, without columns
+/// of texts.
+pub(crate) fn read_parquet(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Table, ReadError> {
+    let failed = |source| ReadError::File { path: path.to_owned(), source };
+    let file = File::open(path).map_err(failed)?;
+    let columns = columns(file, wanted)
+        .map_err(|source| ReadError::Parquet { path: path.to_owned(), source })?;
     let mut columns = columns.into_iter();
-    let bad = |message: &str| ReportError::Table {
+    let bad = |message: &str| ReadError::Table {
         path: path.to_owned(),
         row: 1,
         column: "1".to_owned(),
@@ -34,11 +35,18 @@ pub(crate) fn read_parquet(path: &Path) -> Result<Table, ReportError> {
     Ok(Table { names, time, columns })
 }
 
-fn columns(file: File) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
+fn columns(
+    file: File,
+    wanted: impl Fn(&str) -> bool,
+) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
     let reader = SerializedFileReader::new(file)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    let numeric = |k: &usize| schema.column(*k).physical_type() != parquet::basic::Type::BYTE_ARRAY;
-    let places: Vec<usize> = (0..schema.num_columns()).filter(numeric).collect();
+    let is_read = |k: &usize| {
+        let column = schema.column(*k);
+        let numeric = column.physical_type() != parquet::basic::Type::BYTE_ARRAY;
+        numeric && (*k == 0 || wanted(column.name()))
+    };
+    let places: Vec<usize> = (0..schema.num_columns()).filter(is_read).collect();
     let mut columns: Vec<(String, Vec<f64>)> =
         places.iter().map(|&k| (schema.column(k).name().to_owned(), Vec::new())).collect();
     for group in 0..reader.num_row_groups() {
@@ -50,11 +58,11 @@ fn columns(file: File) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
     Ok(columns)
 }
 
-/// One column of a group of rows, NaN for nulls.
+/// One column of a group of rows. Nulls are rows at which the signal was not due.
 fn column(group: &dyn RowGroupReader, index: usize) -> Result<Vec<f64>, ParquetError> {
     let description = group.metadata().schema_descr().column(index);
     if description.physical_type() != parquet::basic::Type::DOUBLE {
-        let text = format!("the column {} is not of 64-bit floats", description.name());
+        let text = format!("column {} does not hold 64-bit floats", description.name());
         return Err(ParquetError::General(text));
     }
     let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
@@ -66,5 +74,5 @@ fn column(group: &dyn RowGroupReader, index: usize) -> Result<Vec<f64>, ParquetE
     }
     let mut values = values.into_iter();
     let next = |&level: &i16| if level > 0 { values.next() } else { None };
-    Ok(present.iter().map(next).map(|it| it.unwrap_or(f64::NAN)).collect())
+    Ok(present.iter().map(next).map(|it| it.unwrap_or(NOT_DUE)).collect())
 }

@@ -1,0 +1,141 @@
+//! The FMUs of a scenario: their layout files and parameters.
+
+use std::path::Path;
+
+use fmi2_import::archive::Archive;
+use fmi2_import::description::{Causality, Description, Variable};
+use fmi2_import::package::Package;
+use results::{InstanceAsRun, ScenarioAsRun};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::error::ReportError;
+
+/// An instance whose FMU contains a layout file.
+#[derive(Debug)]
+pub(crate) struct LayoutFmu<'a> {
+    instance: InstanceAsRun<'a>,
+    file: &'static str,
+    layout: String,
+    parameters: Vec<ParameterValue>,
+}
+
+impl<'a> LayoutFmu<'a> {
+    /// The first instance whose FMU contains `resources/{file}`.
+    pub(crate) fn find(
+        scenario: &'a ScenarioAsRun,
+        file: &'static str,
+    ) -> Result<Option<Self>, ReportError> {
+        let mut seen = Vec::new();
+        for instance in scenario.instances() {
+            if seen.contains(&instance.path) {
+                continue;
+            }
+            if let Some(layout) = read(&instance.path, &format!("resources/{file}"))? {
+                // without a description, the values that the scenario gives are known
+                let description = Package::describe(&instance.path).ok();
+                let parameters = description.map(|it| parameters(&instance, &it));
+                let parameters = parameters.unwrap_or_default();
+                return Ok(Some(Self { instance, file, layout, parameters }));
+            }
+            seen.push(instance.path);
+        }
+        Ok(None)
+    }
+
+    /// The layout, parsed by `reader`.
+    pub(crate) fn layout<T, E: std::fmt::Display>(
+        &self,
+        reader: impl Fn(&str) -> Result<T, E>,
+    ) -> Result<T, ReportError> {
+        reader(&self.layout)
+            .map_err(|error| self.unusable(&format!("resources/{}: {error}", self.file)))
+    }
+
+    /// An error about this FMU.
+    pub(crate) fn unusable(&self, message: &str) -> ReportError {
+        ReportError::Unit { path: self.instance.path.clone(), message: message.to_owned() }
+    }
+
+    /// The value of a numeric parameter, from the scenario or else the description; 1 for true.
+    pub(crate) fn parameter(&self, name: &str) -> Option<f64> {
+        match self.value(name)? {
+            Value::Bool(on) => Some(f64::from(u8::from(on))),
+            value => value.as_f64(),
+        }
+    }
+
+    /// The value of a parameter, from the scenario or else the description.
+    pub(crate) fn value(&self, name: &str) -> Option<Value> {
+        let known = self.parameters.iter().find(|it| it.name == name);
+        known.map(|it| it.value.clone()).or_else(|| self.instance.value(name).cloned())
+    }
+
+    /// The instance, by its name in the scenario.
+    pub(crate) fn name(&self) -> &str {
+        &self.instance.name
+    }
+
+    /// The full name of one of this instance's variables.
+    pub(crate) fn variable(&self, name: &str) -> String {
+        format!("{}.{name}", self.instance.name)
+    }
+}
+
+/// A parameter of an instance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterValue {
+    name: String,
+    /// The value from the scenario, or else the start value of the description.
+    value: Value,
+    unit: Option<String>,
+    /// Whether the scenario gives the value.
+    given: bool,
+    description: Option<String>,
+}
+
+/// The parameters of one member of the scenario's `instances`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InstanceParameters {
+    /// Name of the member, a pattern if it is an array of instances.
+    instances: String,
+    /// Its key in `units`.
+    unit: String,
+    values: Vec<ParameterValue>,
+}
+
+/// Parameters of all instances whose FMUs can still be read.
+pub(crate) fn all_parameters(scenario: &ScenarioAsRun) -> Vec<InstanceParameters> {
+    let of = |entry: InstanceAsRun<'_>| {
+        let values = parameters(&entry, &Package::describe(&entry.path).ok()?);
+        let unit = entry.unit().to_owned();
+        Some(InstanceParameters { instances: entry.name, unit, values })
+    };
+    scenario.entries().filter_map(of).collect()
+}
+
+/// All parameters that a description declares, with the values for an instance.
+fn parameters(instance: &InstanceAsRun<'_>, description: &Description) -> Vec<ParameterValue> {
+    let parameter = |it: &Variable| {
+        let given = instance.value(&it.name);
+        let start = serde_json::to_value(it.start.as_ref()?).ok()?;
+        Some(ParameterValue {
+            name: it.name.clone(),
+            value: given.cloned().unwrap_or(start),
+            unit: it.unit.clone(),
+            given: given.is_some(),
+            description: it.description.clone(),
+        })
+    };
+    let variables = description.variables.iter();
+    variables.filter(|it| it.causality == Causality::Parameter).filter_map(parameter).collect()
+}
+
+/// A text file of an archive, `None` if it has no such file.
+fn read(path: &Path, name: &str) -> Result<Option<String>, ReportError> {
+    let unusable = |message: String| ReportError::Unit { path: path.to_owned(), message };
+    let failed = |error| unusable(results::causes(&error).join(": "));
+    let bytes = Archive::open(path).and_then(|mut archive| archive.read(name)).map_err(failed)?;
+    let text = bytes.map(String::from_utf8).transpose();
+    text.map_err(|_| unusable(format!("{name} is not UTF-8 text")))
+}
