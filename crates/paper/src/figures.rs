@@ -3,7 +3,7 @@
 use analysis::spectrum::Spectrum;
 use anyhow::Result;
 use figure::{Line, Panel, draw_over};
-use report::Table;
+use results::Table;
 
 use crate::{
     measure::{density, deviation, gaps, response, signal, size},

@@ -9,7 +9,7 @@ use analysis::{
     window::Window,
 };
 use anyhow::{Context, Result, ensure};
-use report::Table;
+use results::Table;
 
 /// Magnets of the train.
 const MAGNETS: usize = 64;

@@ -172,7 +172,7 @@ fn standstill(name: &str) -> Result<Standstill> {
 }
 
 /// Any gap's deviation and the vibration of the middle of the span, over the whole run.
-pub fn responses(table: &report::Table) -> Result<[Response; 2]> {
+pub fn responses(table: &results::Table) -> Result<[Response; 2]> {
     let of = |signals: &[Vec<f64>]| {
         let (size, time) = largest(table, signals, &(0.0..f64::INFINITY));
         Response { size, time }

@@ -10,7 +10,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow, bail};
-use report::Table;
+use results::Table;
 use serde_json::Value;
 
 /// Scenarios that run at once: they share the processor with little else, and each needs one core.
@@ -93,7 +93,7 @@ pub fn table(name: &str) -> Result<Table> {
 
 /// What a signal did at all communication points: a value of the statistics in summary.json.
 pub fn statistic(name: &str, signal: &str, what: &str) -> Result<f64> {
-    let file = folder(name).join("summary.json");
+    let file = folder(name).join(results::SUMMARY);
     let text = fs::read(&file).with_context(|| format!("reading {}", file.display()))?;
     let summary: Value = serde_json::from_slice(&text)?;
     summary["signals"][signal][what]

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use fmi2_import::archive::Archive;
-use fmi2_import::description::{Causality, Description, Variable};
+use fmi2_import::archive::FmuArchive;
+use fmi2_import::description::{Causality, ModelDescription, Variable};
 use fmi2_import::package::Package;
 use results::{InstanceAsRun, ScenarioAsRun};
 use serde::Serialize;
@@ -115,7 +115,7 @@ pub(crate) fn all_parameters(scenario: &ScenarioAsRun) -> Vec<InstanceParameters
 }
 
 /// All parameters that a description declares, with the values for an instance.
-fn parameters(instance: &InstanceAsRun<'_>, description: &Description) -> Vec<ParameterValue> {
+fn parameters(instance: &InstanceAsRun<'_>, description: &ModelDescription) -> Vec<ParameterValue> {
     let parameter = |it: &Variable| {
         let given = instance.value(&it.name);
         let start = serde_json::to_value(it.start.as_ref()?).ok()?;
@@ -135,7 +135,8 @@ fn parameters(instance: &InstanceAsRun<'_>, description: &Description) -> Vec<Pa
 fn read(path: &Path, name: &str) -> Result<Option<String>, ReportError> {
     let unusable = |message: String| ReportError::Unit { path: path.to_owned(), message };
     let failed = |error| unusable(results::causes(&error).join(": "));
-    let bytes = Archive::open(path).and_then(|mut archive| archive.read(name)).map_err(failed)?;
+    let bytes =
+        FmuArchive::open(path).and_then(|mut archive| archive.read(name)).map_err(failed)?;
     let text = bytes.map(String::from_utf8).transpose();
     text.map_err(|_| unusable(format!("{name} is not UTF-8 text")))
 }

@@ -32,8 +32,6 @@ use std::path::Path;
 use results::RunResults;
 
 pub use error::ReportError;
-// xtask's paper reads tables
-pub use results::Table;
 
 /// Makes the report of some runs and writes it.
 ///

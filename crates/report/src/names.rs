@@ -59,7 +59,7 @@ pub(crate) fn row(variable: &str) -> Option<&str> {
 mod tests {
     use std::path::Path;
 
-    use fmi2_import::description::{Causality, Description, Variable};
+    use fmi2_import::description::{Causality, ModelDescription, Variable};
 
     use super::*;
 
@@ -67,7 +67,7 @@ mod tests {
     fn variables(unit: &str) -> Vec<Variable> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../modelDescription");
         let text = std::fs::read_to_string(folder.join(format!("{unit}.xml"))).unwrap();
-        Description::parse(&text).unwrap().variables
+        ModelDescription::parse(&text).unwrap().variables
     }
 
     fn assert_known(unit: &str, causality: Causality, names: &[String]) {
