@@ -47,7 +47,7 @@ pub struct PlotError(String);
 
 /// One curve.
 #[derive(Debug, Clone)]
-pub struct Line {
+pub struct FigureLine {
     /// Text in the legend.
     pub label: String,
     /// Time, or what is across, and value, already scaled.
@@ -56,11 +56,11 @@ pub struct Line {
 
 /// One panel.
 #[derive(Debug, Clone)]
-pub struct Panel {
+pub struct FigurePanel {
     /// Label of the vertical axis.
     pub ylabel: String,
     /// Curves, drawn in this order and in the order of the colours.
-    pub lines: Vec<Line>,
+    pub lines: Vec<FigureLine>,
 }
 
 /// Slices per curve for a picture with that many curves.
@@ -74,7 +74,7 @@ pub fn slices(curves: usize) -> u64 {
 ///
 /// # Errors
 /// The drawing library fails.
-pub fn draw(title: &str, panels: &[Panel]) -> Result<String, PlotError> {
+pub fn draw(title: &str, panels: &[FigurePanel]) -> Result<String, PlotError> {
     draw_over(title, "time (s)", panels)
 }
 
@@ -82,7 +82,7 @@ pub fn draw(title: &str, panels: &[Panel]) -> Result<String, PlotError> {
 ///
 /// # Errors
 /// The drawing library fails.
-pub fn draw_over(title: &str, xlabel: &str, panels: &[Panel]) -> Result<String, PlotError> {
+pub fn draw_over(title: &str, xlabel: &str, panels: &[FigurePanel]) -> Result<String, PlotError> {
     let mut svg = String::new();
     let legends: Vec<Vec<Vec<usize>>> = panels.iter().map(legend).collect();
     let legend_height = |k: usize| LEGEND_HEIGHT * u32::try_from(legends[k].len()).unwrap_or(0);
@@ -109,7 +109,7 @@ pub fn draw_over(title: &str, xlabel: &str, panels: &[Panel]) -> Result<String, 
     Ok(svg)
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type DrawArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type DrawResult = Result<(), Box<dyn std::error::Error>>;
 
 /// Width of a legend's entry by the mean width of letters, for no font is at hand to measure.
@@ -120,7 +120,7 @@ fn entry_width(label: &str) -> u32 {
 
 /// The curves in each row of a panel's legend; none without labels, or with more curves than
 /// colours can tell apart.
-fn legend(panel: &Panel) -> Vec<Vec<usize>> {
+fn legend(panel: &FigurePanel) -> Vec<Vec<usize>> {
     let lines = &panel.lines;
     let mut rows: Vec<Vec<usize>> = Vec::new();
     if lines.len() > COLOURS.len() || lines.iter().all(|line| line.label.is_empty()) {
@@ -142,7 +142,7 @@ fn legend(panel: &Panel) -> Vec<Vec<usize>> {
     rows
 }
 
-fn draw_legend(area: &Area<'_>, panel: &Panel, rows: &[Vec<usize>]) -> DrawResult {
+fn draw_legend(area: &DrawArea<'_>, panel: &FigurePanel, rows: &[Vec<usize>]) -> DrawResult {
     let font = ("sans-serif", LEGEND_FONT).into_text_style(area);
     let font = font.pos(Pos::new(HPos::Left, VPos::Center));
     let mut y = i32::try_from(LEGEND_HEIGHT / 2 + 2)?;
@@ -164,8 +164,8 @@ fn draw_legend(area: &Area<'_>, panel: &Panel, rows: &[Vec<usize>]) -> DrawResul
 }
 
 fn draw_panel(
-    area: &Area<'_>,
-    panel: &Panel,
+    area: &DrawArea<'_>,
+    panel: &FigurePanel,
     time: std::ops::Range<f64>,
     xlabel: &str,
 ) -> DrawResult {
@@ -204,7 +204,7 @@ fn draw_panel(
     Ok(())
 }
 
-fn times(panel: &Panel) -> impl Iterator<Item = f64> {
+fn times(panel: &FigurePanel) -> impl Iterator<Item = f64> {
     panel.lines.iter().flat_map(|line| line.points.iter().map(|point| point.0))
 }
 
@@ -251,13 +251,13 @@ mod tests {
     #[test]
     fn invariant_many_curves_stay_below_a_megabyte() {
         let n = slices(64);
-        let line = |k: usize| Line {
+        let line = |k: usize| FigureLine {
             label: format!("gap {k}"),
             points: (0..2 * n)
                 .map(|i| (i as f64 * 0.0375, (i as f64 * 0.1).sin() + k as f64 * 0.01))
                 .collect(),
         };
-        let panel = Panel { ylabel: "gap (mm)".into(), lines: (0..64).map(line).collect() };
+        let panel = FigurePanel { ylabel: "gap (mm)".into(), lines: (0..64).map(line).collect() };
         let svg = draw("all gaps", &[panel]).unwrap();
         assert!(svg.len() < 1_000_000, "{}", svg.len());
         assert!(svg.contains("gap (mm)") && svg.contains("time (s)"));
@@ -266,7 +266,7 @@ mod tests {
     /// Every label is there once, rows wrap, and the panel below keeps its height.
     #[test]
     fn issue_the_legend_stands_above_the_panel_and_covers_nothing() {
-        let line = |k: usize| Line {
+        let line = |k: usize| FigureLine {
             label: format!("vehicle.gap_{k:02} of the bogie"),
             points: vec![(0.0, 0.0), (1.0, k as f64)],
         };
@@ -275,7 +275,7 @@ mod tests {
             svg[at..].split('"').next().unwrap().parse().unwrap()
         };
         for (curves, rows) in [(1, 1), (4, 1), (5, 2), (12, 3), (13, 0)] {
-            let panel = Panel { ylabel: "y".into(), lines: (1..=curves).map(line).collect() };
+            let panel = FigurePanel { ylabel: "y".into(), lines: (1..=curves).map(line).collect() };
             assert_eq!(legend(&panel).len(), rows, "{curves}");
             let svg = draw("t", &[panel]).unwrap();
             let labels = (1..=curves).filter(|k| svg.contains(&line(*k).label)).count();
@@ -295,9 +295,9 @@ mod tests {
 
     #[test]
     fn issue_constant_empty_and_zero_curves_draw() {
-        let lines = |points: Vec<(f64, f64)>| vec![Line { label: "x".into(), points }];
+        let lines = |points: Vec<(f64, f64)>| vec![FigureLine { label: "x".into(), points }];
         for points in [vec![], vec![(0.0, 0.0)], vec![(0.0, 8.0), (1.0, 8.0)]] {
-            let svg = draw("t", &[Panel { ylabel: "y".into(), lines: lines(points) }]).unwrap();
+            let svg = draw("t", &[FigurePanel { ylabel: "y".into(), lines: lines(points) }]).unwrap();
             assert!(svg.trim_end().ends_with("</svg>"));
         }
         draw("nothing", &[]).unwrap();

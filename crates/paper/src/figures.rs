@@ -2,7 +2,7 @@
 
 use analysis::spectrum::Spectrum;
 use anyhow::Result;
-use figure::{Line, Panel, draw_over};
+use figure::{FigureLine, FigurePanel, draw_over};
 use results::Table;
 
 use crate::{
@@ -43,13 +43,13 @@ fn reduced(time: &[f64], values: &[f64], scale: f64) -> Vec<(f64, f64)> {
     points
 }
 
-fn line(label: &str, table: &Table, name: &str) -> Result<Line> {
+fn line(label: &str, table: &Table, name: &str) -> Result<FigureLine> {
     let points = reduced(&table.time, signal(table, name)?, 1e3);
-    Ok(Line { label: label.to_owned(), points })
+    Ok(FigureLine { label: label.to_owned(), points })
 }
 
-fn panel(ylabel: &str, lines: Vec<Line>) -> Panel {
-    Panel { ylabel: ylabel.to_owned(), lines }
+fn panel(ylabel: &str, lines: Vec<FigureLine>) -> FigurePanel {
+    FigurePanel { ylabel: ylabel.to_owned(), lines }
 }
 
 fn low_speed() -> Result<String> {
@@ -83,28 +83,28 @@ fn standstill() -> Result<String> {
 }
 
 /// Amplitudes in mm, or roots of a density in mm/√Hz, up to a frequency; with `log` their common logarithm.
-fn spectrum_line(label: &str, spectrum: &Spectrum, to: f64, log: bool) -> Line {
+fn spectrum_line(label: &str, spectrum: &Spectrum, to: f64, log: bool) -> FigureLine {
     let bins = spectrum.bins(spectrum.resolution, to);
     let every = (bins.len() / SLICES).max(1);
     let points = bins.step_by(every).map(|k| {
         let value = size(spectrum, k) * 1e3;
         (spectrum.frequency(k), if log { value.max(1e-12).log10() } else { value })
     });
-    Line { label: label.to_owned(), points: points.collect() }
+    FigureLine { label: label.to_owned(), points: points.collect() }
 }
 
 /// The coupled modes as vertical lines.
-fn marks(run: &Standstill, lines: &[Line]) -> Vec<Line> {
+fn marks(run: &Standstill, lines: &[FigureLine]) -> Vec<FigureLine> {
     let label = |frequency| format!("coupled mode {frequency:.2} Hz");
     run.modes.iter().map(|it| mark(label(it.frequency), it.frequency, lines)).collect()
 }
 
 /// A vertical line from the lowest to the highest of the curves.
-fn mark(label: String, frequency: f64, lines: &[Line]) -> Line {
+fn mark(label: String, frequency: f64, lines: &[FigureLine]) -> FigureLine {
     let values = || lines.iter().flat_map(|line| line.points.iter().map(|point| point.1));
     let low = values().fold(f64::INFINITY, f64::min);
     let high = values().fold(f64::NEG_INFINITY, f64::max);
-    Line { label, points: vec![(frequency, low), (frequency, high)] }
+    FigureLine { label, points: vec![(frequency, low), (frequency, high)] }
 }
 
 fn standstill_spectra(numbers: &Numbers) -> Result<String> {
@@ -133,7 +133,7 @@ fn girders() -> Result<String> {
             let middle = deviation(&table, "guideway.midspan_displacement_02")?;
             for (lines, values) in [(&mut gap_lines, gap), (&mut middle_lines, middle)] {
                 let points = reduced(&table.time, &values, 1e3);
-                lines.push(Line { label: label.clone(), points });
+                lines.push(FigureLine { label: label.clone(), points });
             }
         }
         panels.push(panel(&format!("gap deviation, by {means} (mm)"), gap_lines));

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use analysis::series::rate;
 use analysis::spectrum::{Window, amplitude};
-use figure::{Line, Panel as Drawn};
+use figure::{FigureLine, FigurePanel};
 use results::{PanelAsRun, PlotAsRun, RunResults, ScenarioAsRun, write_whole};
 use resvg::{tiny_skia, usvg};
 
@@ -126,7 +126,7 @@ fn panels(
     runs: &[RunResults],
     plot: &PlotAsRun,
     curve: impl Fn(&[f64], &[f64]) -> Option<(Vec<f64>, Vec<f64>)>,
-) -> Vec<Drawn> {
+) -> Vec<FigurePanel> {
     let line = |run: &RunResults, panel: &PanelAsRun, k: usize, signal: &String| {
         let index = run.table.names.iter().position(|name| name == signal)?;
         let (times, values) = run.table.points(index);
@@ -134,14 +134,14 @@ fn panels(
         let label = panel.labels.get(k).unwrap_or(signal);
         let label = if runs.len() > 1 { format!("{}: {label}", run.name()) } else { label.clone() };
         let points = across.into_iter().zip(up).map(|(x, y)| (x, panel.scale * y));
-        Some(Line { label, points: points.collect() })
+        Some(FigureLine { label, points: points.collect() })
     };
     let panel = |panel: &PanelAsRun| {
         let lines = runs.iter().flat_map(|run| {
             let signals = panel.signals.iter().enumerate();
             signals.filter_map(move |(k, signal)| line(run, panel, k, signal))
         });
-        Drawn { ylabel: panel.ylabel.clone(), lines: lines.collect() }
+        FigurePanel { ylabel: panel.ylabel.clone(), lines: lines.collect() }
     };
     plot.panels.iter().map(panel).collect()
 }
@@ -154,8 +154,8 @@ fn spectrum(times: &[f64], values: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
 }
 
 /// Cuts spectra off where nothing is to be seen any more.
-fn cut(panels: &mut [Drawn]) {
-    let matters = |line: &Line| {
+fn cut(panels: &mut [FigurePanel]) {
+    let matters = |line: &FigureLine| {
         let largest = line.points.iter().map(|point| point.1.abs()).fold(0.0, f64::max);
         line.points.iter().rfind(|point| point.1.abs() > ENOUGH * largest).map_or(0.0, |it| it.0)
     };

@@ -183,16 +183,16 @@ fn pictures(
     let (scenario, system, selection) = (setup.scenario(), setup.system(), setup.selection());
     let points: Vec<Vec<(f64, f64)>> =
         curves.into_iter().map(|curve| curve.map(Curve::finish).unwrap_or_default()).collect();
-    let line = |scale: f64, label: Option<&String>, index: usize| figure::Line {
+    let line = |scale: f64, label: Option<&String>, index: usize| figure::FigureLine {
         label: label.cloned().unwrap_or_else(|| system.port_name(selection.ports[index])),
         points: points[index].iter().map(|&(t, y)| (t, scale * y)).collect(),
     };
     for (plot, panels) in scenario.plots.iter().zip(&selection.plots) {
-        let panels: Vec<figure::Panel> = plot
+        let panels: Vec<figure::FigurePanel> = plot
             .panels
             .iter()
             .zip(panels)
-            .map(|(panel, indices)| figure::Panel {
+            .map(|(panel, indices)| figure::FigurePanel {
                 ylabel: panel.ylabel.clone(),
                 lines: (0_usize..)
                     .zip(indices)
