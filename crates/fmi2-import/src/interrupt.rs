@@ -11,7 +11,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Time for a call to return after the second signal.
-pub const GRACE: Duration = Duration::from_millis(700);
+const GRACE: Duration = Duration::from_millis(700);
 /// Longest time to wait for complete results.
 const PATIENCE: Duration = Duration::from_secs(20);
 

@@ -1,21 +1,21 @@
-//! FMI 2.0 co-simulation units of any make, as an importer sees them.
+//! Imports FMI 2.0 co-simulation FMUs of any make.
 //!
-//! A .fmu file is opened ([`archive`]), its description read ([`description`]), its files unpacked
-//! ([`package`]), its binary loaded ([`library`]) and instances made ([`instance`]): in this process, or in
-//! processes of their own ([`isolate`]). Messages arrive in [`logger`], each call can be written to a
-//! [`trace`], [`interrupt`] ends calls that do not return, and [`witness`] reports which call crashed or
-//! ended this process.
+//! [`archive`] reads a .fmu file, [`description`] its modelDescription.xml, [`package`] unpacks it,
+//! [`library`] loads its binary, and [`instance`] makes instances of it: in this process, or with
+//! [`isolate`] in processes of their own. [`logger`] receives messages, [`trace`] writes each call to a file,
+//! [`interrupt`] ends calls that do not return, and [`witness`] reports which call crashed or ended this
+//! process.
 //!
 //! ```no_run
 //! use std::path::Path;
 //! use fmi2_import::package::Package;
 //!
-//! let unit = Package::open(Path::new("pendulum.fmu"))?;
-//! println!("{} variables", unit.description().variables.len());
+//! let package = Package::open(Path::new("pendulum.fmu"))?;
+//! println!("{} variables", package.description().variables.len());
 //! # Ok::<(), fmi2_import::package::PackageError>(())
 //! ```
 
-#![expect(clippy::result_large_err, reason = "errors name all that they concern, and end a run")]
+#![expect(clippy::result_large_err, reason = "errors contain all details, and are rare")]
 
 mod activity;
 mod answer;
@@ -44,3 +44,8 @@ pub mod xml;
 pub use activity::Activity;
 pub use functions::Call;
 pub use status::{fmi2Status, status_with_name};
+
+/// Compiles the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -27,6 +27,9 @@ pub struct Scratch {
 
 impl Scratch {
     /// Creates a folder. The first call in a process removes folders that dead processes left behind.
+    ///
+    /// # Errors
+    /// The folder cannot be created.
     pub fn new() -> io::Result<Self> {
         static TIDIED: Once = Once::new();
         // TMPDIR may be relative to the working directory, which FMUs may change
@@ -55,7 +58,7 @@ impl Drop for Scratch {
 }
 
 /// Removes all folders of this process, for an exit that drops nothing.
-pub fn remove_all() {
+pub(crate) fn remove_all() {
     // if another thread holds the list, the next process removes the folders
     let Ok(mut ours) = OURS.try_lock() else { return };
     for path in ours.drain(..) {

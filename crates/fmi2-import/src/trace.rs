@@ -112,10 +112,10 @@ impl Tracer {
     /// Writes a line before a call.
     #[cold]
     #[inline(never)]
-    pub(crate) fn before(&self, call: Call, tell: impl FnOnce(&mut Line<'_>)) -> Instant {
+    pub(crate) fn before(&self, call: Call, arguments: impl FnOnce(&mut Line<'_>)) -> Instant {
         let mut line = self.line(call);
         line.text.push('(');
-        tell(&mut line);
+        arguments(&mut line);
         line.text.push(')');
         self.write(line);
         Instant::now()
@@ -124,7 +124,12 @@ impl Tracer {
     /// Writes a line after a call.
     #[cold]
     #[inline(never)]
-    pub(crate) fn after(&self, answer: Answer, begin: Instant, tell: impl FnOnce(&mut Line<'_>)) {
+    pub(crate) fn after(
+        &self,
+        answer: Answer,
+        begin: Instant,
+        results: impl FnOnce(&mut Line<'_>),
+    ) {
         let taken = 1e6 * begin.elapsed().as_secs_f64();
         let mut line = self.line(answer.call);
         let has_no_status = [Call::fmi2Instantiate, Call::fmi2FreeInstance].contains(&answer.call);
@@ -137,7 +142,7 @@ impl Tracer {
         line.add(format_args!(" = {status} in {taken:.1} us"));
         let length = line.text.len();
         line.text.push_str(": ");
-        tell(&mut line);
+        results(&mut line);
         if line.text.len() == length + 2 {
             line.text.truncate(length);
         }

@@ -46,7 +46,7 @@ pub enum ArchiveError {
         /// The name of both entries.
         name: String,
     },
-    /// More entries than [`MAX_ENTRIES`].
+    /// There are too many entries.
     #[error("the archive has {count} entries; at most {MAX_ENTRIES} are accepted")]
     TooMany {
         /// Number of entries.

@@ -21,16 +21,16 @@ use self::name::safe_name;
 pub use self::text::text;
 
 /// Largest number of entries in an archive.
-pub const MAX_ENTRIES: usize = 20_000;
+pub(crate) const MAX_ENTRIES: usize = 20_000;
 /// Largest unpacked size of one entry, in bytes.
 pub const MAX_ENTRY_SIZE: u64 = 1 << 30;
 /// Largest unpacked size of all entries together, in bytes.
-pub const MAX_TOTAL_SIZE: u64 = 4 << 30;
+const MAX_TOTAL_SIZE: u64 = 4 << 30;
 /// Largest ratio of unpacked to packed size of an entry above [`RATIO_FREE_SIZE`].
 /// Deflate cannot exceed 1032. Ordinary data stay below 100, and long runs of zeros reach the limit.
-pub const MAX_RATIO: u64 = 500;
+const MAX_RATIO: u64 = 500;
 /// Entries up to this unpacked size may have any ratio, in bytes.
-pub const RATIO_FREE_SIZE: u64 = 16 << 20;
+const RATIO_FREE_SIZE: u64 = 16 << 20;
 /// Largest modelDescription.xml, in bytes.
 pub const MAX_DESCRIPTION_SIZE: u64 = 64 << 20;
 

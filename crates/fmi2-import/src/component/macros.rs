@@ -2,16 +2,16 @@
 
 /// Makes a call. If there is a trace, it gets a line before the call and one after it.
 macro_rules! traced {
-    ($self:ident, $call:expr, $tell:expr, $run:expr) => {
-        traced!($self, $call, $tell, $run, |_| {})
+    ($self:ident, $call:expr, $arguments:expr, $run:expr) => {
+        traced!($self, $call, $arguments, $run, |_| {})
     };
-    ($self:ident, $call:expr, $tell:expr, $run:expr, $brings:expr) => {
+    ($self:ident, $call:expr, $arguments:expr, $run:expr, $results:expr) => {
         match &$self.trace {
             None => $run,
             Some(trace) => {
-                let begin = trace.before($call, $tell);
+                let begin = trace.before($call, $arguments);
                 let answer = $run;
-                trace.after(answer, begin, $brings);
+                trace.after(answer, begin, $results);
                 answer
             }
         }

@@ -174,7 +174,7 @@ impl Drop for Component {
                     continue;
                 }
                 let mut call = || {
-                    // SAFETY: the component is alive, the state is one of its own and freed once
+                    // SAFETY: the component is alive, and the state belongs to it and is freed once
                     let status = unsafe { free(self.pointer, &raw mut state) };
                     Answer::new(Call::fmi2FreeFMUstate, status)
                 };

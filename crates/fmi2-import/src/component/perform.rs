@@ -47,7 +47,7 @@ impl Component {
         Reply { answer, data: Data::None }
     }
 
-    /// Turns debug messages of these categories on.
+    /// Turns on debug messages of these categories.
     fn set_debug_logging(&mut self, categories: &[CString]) -> Answer {
         let names: Vec<_> = categories.iter().map(|it| it.as_ptr()).collect();
         request!(
@@ -61,7 +61,7 @@ impl Component {
         )
     }
 
-    /// Requests that bring something back.
+    /// Requests that return data.
     fn ask(&mut self, request: &Request) -> Reply {
         match request {
             Request::Get(kind, references) => self.get_any(*kind, references),
@@ -123,15 +123,15 @@ impl Component {
         }
     }
 
-    /// Asks for a report, which is not of the standard (`fmi2_export_report`).
+    /// Requests a report, an extension of the standard (`fmi2_export_report`).
     fn report(&mut self, request: &str) -> Option<String> {
         let function = self.functions.report?;
         let text = CString::new(request).ok()?;
-        // room for most reports, so that they are made once
+        // large enough for most reports, so that they are written once
         let mut buffer = vec![0_u8; 1 << 20];
         loop {
             let (start, room) = (buffer.as_mut_ptr().cast(), buffer.len());
-            // SAFETY: the component is this library's; request and buffer outlive the call
+            // SAFETY: the component belongs to this library; request and buffer outlive the call
             let length = unsafe { function(self.pointer, text.as_ptr(), start, room) };
             if length == 0 {
                 return None;

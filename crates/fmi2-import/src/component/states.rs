@@ -10,8 +10,7 @@ use crate::functions::Call;
 use crate::request::{Data, Reply, Request};
 
 impl Component {
-    /// Saves the state into a slot, whose memory the unit uses again; a slot beyond the last is a
-    /// new one.
+    /// Saves the state into a slot, whose memory the FMU can reuse, or into a new slot at the end.
     pub(crate) fn save_state(&mut self, slot: usize) -> Answer {
         let mut state = self.states.get(slot).copied().unwrap_or(null_mut());
         let answer =

@@ -95,7 +95,7 @@ impl Component {
         )
     }
 
-    /// Sets derivatives of inputs for the coming step.
+    /// Sets derivatives of inputs for the next step.
     #[inline]
     pub(crate) fn set_derivatives(
         &mut self,
@@ -146,7 +146,7 @@ impl Component {
         )
     }
 
-    /// Derivative of unknowns along a direction of knowns.
+    /// Directional derivative of unknowns by knowns.
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: &[u32],

@@ -16,7 +16,7 @@ pub struct BaseUnit {
 }
 
 /// Names of the base units in the order of [`BaseUnit::exponents`].
-pub const BASE_NAMES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+pub(super) const BASE_NAMES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
 impl BaseUnit {
     /// Name of the base unit, such as `kg.m.s-2`; `1` if it has no dimension.

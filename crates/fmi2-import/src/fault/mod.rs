@@ -28,8 +28,7 @@ impl FmuError {
     }
 
     /// Whether the FMU only refused something optional. The instance can be used further.
-    #[must_use]
-    pub fn is_refusal(&self) -> bool {
+    pub(crate) fn is_refusal(&self) -> bool {
         matches!(
             *self.0,
             FmuFault::Status { status: Status::fmi2Discard, .. } | FmuFault::Lacks { .. }
@@ -116,11 +115,11 @@ pub enum FmuFault {
         time: f64,
         /// The step (s).
         size: f64,
-        /// Time that the unit reached (s), if it reports it.
+        /// Time that the FMU reached (s), if it reports it.
         last_successful: Option<f64>,
-        /// Whether the unit asks to end the simulation.
+        /// Whether the FMU asks to end the simulation.
         terminated: bool,
-        /// Whether the unit can save its state, so that the step can be repeated in parts.
+        /// Whether the FMU can save its state, so that the step can be repeated in parts.
         can_retry: bool,
         /// What it logged, oldest first.
         messages: Vec<Message>,

@@ -134,7 +134,7 @@ impl Instance {
     /// one.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn setup_experiment(
         &mut self,
         tolerance: Option<f64>,
@@ -147,15 +147,15 @@ impl Instance {
     /// Begins initialization.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn enter_initialization_mode(&mut self) -> Result<(), FmuError> {
         self.order(&Request::EnterInitializationMode)
     }
 
-    /// Ends initialization: the unit is ready to step.
+    /// Ends initialization: the FMU is ready to step.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn exit_initialization_mode(&mut self) -> Result<(), FmuError> {
         self.order(&Request::ExitInitializationMode)?;
         self.running = true;
@@ -165,7 +165,7 @@ impl Instance {
     /// Ends the run.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn terminate(&mut self) -> Result<(), FmuError> {
         if !std::mem::take(&mut self.running) {
             return Ok(());
@@ -176,7 +176,7 @@ impl Instance {
     /// Returns to the state after instantiation.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn reset(&mut self) -> Result<(), FmuError> {
         self.running = false;
         self.order(&Request::Reset)
@@ -203,14 +203,6 @@ impl Instance {
             }),
             _ => self.judge(reply.answer, &[]).map(|()| String::new()),
         }
-    }
-
-    /// Checks that the FMU may still be called.
-    ///
-    /// # Errors
-    /// Its library has failed fatally, or its process has ended.
-    pub fn still_alive(&self) -> Result<(), FmuError> {
-        self.alive()
     }
 
     /// Calls that have returned `fmi2Warning` so far.

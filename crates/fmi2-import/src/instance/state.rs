@@ -16,21 +16,14 @@ impl StateId {
 
 impl Instance {
     /// Whether the FMU declares that its state can be saved and restored.
-    #[must_use]
-    pub fn can_save_state(&self) -> bool {
+    pub(super) fn can_save_state(&self) -> bool {
         self.package.description().co_simulation.can_get_and_set_fmu_state
-    }
-
-    /// Whether the FMU declares that its state can be serialized.
-    #[must_use]
-    pub fn can_serialize_state(&self) -> bool {
-        self.can_save_state() && self.package.description().co_simulation.can_serialize_fmu_state
     }
 
     /// Saves the state (`fmi2GetFMUstate`). The memory of an earlier saved state can be reused.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn save_state(&mut self, into: Option<StateId>) -> Result<StateId, FmuError> {
         match self.ask(&Request::SaveState(into.map(StateId::slot)), &[])? {
             Data::Slot(slot) => Ok(StateId(slot)),
@@ -41,7 +34,7 @@ impl Instance {
     /// Restores a saved state (`fmi2SetFMUstate`), which remains saved.
     ///
     /// # Errors
-    /// The FMU's, or the state has been freed.
+    /// The call fails, or the state has been freed.
     pub fn restore_state(&mut self, id: StateId) -> Result<(), FmuError> {
         match self.ask(&Request::RestoreState(id.0), &[])? {
             Data::None => Ok(()),
@@ -52,7 +45,7 @@ impl Instance {
     /// Frees a saved state (`fmi2FreeFMUstate`).
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn free_state(&mut self, id: StateId) -> Result<(), FmuError> {
         match self.ask(&Request::FreeState(id.0), &[])? {
             Data::None => Ok(()),
@@ -63,7 +56,7 @@ impl Instance {
     /// The bytes of a saved state (`fmi2SerializeFMUstate`), for another process.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn serialize_state(&mut self, id: StateId) -> Result<Vec<u8>, FmuError> {
         match self.ask(&Request::SerializeState(id.0), &[])? {
             Data::Bytes(bytes) => Ok(bytes),
@@ -74,7 +67,7 @@ impl Instance {
     /// Makes a saved state from bytes (`fmi2DeSerializeFMUstate`). Restore it to use it.
     ///
     /// # Errors
-    /// The FMU's, for instance because the bytes are of another FMU.
+    /// The call fails, for instance because the bytes are of another FMU.
     pub fn deserialize_state(&mut self, bytes: &[u8]) -> Result<StateId, FmuError> {
         match self.ask(&Request::DeserializeState(bytes.to_vec()), &[])? {
             Data::Slot(slot) => Ok(StateId(slot)),
@@ -86,7 +79,7 @@ impl Instance {
     /// `out = ∂unknowns/∂knowns · seed`.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn get_directional_derivative(
         &mut self,
         unknowns: &[u32],

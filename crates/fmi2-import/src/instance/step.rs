@@ -15,7 +15,7 @@ impl Instance {
     /// Sets derivatives of inputs for the next step.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn set_real_input_derivatives(
         &mut self,
         references: &[u32],
@@ -33,7 +33,7 @@ impl Instance {
     /// Reads derivatives of outputs at the end of the last step.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn get_real_output_derivatives(
         &mut self,
         references: &[u32],
@@ -75,7 +75,7 @@ impl Instance {
     /// Sets all inputs of the next step.
     ///
     /// # Errors
-    /// The FMU's. That of an isolated instance comes with the step.
+    /// The call fails. For an isolated instance the step reports it.
     #[inline]
     pub fn send(&mut self, layout: &StepLayout, sent: &Sent) -> Result<(), FmuError> {
         self.alive()?;
@@ -89,7 +89,7 @@ impl Instance {
     /// Reads all outputs at `time`, the end of the last step.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     #[inline]
     pub fn receive(
         &mut self,
@@ -131,7 +131,7 @@ impl Instance {
     /// Steps from `time` over `size`.
     ///
     /// # Errors
-    /// The step was discarded or hangs, or the FMU's.
+    /// The step was discarded or hangs, or the call fails.
     #[inline]
     pub fn do_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         self.alive()?;

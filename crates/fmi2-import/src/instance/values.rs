@@ -14,7 +14,7 @@ impl Instance {
     /// Reads Reals.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), FmuError> {
         self.get::<Real>(references, values)
     }
@@ -22,7 +22,7 @@ impl Instance {
     /// Reads Integers and Enumerations.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), FmuError> {
         self.get::<Integer>(references, values)
     }
@@ -30,7 +30,7 @@ impl Instance {
     /// Reads Booleans: 0 or 1.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), FmuError> {
         self.get::<Boolean>(references, values)
     }
@@ -38,7 +38,7 @@ impl Instance {
     /// Reads one String; null reads as empty.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn get_string(&mut self, reference: u32) -> Result<CString, FmuError> {
         self.alive()?;
         let (answer, text) = match &mut self.backend {
@@ -59,7 +59,7 @@ impl Instance {
     /// Sets Reals.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), FmuError> {
         self.set_numbers::<Real>(references, values)
     }
@@ -67,7 +67,7 @@ impl Instance {
     /// Sets Integers and Enumerations.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), FmuError> {
         self.set_numbers::<Integer>(references, values)
     }
@@ -75,7 +75,7 @@ impl Instance {
     /// Sets Booleans: 0 or 1.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), FmuError> {
         self.set_numbers::<Boolean>(references, values)
     }
@@ -83,7 +83,7 @@ impl Instance {
     /// Sets one String.
     ///
     /// # Errors
-    /// The FMU's.
+    /// The call fails.
     pub fn set_string(&mut self, reference: u32, value: &CStr) -> Result<(), FmuError> {
         self.alive()?;
         let answer = match &mut self.backend {
@@ -99,7 +99,7 @@ impl Instance {
     /// Sets one variable of any type.
     ///
     /// # Errors
-    /// The FMU's, or the text contains a zero byte.
+    /// The call fails, or the text contains a zero byte.
     pub fn set(&mut self, variable: usize, value: &Value) -> Result<(), FmuError> {
         let package = Arc::clone(&self.package);
         let variable = &package.description().variables[variable];

@@ -151,7 +151,7 @@ mod tests {
         let logger = callbacks.logger.unwrap();
         let environment = callbacks.componentEnvironment;
         let long = "x".repeat(10_000) + "\0";
-        // SAFETY: null and C strings are what units pass
+        // SAFETY: null and C strings are what FMUs pass
         unsafe {
             logger(
                 environment,

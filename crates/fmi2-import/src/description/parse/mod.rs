@@ -68,7 +68,7 @@ pub enum DescriptionError {
         /// Line in modelDescription.xml.
         line: u32,
     },
-    /// The identifier would lead out of the unit's folder or cannot be a file name.
+    /// The identifier would lead out of the FMU's folder or cannot be a file name.
     #[error("modelIdentifier \"{0}\" is not a C identifier")]
     Identifier(String),
     /// A variable has no type element.
