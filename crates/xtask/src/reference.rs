@@ -13,7 +13,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use figure::{Line, Panel};
+use figure::{FigureLine, FigurePanel};
 use roxmltree::Document;
 
 use crate::{
@@ -148,8 +148,8 @@ impl Reference {
             let unit = unit_of(&document, name);
             let points =
                 table.times.iter().zip(&table.rows).map(|(&time, row)| (time, row[column]));
-            let line = Line { label: String::new(), points: points.collect() };
-            Panel { ylabel: format!("{name} ({unit})"), lines: vec![line] }
+            let line = FigureLine { label: String::new(), points: points.collect() };
+            FigurePanel { ylabel: format!("{name} ({unit})"), lines: vec![line] }
         };
         Ok(figure::draw("", &columns.map(panel).collect::<Vec<_>>())?)
     }
