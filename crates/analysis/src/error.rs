@@ -20,7 +20,7 @@ pub enum Error {
     NotFinite {
         /// Index of the sample, from 0.
         index: usize,
-        /// The value.
+        /// The value given.
         value: f64,
     },
     /// The samples are not evenly spaced.
@@ -43,7 +43,7 @@ pub enum Error {
     Setting {
         /// Name of the setting.
         setting: &'static str,
-        /// The value.
+        /// The value given.
         value: f64,
         /// The condition that it breaks.
         rule: &'static str,

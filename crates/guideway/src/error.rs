@@ -68,13 +68,13 @@ pub enum Error {
     /// A force or position of a load is not a number.
     #[error("at t = {time} s: {quantity} of magnet {magnet} is {value}; it must be finite")]
     Load {
-        /// Time (s).
+        /// Start of the step (s).
         time: f64,
         /// "force" or "position".
         quantity: &'static str,
         /// Number of the magnet, from 1.
         magnet: usize,
-        /// The value.
+        /// The value that is not finite.
         value: f64,
     },
 }

@@ -18,7 +18,7 @@ pub struct VehicleCounts {
     pub rank: usize,
     /// Degrees of freedom, 6·bodies − rank.
     pub degrees_of_freedom: usize,
-    /// Magnets.
+    /// Magnets: points of levitation and guidance forces.
     pub magnets: usize,
     /// Bodies after merging.
     pub composites: usize,

@@ -25,9 +25,9 @@ pub struct VehicleDescription {
     pub gravity: [f64; 3],
     /// Nominal air gap c0 in m: the gap of a magnet in its initial place under a track at z = 0.
     pub nominal_gap: f64,
-    /// Rigid bodies.
+    /// Rigid bodies; at least one.
     pub bodies: Vec<Body>,
-    /// Joints.
+    /// Joints between two bodies, or a body and the ground.
     #[serde(default)]
     pub joints: Vec<Joint>,
     /// Bushings (air springs, traction rods, elastic joints).
@@ -54,7 +54,7 @@ pub struct VehicleDescription {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Unique name.
+    /// Name, unique among the bodies.
     pub name: String,
     /// Mass in kg.
     pub mass: f64,
@@ -136,13 +136,13 @@ impl std::fmt::Display for JointKind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Joint {
-    /// Unique name.
+    /// Name, unique among the joints.
     pub name: String,
-    /// Kind.
+    /// Kind of joint, which determines its equations.
     pub kind: JointKind,
-    /// First body.
+    /// Body a: carries the axis.
     pub body_a: String,
-    /// Second body.
+    /// Body b: moves relative to a.
     pub body_b: String,
     /// The joint's point in the world, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -169,7 +169,7 @@ pub struct Joint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bushing {
-    /// Unique name.
+    /// Name, unique among the bushings.
     pub name: String,
     /// Body that carries the frame.
     pub body_a: String,
@@ -202,15 +202,15 @@ pub struct Bushing {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
-    /// Unique name.
+    /// Name, unique among the springs.
     pub name: String,
-    /// First body.
+    /// Body at end a.
     pub body_a: String,
-    /// Its end, m.
+    /// End a, m.
     pub position_a: [f64; 3],
-    /// Second body.
+    /// Body at end b.
     pub body_b: String,
-    /// Its end, m.
+    /// End b, m.
     pub position_b: [f64; 3],
     /// N/m.
     pub stiffness: f64,
@@ -257,7 +257,7 @@ pub struct Drive {
 pub struct MagnetPoint {
     /// The body that carries it.
     pub body: String,
-    /// Its place, m.
+    /// Point of the forces, m.
     pub position: [f64; 3],
 }
 
@@ -267,7 +267,7 @@ pub struct MagnetPoint {
 pub struct Observed {
     /// Prefix of the outputs, for example `car_1`: lower-case letters, digits, underscores.
     pub name: String,
-    /// The body.
+    /// Name of the observed body.
     pub body: String,
     /// Further points whose accelerations are outputs (ride comfort), m.
     #[serde(default)]

@@ -30,7 +30,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// The sum.
+    /// Total mechanical energy; constant without damping and magnet forces.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.kinetic + self.gravitational + self.elastic
