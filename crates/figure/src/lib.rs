@@ -297,7 +297,8 @@ mod tests {
     fn issue_constant_empty_and_zero_curves_draw() {
         let lines = |points: Vec<(f64, f64)>| vec![FigureLine { label: "x".into(), points }];
         for points in [vec![], vec![(0.0, 0.0)], vec![(0.0, 8.0), (1.0, 8.0)]] {
-            let svg = draw("t", &[FigurePanel { ylabel: "y".into(), lines: lines(points) }]).unwrap();
+            let svg =
+                draw("t", &[FigurePanel { ylabel: "y".into(), lines: lines(points) }]).unwrap();
             assert!(svg.trim_end().ends_with("</svg>"));
         }
         draw("nothing", &[]).unwrap();

@@ -12,9 +12,9 @@ use crate::knowledge::{Figure, Guideway, Role, figures, role};
 use crate::layout_fmu::{InstanceParameters, all_parameters};
 use crate::modes::{least_damped, of_girders};
 use crate::scene::{self, Scene};
-use crate::series::{Clock, Clocks, Series};
+use crate::series::{EmbeddedSeries, SignalClock, SignalClocks};
 use crate::spectra::{self, Frequencies, Spectra};
-use crate::spectrogram::{self, Spectrogram};
+use crate::spectrogram::{self, EmbeddedSpectrogram};
 
 /// Values of all signals over time that a page has room for, at 4 bytes each.
 const ROOM: usize = 900_000;
@@ -48,7 +48,7 @@ pub(crate) struct RunData<'a> {
     /// marked in spectra
     coupled: Vec<Eigenvalue>,
     least_damped: Option<&'a Mode>,
-    clocks: Vec<Clock>,
+    clocks: Vec<SignalClock>,
     frequencies: Frequencies,
     signals: Vec<SignalData<'a>>,
     plots: Vec<PlotAsRun>,
@@ -64,19 +64,19 @@ struct SignalData<'a> {
     name: &'a str,
     unit: Option<&'a str>,
     role: Option<Role>,
-    series: Series,
+    series: EmbeddedSeries,
     spectra: Option<Spectra>,
     /// why there is no spectrum
     spectra_error: Option<String>,
-    spectrogram: Option<Spectrogram>,
+    spectrogram: Option<EmbeddedSpectrogram>,
 }
 
 /// What is computed of one signal.
-struct Computed {
+struct ComputedSignal {
     times: Vec<f64>,
     values: Vec<f64>,
-    spectra: Option<Result<spectra::Computed, analysis::Error>>,
-    spectrogram: Option<spectrogram::Computed>,
+    spectra: Option<Result<spectra::ComputedSpectra, analysis::Error>>,
+    spectrogram: Option<spectrogram::ComputedSpectrogram>,
 }
 
 impl<'a> RunData<'a> {
@@ -86,7 +86,7 @@ impl<'a> RunData<'a> {
         let scenario = run.scenario.as_ref();
         let plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
         let guideway = Guideway::of(run);
-        let (mut clocks, mut frequencies) = (Clocks::default(), Frequencies::default());
+        let (mut clocks, mut frequencies) = (SignalClocks::default(), Frequencies::default());
         let signals =
             signals(run, &plots, guideway.as_ref(), runs, (&mut clocks, &mut frequencies), arrays);
         // a unit that has been moved away since the run costs the view, not the report
@@ -130,7 +130,7 @@ fn signals<'a>(
     plots: &[PlotAsRun],
     guideway: Option<&Guideway>,
     runs: usize,
-    (clocks, frequencies): (&mut Clocks, &mut Frequencies),
+    (clocks, frequencies): (&mut SignalClocks, &mut Frequencies),
     arrays: &mut Arrays,
 ) -> Vec<SignalData<'a>> {
     let names = &run.table.names;
@@ -141,10 +141,10 @@ fn signals<'a>(
     let compute = |k: usize| {
         let (times, values) = run.table.points(k);
         let wanted = k < MOST_SPECTRA || is_drawn(plots, &names[k]);
-        Computed {
-            spectra: wanted.then(|| spectra::Computed::new(&times, &values, resonances)),
+        ComputedSignal {
+            spectra: wanted.then(|| spectra::ComputedSpectra::new(&times, &values, resonances)),
             spectrogram: if wanted {
-                spectrogram::Computed::new(&times, &values, top).ok()
+                spectrogram::ComputedSpectrogram::new(&times, &values, top).ok()
             } else {
                 None
             },
@@ -152,11 +152,11 @@ fn signals<'a>(
             values,
         }
     };
-    let computed: Vec<Computed> = (0..names.len()).into_par_iter().map(compute).collect();
+    let computed: Vec<ComputedSignal> = (0..names.len()).into_par_iter().map(compute).collect();
     let mut room = ROOM_SPECTROGRAMS / runs;
-    let signal = |(name, it): (&'a String, Computed)| {
+    let signal = |(name, it): (&'a String, ComputedSignal)| {
         let most = if is_drawn(plots, name) { (ROOM_DRAWN / runs).max(most) } else { most };
-        let size = it.spectrogram.as_ref().map_or(0, spectrogram::Computed::size);
+        let size = it.spectrogram.as_ref().map_or(0, spectrogram::ComputedSpectrogram::size);
         let fits = size <= room;
         room -= if fits { size } else { 0 };
         let (spectra, spectra_error) = match it.spectra {

@@ -16,13 +16,13 @@ pub struct ArrayRef {
     /// Number of elements.
     len: usize,
     /// Their type.
-    kind: Kind,
+    kind: ElementType,
 }
 
 /// Types of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Kind {
+enum ElementType {
     F64,
     F32,
     U8,
@@ -40,23 +40,23 @@ pub struct Arrays {
 impl Arrays {
     /// Adds 64-bit floats, for what must keep its digits, such as times.
     pub fn f64(&mut self, values: &[f64]) -> ArrayRef {
-        self.add(Kind::F64, values.iter().map(|value| value.to_le_bytes()))
+        self.add(ElementType::F64, values.iter().map(|value| value.to_le_bytes()))
     }
 
     /// Adds 32-bit floats: 7 digits, enough for what is drawn or read at a cursor.
     #[expect(clippy::cast_possible_truncation, reason = "meant")]
     pub fn f32(&mut self, values: &[f64]) -> ArrayRef {
-        self.add(Kind::F32, values.iter().map(|&value| (value as f32).to_le_bytes()))
+        self.add(ElementType::F32, values.iter().map(|&value| (value as f32).to_le_bytes()))
     }
 
     /// Adds bytes, for shades of a picture.
     pub fn u8(&mut self, values: &[u8]) -> ArrayRef {
-        self.add(Kind::U8, values.iter().map(|&value| [value]))
+        self.add(ElementType::U8, values.iter().map(|&value| [value]))
     }
 
     fn add<const N: usize>(
         &mut self,
-        kind: Kind,
+        kind: ElementType,
         values: impl ExactSizeIterator<Item = [u8; N]> + Clone,
     ) -> ArrayRef {
         let it = ArrayRef { at: self.bytes.len(), len: values.len(), kind };

@@ -33,9 +33,9 @@ const SCRIPTS: [&str; 15] = [
     include_str!("../assets/report.js"),
 ];
 
-/// Data of the page.
+/// PageData of the page.
 #[derive(Serialize)]
-struct Data<'a> {
+struct PageData<'a> {
     version: &'static str,
     three: Option<scene::Library>,
     runs: Vec<RunData<'a>>,
@@ -48,7 +48,7 @@ pub fn html(runs: &[RunResults]) -> String {
     let runs_data: Vec<_> =
         runs.iter().map(|run| RunData::new(run, runs.len(), &mut arrays)).collect();
     let three = runs_data.iter().any(RunData::has_scene);
-    let data = Data {
+    let data = PageData {
         version: env!("CARGO_PKG_VERSION"),
         three: three.then(|| scene::Library::new(&mut arrays)),
         runs: runs_data,

@@ -30,7 +30,7 @@ const ENOUGH: f64 = 0.01;
 
 /// A format of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub enum PictureFormat {
     /// Lines that stay sharp.
     Svg,
     /// Pixels, 2200 across.
@@ -44,7 +44,7 @@ pub enum Format {
 pub fn write(
     runs: &[RunResults],
     folder: &Path,
-    formats: &[Format],
+    formats: &[PictureFormat],
 ) -> Result<Vec<PathBuf>, ReportError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -55,8 +55,8 @@ pub fn write(
     for (name, svg) in draw(runs)? {
         for format in formats {
             let (ending, content) = match format {
-                Format::Svg => ("svg", svg.clone().into_bytes()),
-                Format::Png => ("png", png(&svg).map_err(|why| picture(&name, why))?),
+                PictureFormat::Svg => ("svg", svg.clone().into_bytes()),
+                PictureFormat::Png => ("png", png(&svg).map_err(|why| picture(&name, why))?),
             };
             let path = folder.join(format!("{name}.{ending}"));
             write_whole(&path, &content).map_err(failed(&path))?;
@@ -241,7 +241,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("figures");
         let runs = [run(folder.path(), true)];
-        let files = write(&runs, &out, &[Format::Svg, Format::Png]).unwrap();
+        let files = write(&runs, &out, &[PictureFormat::Svg, PictureFormat::Png]).unwrap();
         let names: Vec<_> = files.iter().map(|it| it.file_name().unwrap().to_owned()).collect();
         assert_eq!(names, ["gaps.svg", "gaps.png", "gaps-spectra.svg", "gaps-spectra.png"]);
         let bytes = fs::read(&files[1]).unwrap();

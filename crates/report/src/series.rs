@@ -8,7 +8,7 @@ use crate::embed::{ArrayRef, Arrays};
 /// Times of a row of points.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
-pub enum Clock {
+pub enum SignalClock {
     /// Equal steps: start + k·step.
     Uniform {
         /// Time of the first point (s).
@@ -27,7 +27,7 @@ pub enum Clock {
 
 /// One signal over time.
 #[derive(Debug, Clone, Serialize)]
-pub struct Series {
+pub struct EmbeddedSeries {
     /// Number of its clock among the run's.
     pub clock: usize,
     /// Values.
@@ -36,17 +36,17 @@ pub struct Series {
     pub points_per_pair: usize,
 }
 
-/// Clocks and series of one run.
+/// SignalClocks and series of one run.
 #[derive(Debug, Default)]
-pub struct Clocks {
-    list: Vec<Clock>,
+pub struct SignalClocks {
+    list: Vec<SignalClock>,
     known: Vec<Vec<f64>>,
 }
 
-impl Clocks {
+impl SignalClocks {
     /// The clocks.
     #[must_use]
-    pub fn into_list(self) -> Vec<Clock> {
+    pub fn into_list(self) -> Vec<SignalClock> {
         self.list
     }
 
@@ -55,8 +55,8 @@ impl Clocks {
             return index;
         }
         self.list.push(match uniform(&times) {
-            Some(step) => Clock::Uniform { start: times[0], step, len: times.len() },
-            None => Clock::Listed { times: arrays.f64(&times) },
+            Some(step) => SignalClock::Uniform { start: times[0], step, len: times.len() },
+            None => SignalClock::Listed { times: arrays.f64(&times) },
         });
         self.known.push(times);
         self.known.len() - 1
@@ -69,10 +69,14 @@ impl Clocks {
         values: &[f64],
         most: usize,
         arrays: &mut Arrays,
-    ) -> Series {
+    ) -> EmbeddedSeries {
         let points_per_pair = points_per_pair(values.len(), most);
         let (times, values) = reduced(times, values, most);
-        Series { clock: self.find(times, arrays), values: arrays.f32(&values), points_per_pair }
+        EmbeddedSeries {
+            clock: self.find(times, arrays),
+            values: arrays.f32(&values),
+            points_per_pair,
+        }
     }
 }
 
@@ -155,7 +159,7 @@ mod tests {
 
     #[test]
     fn invariant_signals_of_one_table_share_their_clock() {
-        let (mut clocks, mut arrays) = (Clocks::default(), Arrays::default());
+        let (mut clocks, mut arrays) = (SignalClocks::default(), Arrays::default());
         let times: Vec<f64> = (0..1000).map(|k| 0.5 + f64::from(k) * 0.001).collect();
         let a = clocks.embed(&times, &times, 100, &mut arrays);
         let falling: Vec<f64> = times.iter().map(|t| -t).collect();
@@ -164,7 +168,7 @@ mod tests {
         assert_eq!((a.clock, b.clock, c.clock), (0, 0, 1));
         assert_eq!((a.points_per_pair, c.points_per_pair), (20, 1));
         let list = clocks.into_list();
-        assert!(matches!(list[0], Clock::Uniform { len: 100, .. }), "{list:?}");
+        assert!(matches!(list[0], SignalClock::Uniform { len: 100, .. }), "{list:?}");
     }
 
     #[test]

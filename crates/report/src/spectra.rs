@@ -24,7 +24,7 @@ const FLOOR: f64 = 1e-6;
 
 /// Spectra of one signal, before they go into the page.
 #[derive(Debug, Clone)]
-pub struct Computed {
+pub struct ComputedSpectra {
     amplitude: Spectrum,
     density: Spectrum,
     amplitude_peaks: Vec<Peak>,
@@ -34,30 +34,30 @@ pub struct Computed {
 /// Spectra of one signal in the page.
 #[derive(Debug, Serialize)]
 pub struct Spectra {
-    amplitude: Curve,
-    density: Curve,
+    amplitude: SpectrumCurve,
+    density: SpectrumCurve,
 }
 
 /// One spectrum.
 #[derive(Debug, Serialize)]
-struct Curve {
+struct SpectrumCurve {
     /// Distance of two bins (Hz).
     resolution: f64,
     /// Number of its frequencies among the run's.
     frequencies: usize,
     values: ArrayRef,
-    peaks: Vec<Top>,
+    peaks: Vec<SpectrumPeak>,
 }
 
 /// A peak.
 #[derive(Debug, Serialize)]
-struct Top {
+struct SpectrumPeak {
     frequency: f64,
     value: f64,
     damping: Option<f64>,
 }
 
-impl Computed {
+impl ComputedSpectra {
     /// Computes them, with the highest peaks of all and, apart from these, those above the frequency
     /// `resonances` (Hz): a train that passes makes slow deflections that are far higher.
     ///
@@ -111,12 +111,15 @@ impl Frequencies {
     }
 
     /// Puts the spectra of one signal into the page.
-    pub fn embed(&mut self, it: &Computed, arrays: &mut Arrays) -> Spectra {
+    pub fn embed(&mut self, it: &ComputedSpectra, arrays: &mut Arrays) -> Spectra {
         let mut curve = |spectrum: &Spectrum, peaks: &[Peak]| {
             let (frequencies, values) = reduce(spectrum);
-            let top =
-                |it: &Peak| Top { frequency: it.frequency, value: it.value, damping: it.damping };
-            Curve {
+            let top = |it: &Peak| SpectrumPeak {
+                frequency: it.frequency,
+                value: it.value,
+                damping: it.damping,
+            };
+            SpectrumCurve {
                 resolution: spectrum.resolution,
                 frequencies: self.find(frequencies, arrays),
                 values: arrays.f32(&values),
@@ -180,7 +183,7 @@ mod tests {
     #[test]
     fn analytic_reduced_spectra_keep_their_peaks() {
         let (times, values) = sines();
-        let it = Computed::new(&times, &values, None).unwrap();
+        let it = ComputedSpectra::new(&times, &values, None).unwrap();
         let (frequencies, values) = reduce(&it.amplitude);
         assert!(frequencies.len() <= SINGLE + SLICES && frequencies[0] > 0.0);
         assert!(frequencies.windows(2).all(|w| w[0] < w[1]));
@@ -194,7 +197,7 @@ mod tests {
         assert!((it.amplitude_peaks[0].frequency - 6.4).abs() < 0.02 * 0.05);
         assert_eq!(it.amplitude_peaks.len(), 2);
         // the higher one alone, and with it what is above 100 Hz: each once
-        let all = Computed::new(&times, &sines().1, Some(100.0)).unwrap();
+        let all = ComputedSpectra::new(&times, &sines().1, Some(100.0)).unwrap();
         assert_eq!(all.amplitude_peaks, it.amplitude_peaks);
     }
 
@@ -202,7 +205,7 @@ mod tests {
     fn invariant_signals_of_one_table_share_their_frequencies() {
         let (times, values) = sines();
         let (mut frequencies, mut arrays) = (Frequencies::default(), Arrays::default());
-        let it = Computed::new(&times, &values, None).unwrap();
+        let it = ComputedSpectra::new(&times, &values, None).unwrap();
         let (a, b) = (frequencies.embed(&it, &mut arrays), frequencies.embed(&it, &mut arrays));
         assert_eq!(a.amplitude.frequencies, b.amplitude.frequencies);
         assert_eq!(frequencies.list.len(), 2);
@@ -212,7 +215,11 @@ mod tests {
     fn issue_signals_without_a_spectrum_say_so() {
         let times: Vec<f64> = (0..100).map(f64::from).collect();
         let broken = vec![f64::INFINITY; 100];
-        assert!(Computed::new(&times, &broken, None).unwrap_err().to_string().contains("finite"));
-        assert!(Computed::new(&[0.0], &[1.0], None).unwrap_err().to_string().contains("samples"));
+        assert!(
+            ComputedSpectra::new(&times, &broken, None).unwrap_err().to_string().contains("finite")
+        );
+        assert!(
+            ComputedSpectra::new(&[0.0], &[1.0], None).unwrap_err().to_string().contains("samples")
+        );
     }
 }

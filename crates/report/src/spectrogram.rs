@@ -19,7 +19,7 @@ pub const DEPTH: f64 = 80.0;
 
 /// A spectrogram before it goes into the page.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Computed {
+pub struct ComputedSpectrogram {
     /// Middle of the first and of the last column (s).
     from: f64,
     to: f64,
@@ -34,7 +34,7 @@ pub struct Computed {
 
 /// A spectrogram in the page.
 #[derive(Debug, Serialize)]
-pub struct Spectrogram {
+pub struct EmbeddedSpectrogram {
     from: f64,
     to: f64,
     top: f64,
@@ -43,7 +43,7 @@ pub struct Spectrogram {
     shades: ArrayRef,
 }
 
-impl Computed {
+impl ComputedSpectrogram {
     /// Computes it up to the frequency `top` (Hz) or Nyquist's.
     ///
     /// # Errors
@@ -91,9 +91,9 @@ impl Computed {
     }
 
     /// Puts it into the page.
-    pub fn embed(&self, arrays: &mut Arrays) -> Spectrogram {
+    pub fn embed(&self, arrays: &mut Arrays) -> EmbeddedSpectrogram {
         let Self { from, to, top, rows, brightest, .. } = *self;
-        Spectrogram { from, to, top, rows, brightest, shades: arrays.u8(&self.shades) }
+        EmbeddedSpectrogram { from, to, top, rows, brightest, shades: arrays.u8(&self.shades) }
     }
 }
 
@@ -118,7 +118,7 @@ mod tests {
     fn analytic_a_chirp_is_a_line() {
         let times: Vec<f64> = (0..40_000).map(|k| f64::from(k) * 1e-3).collect();
         let values: Vec<f64> = times.iter().map(|t| (PI * t * t).sin()).collect();
-        let it = Computed::new(&times, &values, 60.0).unwrap();
+        let it = ComputedSpectrogram::new(&times, &values, 60.0).unwrap();
         let columns = it.shades.len() / it.rows;
         let height = it.top / it.rows as f64;
         for column in (columns / 10)..(columns * 9 / 10) {
@@ -142,7 +142,7 @@ mod tests {
     fn issue_short_and_constant_signals_have_a_picture() {
         let times: Vec<f64> = (0..10).map(f64::from).collect();
         // no limit: up to Nyquist's frequency, 5 bins of pieces of 8 samples
-        let it = Computed::new(&times, &[1.0; 10], f64::INFINITY).unwrap();
+        let it = ComputedSpectrogram::new(&times, &[1.0; 10], f64::INFINITY).unwrap();
         assert!(it.shades.iter().all(|&shade| shade == 0) && it.rows == 5);
     }
 }

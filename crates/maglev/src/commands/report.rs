@@ -87,13 +87,13 @@ fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
         report::write(&runs, &path)?;
         written.push(path);
     }
-    let formats: Vec<pictures::Format> = arguments
+    let formats: Vec<pictures::PictureFormat> = arguments
         .format
         .iter()
         .filter_map(|format| match format {
             Format::Html => None,
-            Format::Svg => Some(pictures::Format::Svg),
-            Format::Png => Some(pictures::Format::Png),
+            Format::Svg => Some(pictures::PictureFormat::Svg),
+            Format::Png => Some(pictures::PictureFormat::Png),
         })
         .collect();
     if !formats.is_empty() {
