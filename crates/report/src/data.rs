@@ -7,8 +7,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::embed::Arrays;
-use crate::irregularity::Irregularity;
-use crate::knowledge::{Figure, Guideway, Role, figures, role};
+use crate::irregularity::RecordedIrregularity;
+use crate::knowledge::{GuidewayFacts, KeyFigure, SignalRole, figures, role};
 use crate::layout_fmu::{InstanceParameters, all_parameters};
 use crate::modes::{least_damped, of_girders};
 use crate::scene::{self, Scene};
@@ -42,8 +42,8 @@ pub(crate) struct RunData<'a> {
     /// its text
     scenario: Option<&'a str>,
     parameters: Vec<InstanceParameters>,
-    figures: Vec<Figure>,
-    guideway: Option<Guideway>,
+    figures: Vec<KeyFigure>,
+    guideway: Option<GuidewayFacts>,
     modes: Option<&'a Modes>,
     /// marked in spectra
     coupled: Vec<Eigenvalue>,
@@ -52,7 +52,7 @@ pub(crate) struct RunData<'a> {
     frequencies: Frequencies,
     signals: Vec<SignalData<'a>>,
     plots: Vec<PlotAsRun>,
-    irregularity: Option<Irregularity>,
+    irregularity: Option<RecordedIrregularity>,
     scene: Option<Scene>,
     /// why there is no scene where one was to be expected
     scene_error: Option<String>,
@@ -63,7 +63,7 @@ pub(crate) struct RunData<'a> {
 struct SignalData<'a> {
     name: &'a str,
     unit: Option<&'a str>,
-    role: Option<Role>,
+    role: Option<SignalRole>,
     series: EmbeddedSeries,
     spectra: Option<Spectra>,
     /// why there is no spectrum
@@ -85,7 +85,7 @@ impl<'a> RunData<'a> {
         let table = &run.table;
         let scenario = run.scenario.as_ref();
         let plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
-        let guideway = Guideway::of(run);
+        let guideway = GuidewayFacts::of(run);
         let (mut clocks, mut frequencies) = (SignalClocks::default(), Frequencies::default());
         let signals =
             signals(run, &plots, guideway.as_ref(), runs, (&mut clocks, &mut frequencies), arrays);
@@ -112,7 +112,7 @@ impl<'a> RunData<'a> {
             frequencies,
             signals,
             plots,
-            irregularity: Irregularity::of(run, guideway.as_ref(), arrays),
+            irregularity: RecordedIrregularity::of(run, guideway.as_ref(), arrays),
             guideway,
             scene,
             scene_error,
@@ -128,7 +128,7 @@ impl<'a> RunData<'a> {
 fn signals<'a>(
     run: &'a RunResults,
     plots: &[PlotAsRun],
-    guideway: Option<&Guideway>,
+    guideway: Option<&GuidewayFacts>,
     runs: usize,
     (clocks, frequencies): (&mut SignalClocks, &mut Frequencies),
     arrays: &mut Arrays,
@@ -178,7 +178,7 @@ fn signals<'a>(
 }
 
 /// Frequency (Hz) up to which spectrograms are of interest; without limit where nothing is known.
-fn top_frequency(guideway: Option<&Guideway>) -> f64 {
+fn top_frequency(guideway: Option<&GuidewayFacts>) -> f64 {
     let Some(it) = guideway else { return f64::INFINITY };
     let modes = it.modes.iter().map(|mode| ABOVE * mode.frequency);
     let chirp = it.chirp.map(|it| 1.1 * it.end_frequency);

@@ -8,7 +8,7 @@ use results::RunResults;
 use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
-use crate::knowledge::{Guideway, Target};
+use crate::knowledge::{GuidewayFacts, TargetDensity};
 use crate::names;
 
 /// Distance of the profile's points (m): a tenth of the shortest wave that is usual, 0.5 m.
@@ -20,7 +20,7 @@ const SHORTEST: f64 = 10.0;
 
 /// The profile and its density, in the page.
 #[derive(Debug, Serialize)]
-pub struct Irregularity {
+pub struct RecordedIrregularity {
     signal: String,
     /// Place of the first point and distance of the points (m).
     start: f64,
@@ -29,12 +29,16 @@ pub struct Irregularity {
     /// Wavenumbers Ω (rad/m) and one-sided density (m²/(rad/m)).
     wavenumbers: ArrayRef,
     densities: ArrayRef,
-    target: Option<Target>,
+    target: Option<TargetDensity>,
 }
 
-impl Irregularity {
+impl RecordedIrregularity {
     /// Of the first recorded irregularity whose magnet's position is recorded, too, and moves.
-    pub fn of(run: &RunResults, guideway: Option<&Guideway>, arrays: &mut Arrays) -> Option<Self> {
+    pub fn of(
+        run: &RunResults,
+        guideway: Option<&GuidewayFacts>,
+        arrays: &mut Arrays,
+    ) -> Option<Self> {
         let (signal, places, heights) = run.table.names.iter().find_map(|signal| {
             let (row, number) = signal.split_once('.')?.1.rsplit_once('_')?;
             if row != names::IRREGULARITY {

@@ -10,7 +10,7 @@ use crate::names;
 /// What a signal is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Role {
+pub enum SignalRole {
     /// The air gap of a magnet.
     Gap,
     /// The deflection of a girder in the middle of its span.
@@ -21,19 +21,19 @@ pub enum Role {
 
 /// What a signal `instance.variable` is, if it is known.
 #[must_use]
-pub fn role(signal: &str) -> Option<Role> {
+pub fn role(signal: &str) -> Option<SignalRole> {
     let (_, variable) = signal.split_once('.')?;
     match names::row(variable)? {
-        names::GAP => Some(Role::Gap),
-        names::MIDSPAN => Some(Role::Midspan),
-        names::QUARTER => Some(Role::Quarter),
+        names::GAP => Some(SignalRole::Gap),
+        names::MIDSPAN => Some(SignalRole::Midspan),
+        names::QUARTER => Some(SignalRole::Quarter),
         _ => None,
     }
 }
 
 /// A number at the top of the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Figure {
+pub struct KeyFigure {
     /// Text beside the number.
     pub label: &'static str,
     /// In the unit's SI base.
@@ -46,15 +46,15 @@ pub struct Figure {
 
 /// The numbers that are asked for first.
 #[must_use]
-pub fn figures(run: &RunResults) -> Vec<Figure> {
-    let of = |wanted: Role| {
+pub fn figures(run: &RunResults) -> Vec<KeyFigure> {
+    let of = |wanted: SignalRole| {
         let all = run.signals.iter().filter(move |(name, _)| role(name) == Some(wanted));
         let measured = all.filter_map(|(name, it)| Some((name, it.statistics.as_ref()?)));
         measured.collect::<Vec<(&String, &Statistics)>>()
     };
     let mut figures = Vec::new();
-    figures.extend(deflections(&of(Role::Midspan), &of(Role::Quarter)));
-    let gaps = of(Role::Gap);
+    figures.extend(deflections(&of(SignalRole::Midspan), &of(SignalRole::Quarter)));
+    let gaps = of(SignalRole::Gap);
     if let (Some(low), Some(high)) = (
         gaps.iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min)),
         gaps.iter().max_by(|a, b| a.1.max.total_cmp(&b.1.max)),
@@ -66,14 +66,14 @@ pub fn figures(run: &RunResults) -> Vec<Figure> {
             count => format!("over {count} gaps"),
         };
         figures.extend([
-            Figure { label: "RMS of the gaps", value: mean.sqrt(), unit: "m", note: several },
-            Figure {
+            KeyFigure { label: "RMS of the gaps", value: mean.sqrt(), unit: "m", note: several },
+            KeyFigure {
                 label: "Smallest gap",
                 value: low.1.min,
                 unit: "m",
                 note: moment(low.0, low.1.time_of_min),
             },
-            Figure {
+            KeyFigure {
                 label: "Largest gap",
                 value: high.1.max,
                 unit: "m",
@@ -89,7 +89,7 @@ pub fn figures(run: &RunResults) -> Vec<Figure> {
 fn deflections(
     middle: &[(&String, &Statistics)],
     quarter: &[(&String, &Statistics)],
-) -> Vec<Figure> {
+) -> Vec<KeyFigure> {
     let deepest = |of: &[(&String, &Statistics)]| {
         let it = of.iter().min_by(|a, b| a.1.min.total_cmp(&b.1.min))?;
         Some((-it.1.min, moment(it.0, it.1.time_of_min)))
@@ -97,7 +97,7 @@ fn deflections(
     let mut figures = Vec::new();
     let in_the_middle = deepest(middle);
     if let Some((value, note)) = in_the_middle.clone() {
-        figures.push(Figure { label: "Largest deflection at mid-span", value, unit: "m", note });
+        figures.push(KeyFigure { label: "Largest deflection at mid-span", value, unit: "m", note });
     }
     if let Some((value, mut note)) = deepest(quarter)
         && in_the_middle.as_ref().is_none_or(|(middle, _)| value > *middle)
@@ -105,7 +105,7 @@ fn deflections(
         if in_the_middle.is_none() {
             note += &format!("; {} is not recorded", names::MIDSPAN);
         }
-        figures.push(Figure {
+        figures.push(KeyFigure {
             label: "Largest deflection at quarter span",
             value,
             unit: "m",
@@ -122,15 +122,15 @@ fn moment(signal: &str, time: f64) -> String {
 
 /// What the guideway's parameters say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Guideway {
+pub struct GuidewayFacts {
     /// The instance, by its name in the scenario.
     pub instance: String,
     /// Modes of an empty girder: frequency f·√(stiffness/mass) (Hz) and damping ratio.
     pub modes: Vec<GirderMode>,
     /// The chirp A sin(π (t − t₀)²), if it is on: its frequency is t − t₀ (Hz for s).
-    pub chirp: Option<Chirp>,
+    pub chirp: Option<ChirpFacts>,
     /// The random profile, if it is on.
-    pub irregularity: Option<Target>,
+    pub irregularity: Option<TargetDensity>,
 }
 
 /// A mode of an empty girder.
@@ -144,7 +144,7 @@ pub struct GirderMode {
 
 /// A force with rising frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Chirp {
+pub struct ChirpFacts {
     /// When it begins (s).
     pub start: f64,
     /// Frequency at which it ends (Hz).
@@ -153,7 +153,7 @@ pub struct Chirp {
 
 /// The one-sided PSD A/Ω² that a random profile is made to have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Target {
+pub struct TargetDensity {
     /// A (m·rad).
     pub amplitude: f64,
     /// Shortest wavelength (m).
@@ -162,7 +162,7 @@ pub struct Target {
     pub longest: f64,
 }
 
-impl Guideway {
+impl GuidewayFacts {
     /// Of the first unit that is a guideway; `None` if there is none or its file has gone.
     #[must_use]
     pub fn of(run: &RunResults) -> Option<Self> {
@@ -178,10 +178,10 @@ impl Guideway {
         });
         let chirp = || {
             let start = number(names::CHIRP_START)?;
-            Some(Chirp { start, end_frequency: number(names::CHIRP_END_FREQUENCY)? })
+            Some(ChirpFacts { start, end_frequency: number(names::CHIRP_END_FREQUENCY)? })
         };
         let target = || {
-            Some(Target {
+            Some(TargetDensity {
                 amplitude: number(names::IRREGULARITY_AMPLITUDE)?,
                 shortest: number(names::IRREGULARITY_SHORTEST_WAVE)?,
                 longest: number(names::IRREGULARITY_LONGEST_WAVE)?,
@@ -204,9 +204,9 @@ mod tests {
 
     #[test]
     fn analytic_roles_are_known_by_their_names() {
-        assert_eq!(role("vehicle.gap_07"), Some(Role::Gap));
-        assert_eq!(role("guideway.midspan_displacement_12"), Some(Role::Midspan));
-        assert_eq!(role("guideway.quarter_displacement_12"), Some(Role::Quarter));
+        assert_eq!(role("vehicle.gap_07"), Some(SignalRole::Gap));
+        assert_eq!(role("guideway.midspan_displacement_12"), Some(SignalRole::Midspan));
+        assert_eq!(role("guideway.quarter_displacement_12"), Some(SignalRole::Quarter));
         for other in ["vehicle.gap_rate_07", "ems_01.gap", "gap_01", "a.b_1", "a."] {
             assert_eq!(role(other), None, "{other}");
         }
