@@ -37,7 +37,7 @@ const SCRIPTS: [&str; 15] = [
 #[derive(Serialize)]
 struct PageData<'a> {
     version: &'static str,
-    three: Option<scene::Library>,
+    three: Option<scene::ThreeLibrary>,
     runs: Vec<RunData<'a>>,
 }
 
@@ -50,7 +50,7 @@ pub fn html(runs: &[RunResults]) -> String {
     let three = runs_data.iter().any(RunData::has_scene);
     let data = PageData {
         version: env!("CARGO_PKG_VERSION"),
-        three: three.then(|| scene::Library::new(&mut arrays)),
+        three: three.then(|| scene::ThreeLibrary::new(&mut arrays)),
         runs: runs_data,
     };
     // plain data, which always prints

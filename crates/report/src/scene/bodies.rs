@@ -7,25 +7,25 @@ use serde::Serialize;
 
 /// What moves, and the shapes on it.
 #[derive(Debug, Serialize)]
-pub(super) struct Bodies {
-    /// Bodies that move as one.
-    pub groups: Vec<Group>,
+pub(super) struct DrawnBodies {
+    /// DrawnBodies that move as one.
+    pub groups: Vec<BodyGroup>,
     /// Boxes on the groups.
-    pub boxes: Vec<Part>,
+    pub boxes: Vec<BodyBox>,
     /// Bars whose ends sit on two groups: anti-roll beams, couplers.
-    pub rods: Vec<Link>,
+    pub rods: Vec<DrawnLink>,
     /// Springs between two groups.
-    pub springs: Vec<Link>,
+    pub springs: Vec<DrawnLink>,
     /// The magnets, in the order of the signals.
-    pub magnets: Vec<Magnet>,
+    pub magnets: Vec<DrawnMagnet>,
 }
 
-/// Bodies that move as one.
+/// DrawnBodies that move as one.
 #[derive(Debug, Serialize)]
-pub(super) struct Group {
+pub(super) struct BodyGroup {
     /// Name of its leading body, or of the observed one.
     pub name: String,
-    pub kind: Kind,
+    pub kind: GroupKind,
     /// Centre of mass (m) of the leading body, about which the group turns.
     pub center: [f64; 3],
 }
@@ -33,7 +33,7 @@ pub(super) struct Group {
 /// What makes a group move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Kind {
+pub(super) enum GroupKind {
     /// Its own recorded motion.
     Car,
     /// The gaps of its magnets.
@@ -42,7 +42,7 @@ pub(super) enum Kind {
 
 /// A box on a group.
 #[derive(Debug, Serialize)]
-pub(super) struct Part {
+pub(super) struct BodyBox {
     pub name: String,
     pub group: usize,
     /// Whether it is the group's leading body.
@@ -55,29 +55,29 @@ pub(super) struct Part {
 
 /// Something between two groups.
 #[derive(Debug, Serialize)]
-pub(super) struct Link {
+pub(super) struct DrawnLink {
     pub name: String,
-    pub ends: [End; 2],
+    pub ends: [LinkEnd; 2],
     /// Thickness (m).
     pub thickness: f64,
 }
 
 /// A point (m) on a group.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct End {
+pub(super) struct LinkEnd {
     pub group: usize,
     pub position: [f64; 3],
 }
 
 /// A magnet on a group.
 #[derive(Debug, Serialize)]
-pub(super) struct Magnet {
+pub(super) struct DrawnMagnet {
     pub group: usize,
     /// Place (m).
     pub position: [f64; 3],
 }
 
-impl Bodies {
+impl DrawnBodies {
     /// Sorts a vehicle's bodies.
     ///
     /// A group grows from each observed body and each body with magnets over brackets and slides;
@@ -101,12 +101,12 @@ impl Bodies {
             let Some(group) = member[k].filter(|_| !body.reference) else { continue };
             let lead = leads[group] == k;
             let (name, center, size) = (body.name.clone(), body.position, size(body));
-            boxes.push(Part { name, group, lead, center, size });
+            boxes.push(BodyBox { name, group, lead, center, size });
         }
         let springs = springs(layout, &index, &member);
         let magnets = layout.magnets.iter().filter_map(|it| {
             let group = member[*index.get(&*it.body)?]?;
-            Some(Magnet { group, position: it.position })
+            Some(DrawnMagnet { group, position: it.position })
         });
         Self { groups, boxes, rods, springs, magnets: magnets.collect() }
     }
@@ -116,16 +116,16 @@ impl Bodies {
 fn lead(
     layout: &VehicleDescription,
     index: &BTreeMap<&str, usize>,
-) -> (Vec<Group>, Vec<usize>, Vec<Option<usize>>) {
-    let carriers = layout.magnets.iter().map(|it| (&it.body, &it.body, Kind::Frame));
-    let observed = layout.observed.iter().map(|it| (&it.body, &it.name, Kind::Car));
+) -> (Vec<BodyGroup>, Vec<usize>, Vec<Option<usize>>) {
+    let carriers = layout.magnets.iter().map(|it| (&it.body, &it.body, GroupKind::Frame));
+    let observed = layout.observed.iter().map(|it| (&it.body, &it.name, GroupKind::Car));
     let (mut groups, mut leads) = (Vec::new(), Vec::new());
     let mut member = vec![None; layout.bodies.len()];
     for (body, name, kind) in carriers.chain(observed) {
         let Some(&k) = index.get(body.as_str()) else { continue };
         if member[k].is_none() {
             member[k] = Some(groups.len());
-            groups.push(Group { name: name.clone(), kind, center: layout.bodies[k].position });
+            groups.push(BodyGroup { name: name.clone(), kind, center: layout.bodies[k].position });
             leads.push(k);
         }
     }
@@ -153,7 +153,7 @@ fn rods(
     layout: &VehicleDescription,
     pairs: &[(usize, usize, &Joint)],
     member: &mut [Option<usize>],
-) -> Vec<Link> {
+) -> Vec<DrawnLink> {
     let mut chain: Vec<Option<usize>> = vec![None; layout.bodies.len()];
     let mut rods = Vec::new();
     for start in 0..layout.bodies.len() {
@@ -168,7 +168,7 @@ fn rods(
         let body = &layout.bodies[start];
         if let Some(&other) = other {
             let thickness = size(body).into_iter().fold(f64::INFINITY, f64::min);
-            rods.push(Link { name: body.name.clone(), ends: [ends[0], other], thickness });
+            rods.push(DrawnLink { name: body.name.clone(), ends: [ends[0], other], thickness });
         } else if let Some(end) = ends.first() {
             let mine = (0..member.len()).filter(|&k| chain[k] == Some(start));
             mine.for_each(|k| member[k] = Some(end.group));
@@ -184,7 +184,7 @@ fn ends(
     member: &[Option<usize>],
     chain: &[Option<usize>],
     start: usize,
-) -> Vec<End> {
+) -> Vec<LinkEnd> {
     let mut ends = Vec::new();
     for &(a, b, joint) in pairs {
         let (mine, other) = if chain[a] == Some(start) { (a, b) } else { (b, a) };
@@ -192,7 +192,7 @@ fn ends(
             && let Some(group) = member[other]
         {
             let position = joint.position.unwrap_or(layout.bodies[mine].position);
-            ends.push(End { group, position });
+            ends.push(LinkEnd { group, position });
         }
     }
     ends
@@ -204,7 +204,7 @@ fn springs(
     layout: &VehicleDescription,
     index: &BTreeMap<&str, usize>,
     member: &[Option<usize>],
-) -> Vec<Link> {
+) -> Vec<DrawnLink> {
     let find = |name: &str| Some((*index.get(name)?, member[*index.get(name)?]?));
     let mut links = Vec::new();
     for bushing in layout.bushings.iter().filter(|it| it.translational_stiffness[2] > 0.0) {
@@ -217,20 +217,20 @@ fn springs(
         let [x, y, _] = bushing.position;
         let end = |body: &Body, group, side: f64| {
             let z = body.position[2] + side * size(body)[2];
-            End { group, position: [x, y, z] }
+            LinkEnd { group, position: [x, y, z] }
         };
         if at_a != at_b {
             let ends = [end(a, at_a, side), end(b, at_b, -side)];
-            links.push(Link { name: bushing.name.clone(), ends, thickness: 0.22 });
+            links.push(DrawnLink { name: bushing.name.clone(), ends, thickness: 0.22 });
         }
     }
     for spring in &layout.springs {
         if let (Some((_, a)), Some((_, b))) = (find(&spring.body_a), find(&spring.body_b)) {
             let ends = [
-                End { group: a, position: spring.position_a },
-                End { group: b, position: spring.position_b },
+                LinkEnd { group: a, position: spring.position_a },
+                LinkEnd { group: b, position: spring.position_b },
             ];
-            links.push(Link { name: spring.name.clone(), ends, thickness: 0.12 });
+            links.push(DrawnLink { name: spring.name.clone(), ends, thickness: 0.12 });
         }
     }
     links
@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn analytic_a_uniform_box_comes_back_from_its_inertia() {
-        let bodies = Bodies::new(&train::two_car());
+        let bodies = DrawnBodies::new(&train::two_car());
         let car = bodies.boxes.iter().find(|it| it.name == "car_1").unwrap();
         // written as the moments of a box of 12 m x 2.7 m x 2.6 m, to 9 decimals
         for (length, expected) in car.size.iter().zip([12.0, 2.7, 2.6]) {
@@ -265,9 +265,9 @@ mod tests {
     #[test]
     fn invariant_every_body_of_the_train_has_its_place() {
         let layout = train::two_car();
-        let bodies = Bodies::new(&layout);
+        let bodies = DrawnBodies::new(&layout);
         let count = |kind| bodies.groups.iter().filter(|it| it.kind == kind).count();
-        assert_eq!((count(Kind::Frame), count(Kind::Car)), (16, 2));
+        assert_eq!((count(GroupKind::Frame), count(GroupKind::Car)), (16, 2));
         // cars, equipment, tables, frames and motors; the reference body of the guideway is not drawn
         assert_eq!(bodies.boxes.len(), 2 + 8 + 20 + 16 + 16);
         // anti-roll beams, and two chains of coupler links
@@ -288,9 +288,9 @@ mod tests {
 
     #[test]
     fn invariant_one_magnet_is_one_frame() {
-        let bodies = Bodies::new(&train::one_magnet());
+        let bodies = DrawnBodies::new(&train::one_magnet());
         assert_eq!((bodies.groups.len(), bodies.boxes.len()), (1, 1));
-        assert_eq!(bodies.groups[0].kind, Kind::Frame);
+        assert_eq!(bodies.groups[0].kind, GroupKind::Frame);
         assert!(bodies.rods.is_empty() && bodies.springs.is_empty());
     }
 }

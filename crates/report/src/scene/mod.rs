@@ -16,10 +16,10 @@ use crate::embed::{ArrayRef, Arrays};
 use crate::error::ReportError;
 use crate::layout_fmu::LayoutFmu;
 use crate::names;
-use bodies::Bodies;
-use motion::{Frames, Motion};
+use bodies::DrawnBodies;
+use motion::{RecordedMotion, ViewFrames};
 use results::RunResults;
-use track::Track;
+use track::DrawnTrack;
 
 /// What the page needs to draw the train on its girders.
 #[derive(Debug, Serialize)]
@@ -31,11 +31,11 @@ pub struct Scene {
     /// Length (m) of a magnet's pole along the track.
     pole_length: f64,
     #[serde(flatten)]
-    bodies: Bodies,
+    bodies: DrawnBodies,
     #[serde(flatten)]
-    track: Track,
+    track: DrawnTrack,
     #[serde(flatten)]
-    motion: Motion,
+    motion: RecordedMotion,
     /// What is drawn less than it could be, and why: a sentence each.
     pub missing: Vec<String>,
 }
@@ -48,17 +48,17 @@ pub fn build(run: &RunResults, arrays: &mut Arrays) -> Result<Option<Scene>, Rep
     let Some(scenario) = &run.scenario else { return Ok(None) };
     let Some(vehicle) = LayoutFmu::find(scenario, names::VEHICLE_FILE)? else { return Ok(None) };
     let layout = vehicle.layout(multibody::VehicleDescription::from_json)?;
-    let frames = Frames::choose(&run.table.time);
+    let frames = ViewFrames::choose(&run.table.time);
     if layout.magnets.is_empty() || frames.is_empty() {
         return Ok(None);
     }
     let mut missing = Vec::new();
-    let bodies = Bodies::new(&layout);
+    let bodies = DrawnBodies::new(&layout);
     let guideway = LayoutFmu::find(scenario, names::GUIDEWAY_FILE)?;
     let mut source =
-        motion::Source { table: &run.table, frames: &frames, arrays, missing: &mut missing };
-    let motion = Motion::new(&vehicle, &layout, &bodies, &mut source);
-    let (track, pole_length) = Track::new(guideway.as_ref(), &vehicle, &layout, &mut source)?;
+        motion::SignalSource { table: &run.table, frames: &frames, arrays, missing: &mut missing };
+    let motion = RecordedMotion::new(&vehicle, &layout, &bodies, &mut source);
+    let (track, pole_length) = DrawnTrack::new(guideway.as_ref(), &vehicle, &layout, &mut source)?;
     Ok(Some(Scene {
         name: layout.name,
         nominal_gap: layout.nominal_gap,
@@ -75,13 +75,13 @@ type Channel = Option<ArrayRef>;
 
 /// three.js for the page, which needs it only with a scene.
 #[derive(Debug, Serialize)]
-pub struct Library {
+pub struct ThreeLibrary {
     core: ArrayRef,
     module: ArrayRef,
     orbit: ArrayRef,
 }
 
-impl Library {
+impl ThreeLibrary {
     /// Puts the library's modules among the arrays.
     pub fn new(arrays: &mut Arrays) -> Self {
         Self {

@@ -4,7 +4,7 @@ use multibody::VehicleDescription;
 use serde::Serialize;
 
 use super::Channel;
-use super::bodies::{Bodies, Kind};
+use super::bodies::{DrawnBodies, GroupKind};
 use crate::embed::{ArrayRef, Arrays};
 use crate::layout_fmu::LayoutFmu;
 use crate::names::{self, numbered};
@@ -15,9 +15,9 @@ const MOST_FRAMES: usize = 3000;
 
 /// Rows of the table that the view shows.
 #[derive(Debug)]
-pub(super) struct Frames(Vec<usize>);
+pub(super) struct ViewFrames(Vec<usize>);
 
-impl Frames {
+impl ViewFrames {
     /// Rows at even distances in time, first and last among them.
     pub(super) fn choose(time: &[f64]) -> Self {
         let Some(last) = time.len().checked_sub(1) else { return Self(Vec::new()) };
@@ -51,14 +51,14 @@ fn nearest(time: &[f64], t: f64) -> usize {
 }
 
 /// Where signals come from and arrays go to.
-pub(super) struct Source<'a> {
+pub(super) struct SignalSource<'a> {
     pub table: &'a Table,
-    pub frames: &'a Frames,
+    pub frames: &'a ViewFrames,
     pub arrays: &'a mut Arrays,
     pub missing: &'a mut Vec<String>,
 }
 
-impl Source<'_> {
+impl SignalSource<'_> {
     /// A signal at the frames; where it was not due its last value before.
     pub(super) fn signal(&self, name: &str) -> Option<Vec<f64>> {
         let values = self.table.column(name)?;
@@ -87,18 +87,18 @@ impl Source<'_> {
 
 /// All that moves but the girders.
 #[derive(Debug, Serialize)]
-pub(super) struct Motion {
+pub(super) struct RecordedMotion {
     /// Times of the frames (s).
     time: ArrayRef,
     /// Where x = 0 of the vehicle file is along the track (m).
     position: ArrayRef,
     /// Air gap of each magnet (m).
     gaps: Vec<Channel>,
-    /// Motion of each group about its place in the vehicle file.
+    /// RecordedMotion of each group about its place in the vehicle file.
     poses: Vec<Pose>,
 }
 
-/// Motion of a group about its place in the vehicle file, as far as it is recorded. What the page
+/// RecordedMotion of a group about its place in the vehicle file, as far as it is recorded. What the page
 /// takes from the gaps is not here.
 #[derive(Debug, Default, Serialize)]
 struct Pose {
@@ -114,12 +114,12 @@ struct Pose {
     yaw: Channel,
 }
 
-impl Motion {
+impl RecordedMotion {
     pub(super) fn new(
         vehicle: &LayoutFmu<'_>,
         layout: &VehicleDescription,
-        bodies: &Bodies,
-        source: &mut Source<'_>,
+        bodies: &DrawnBodies,
+        source: &mut SignalSource<'_>,
     ) -> Self {
         let time = source.time();
         let position = travelled(vehicle, layout, source, &time);
@@ -141,8 +141,8 @@ impl Motion {
             .iter()
             .enumerate()
             .map(|(g, group)| match group.kind {
-                Kind::Car => car(vehicle, &group.name, source),
-                Kind::Frame => frame(vehicle, layout, bodies, g, source),
+                GroupKind::Car => car(vehicle, &group.name, source),
+                GroupKind::Frame => frame(vehicle, layout, bodies, g, source),
             })
             .collect();
         say_what_stands_still(bodies, &poses, source.missing);
@@ -155,7 +155,7 @@ impl Motion {
 fn travelled(
     vehicle: &LayoutFmu<'_>,
     layout: &VehicleDescription,
-    source: &mut Source<'_>,
+    source: &mut SignalSource<'_>,
     time: &[f64],
 ) -> Vec<f64> {
     for (k, magnet) in layout.magnets.iter().enumerate() {
@@ -174,8 +174,8 @@ fn travelled(
     time.iter().map(|t| start + speed * (t - begin)).collect()
 }
 
-/// Motion of an observed body.
-fn car(vehicle: &LayoutFmu<'_>, name: &str, source: &mut Source<'_>) -> Pose {
+/// RecordedMotion of an observed body.
+fn car(vehicle: &LayoutFmu<'_>, name: &str, source: &mut SignalSource<'_>) -> Pose {
     let mut channel = |what: &str| source.channel(&vehicle.variable(&format!("{name}_{what}")));
     Pose {
         lateral: channel(names::LATERAL_DISPLACEMENT),
@@ -190,9 +190,9 @@ fn car(vehicle: &LayoutFmu<'_>, name: &str, source: &mut Source<'_>) -> Pose {
 fn frame(
     vehicle: &LayoutFmu<'_>,
     layout: &VehicleDescription,
-    bodies: &Bodies,
+    bodies: &DrawnBodies,
     group: usize,
-    source: &mut Source<'_>,
+    source: &mut SignalSource<'_>,
 ) -> Pose {
     let mut offsets = Vec::new();
     for (k, magnet) in bodies.magnets.iter().enumerate().filter(|(_, it)| it.group == group) {
@@ -216,9 +216,9 @@ fn frame(
     Pose { lateral: Some(source.arrays.f32(&lateral)), yaw, ..Pose::default() }
 }
 
-fn say_what_stands_still(bodies: &Bodies, poses: &Vec<Pose>, missing: &mut Vec<String>) {
+fn say_what_stands_still(bodies: &DrawnBodies, poses: &Vec<Pose>, missing: &mut Vec<String>) {
     let of = |kind| bodies.groups.iter().zip(poses).filter(move |(it, _)| it.kind == kind);
-    for (group, pose) in of(Kind::Car) {
+    for (group, pose) in of(GroupKind::Car) {
         let parts = [
             (names::VERTICAL_DISPLACEMENT, pose.vertical),
             (names::LATERAL_DISPLACEMENT, pose.lateral),
@@ -235,7 +235,7 @@ fn say_what_stands_still(bodies: &Bodies, poses: &Vec<Pose>, missing: &mut Vec<S
             missing.push(format!("not recorded, so drawn at rest: {}", absent.join(", ")));
         }
     }
-    if of(Kind::Frame).any(|(_, pose)| pose.lateral.is_none()) {
+    if of(GroupKind::Frame).any(|(_, pose)| pose.lateral.is_none()) {
         missing.push(
             "the bogies' sideways motion is drawn only where lateral_offset_NN is recorded"
                 .to_owned(),
@@ -254,14 +254,14 @@ mod tests {
             .map(|k| f64::from(k) * 1e-3)
             .chain((0..=10_000).map(|k| 20.0 + f64::from(k) * 2e-3))
             .collect();
-        let frames = Frames::choose(&time);
+        let frames = ViewFrames::choose(&time);
         assert_eq!(frames.0.len(), MOST_FRAMES);
         assert_eq!((frames.0[0], frames.0[MOST_FRAMES - 1]), (0, time.len() - 1));
         let picked: Vec<f64> = frames.pick(&time).collect();
         let step = 40.0 / (MOST_FRAMES - 1) as f64;
         // each within half a row of its place
         assert!(picked.windows(2).all(|w| (w[1] - w[0] - step).abs() <= 2.001e-3));
-        assert_eq!(Frames::choose(&time[..50]).0, (0..50).collect::<Vec<_>>());
-        assert!(Frames::choose(&[]).is_empty());
+        assert_eq!(ViewFrames::choose(&time[..50]).0, (0..50).collect::<Vec<_>>());
+        assert!(ViewFrames::choose(&[]).is_empty());
     }
 }

@@ -6,7 +6,7 @@ use guideway::{Guideway, State, Workspace};
 use multibody::VehicleDescription as Vehicle;
 use serde::Serialize;
 
-use super::motion::Source;
+use super::motion::SignalSource;
 use crate::embed::ArrayRef;
 use crate::error::ReportError;
 use crate::layout_fmu::LayoutFmu;
@@ -25,14 +25,14 @@ const MEASURED: [(&str, f64); 2] = [(names::MIDSPAN, 0.5), (names::QUARTER, 0.25
 
 /// The girders and the surface on them.
 #[derive(Debug, Serialize)]
-pub(super) struct Track {
-    spans: Vec<Span>,
-    irregularity: Option<Irregularity>,
+pub(super) struct DrawnTrack {
+    spans: Vec<DrawnSpan>,
+    irregularity: Option<DrawnIrregularity>,
 }
 
 /// One span.
 #[derive(Debug, Serialize)]
-struct Span {
+struct DrawnSpan {
     /// Where it begins and ends (m).
     start: f64,
     end: f64,
@@ -44,19 +44,19 @@ struct Span {
 
 /// Height of the rails' surface (m) as the magnets met it, at even distances from `start`.
 #[derive(Debug, Serialize)]
-struct Irregularity {
+struct DrawnIrregularity {
     start: f64,
     step: f64,
     values: ArrayRef,
 }
 
-impl Track {
+impl DrawnTrack {
     /// The track, and the magnets' pole length (m).
     pub(super) fn new(
         unit: Option<&LayoutFmu<'_>>,
         vehicle: &LayoutFmu<'_>,
         layout: &Vehicle,
-        source: &mut Source<'_>,
+        source: &mut SignalSource<'_>,
     ) -> Result<(Self, f64), ReportError> {
         let Some(unit) = unit else {
             source.missing.push(
@@ -75,7 +75,7 @@ impl Track {
         let pole = unit.parameter(names::POLE_LENGTH).unwrap_or(description.pole.length);
         let guideway =
             Guideway::new(&description, None).map_err(|error| unit.unusable(&error.to_string()))?;
-        let mut shapes = Shapes::new(&guideway);
+        let mut shapes = SpanShapes::new(&guideway);
         let spans = (0..guideway.spans().len()).map(|k| shapes.span(k, unit, source)).collect();
         let irregularity = irregularity(unit, vehicle, layout, source);
         if irregularity.is_none() && unit.parameter(names::IRREGULARITY_ON) == Some(1.0) {
@@ -91,7 +91,7 @@ impl Track {
 
 /// Why a span is drawn with some of its modes only.
 #[derive(Debug, Clone, Copy)]
-struct Partly {
+struct PartialModes {
     drawn: usize,
     there: usize,
     /// Whether those drawn are the lowest.
@@ -101,7 +101,7 @@ struct Partly {
 }
 
 /// Evaluates mode shapes.
-struct Shapes<'a> {
+struct SpanShapes<'a> {
     guideway: &'a Guideway,
     work: Workspace,
     still: Vec<f64>,
@@ -109,10 +109,10 @@ struct Shapes<'a> {
     /// Spans of which nothing is known, and those of which only some modes are.
     unknown: usize,
     /// A span with fewer modes drawn than there are.
-    partly: Option<Partly>,
+    partly: Option<PartialModes>,
 }
 
-impl<'a> Shapes<'a> {
+impl<'a> SpanShapes<'a> {
     fn new(guideway: &'a Guideway) -> Self {
         let still = vec![0.0; guideway.modes().len()];
         let alone = State { q: still.clone(), v: still.clone() };
@@ -135,7 +135,7 @@ impl<'a> Shapes<'a> {
     }
 
     /// A span with as many modes as its recorded points tell apart.
-    fn span(&mut self, k: usize, unit: &LayoutFmu<'_>, source: &mut Source<'_>) -> Span {
+    fn span(&mut self, k: usize, unit: &LayoutFmu<'_>, source: &mut SignalSource<'_>) -> DrawnSpan {
         let place = self.guideway.spans()[k];
         let count = self.guideway.girders()[place.girder].modes().len();
         let spans = self.guideway.spans().len();
@@ -149,12 +149,16 @@ impl<'a> Shapes<'a> {
         self.unknown += usize::from(found.is_empty());
         if !found.is_empty() && found.len() < count {
             let lowest = found.iter().enumerate().all(|(n, (mode, _))| *mode == n);
-            self.partly =
-                Some(Partly { drawn: found.len(), there: count, lowest, points: known.len() });
+            self.partly = Some(PartialModes {
+                drawn: found.len(),
+                there: count,
+                lowest,
+                points: known.len(),
+            });
         }
         let modes = found.iter().map(|(_, values)| source.arrays.f32(values)).collect();
         let shapes = found.into_iter().map(|(mode, _)| tables[mode].clone()).collect();
-        Span { start: place.start, end: place.end, shapes, modes }
+        DrawnSpan { start: place.start, end: place.end, shapes, modes }
     }
 
     fn say_what_is_left_out(&self, missing: &mut Vec<String>) {
@@ -167,7 +171,7 @@ impl<'a> Shapes<'a> {
                 names::MIDSPAN
             ));
         }
-        if let Some(Partly { drawn, there, lowest, points }) = self.partly {
+        if let Some(PartialModes { drawn, there, lowest, points }) = self.partly {
             let why = if !lowest {
                 ", those that do not have their nodes at the recorded points".to_owned()
             } else if points < MEASURED.len() {
@@ -220,8 +224,8 @@ fn irregularity(
     unit: &LayoutFmu<'_>,
     vehicle: &LayoutFmu<'_>,
     layout: &Vehicle,
-    source: &mut Source<'_>,
-) -> Option<Irregularity> {
+    source: &mut SignalSource<'_>,
+) -> Option<DrawnIrregularity> {
     let mut cells: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
     for k in 1..=layout.magnets.len() {
         let height = unit.variable(&numbered(names::IRREGULARITY, k, layout.magnets.len()));
@@ -246,5 +250,5 @@ fn irregularity(
     }
     values.push(mean[mean.len() - 1].1);
     let values = source.arrays.f32(&values);
-    Some(Irregularity { start: first as f64 * GRID, step: GRID, values })
+    Some(DrawnIrregularity { start: first as f64 * GRID, step: GRID, values })
 }
