@@ -10,15 +10,15 @@ use crate::spool::Spool;
 const INTERVAL: Duration = Duration::from_millis(400);
 
 /// The files that grow in this process.
-struct Watched {
+struct WatchedFiles {
     spools: Vec<Weak<Spool>>,
     /// whether there is a thread that looks after them
     kept: bool,
 }
 
-static WATCHED: Mutex<Watched> = Mutex::new(Watched { spools: Vec::new(), kept: false });
+static WATCHED: Mutex<WatchedFiles> = Mutex::new(WatchedFiles { spools: Vec::new(), kept: false });
 
-fn watched() -> MutexGuard<'static, Watched> {
+fn watched() -> MutexGuard<'static, WatchedFiles> {
     WATCHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -24,7 +24,7 @@ use crate::file::replace;
 use crate::table_writer::Column;
 use crate::{PARQUET, TABLE};
 
-/// Values of one row group: 32 MiB.
+/// ColumnValues of one row group: 32 MiB.
 const GROUP_VALUES: usize = 1 << 22;
 
 /// results.parquet cannot be made.
@@ -119,17 +119,17 @@ fn properties(columns: &[Column]) -> Arc<WriterProperties> {
 /// Rows turned into columns.
 struct Batch {
     rows: usize,
-    values: Vec<Values>,
+    values: Vec<ColumnValues>,
     /// per value 1, per null 0
     present: Vec<Vec<i16>>,
 }
 
-enum Values {
+enum ColumnValues {
     Numbers(Vec<f64>),
     Texts(Vec<ByteArray>),
 }
 
-impl Values {
+impl ColumnValues {
     /// Takes a field; false if it is no number where it should be.
     fn take(&mut self, field: &[u8]) -> bool {
         match self {
@@ -150,7 +150,8 @@ impl Values {
 impl Batch {
     fn new(columns: &[Column]) -> Self {
         let texts = std::iter::once(false).chain(columns.iter().map(|column| column.is_text));
-        let values = |text| if text { Values::Texts(vec![]) } else { Values::Numbers(vec![]) };
+        let values =
+            |text| if text { ColumnValues::Texts(vec![]) } else { ColumnValues::Numbers(vec![]) };
         Self {
             rows: 0,
             values: texts.map(values).collect(),
@@ -167,7 +168,7 @@ impl Batch {
         for ((field, values), present) in record.iter().zip(&mut self.values).zip(&mut self.present)
         {
             // an empty text looks like none; where all signals are always due, it is one
-            let due = !field.is_empty() || (all_due && matches!(values, Values::Texts(_)));
+            let due = !field.is_empty() || (all_due && matches!(values, ColumnValues::Texts(_)));
             present.push(i16::from(due));
             if due && !values.take(field) {
                 let field = String::from_utf8_lossy(field).into_owned();
@@ -187,18 +188,18 @@ impl Batch {
             if let Some(mut column) = group.next_column()? {
                 let levels = (optional && k > 0).then_some(present.as_slice());
                 match values {
-                    Values::Numbers(values) => {
+                    ColumnValues::Numbers(values) => {
                         column.typed::<DoubleType>().write_batch(values, levels, None)?
                     }
-                    Values::Texts(values) => {
+                    ColumnValues::Texts(values) => {
                         column.typed::<ByteArrayType>().write_batch(values, levels, None)?
                     }
                 };
                 column.close()?;
             }
             match values {
-                Values::Numbers(values) => values.clear(),
-                Values::Texts(values) => values.clear(),
+                ColumnValues::Numbers(values) => values.clear(),
+                ColumnValues::Texts(values) => values.clear(),
             }
             present.clear();
         }

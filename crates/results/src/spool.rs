@@ -25,7 +25,7 @@ pub(super) struct Spool {
     filled: AtomicUsize,
     /// whether there is a failure that nobody knows of yet
     failed: AtomicBool,
-    target: Mutex<Target>,
+    target: Mutex<SpoolTarget>,
 }
 
 // SAFETY: bytes from `filled` on are touched by the owner of the pen alone; those before are only read,
@@ -38,7 +38,7 @@ unsafe impl Send for Spool {}
 pub(super) struct Pen(Arc<Spool>);
 
 /// The file, and what is in it.
-pub(super) struct Target {
+pub(super) struct SpoolTarget {
     /// there until the file is closed
     file: Option<File>,
     /// gathered bytes that have been written
@@ -50,7 +50,7 @@ pub(super) struct Target {
 
 impl Spool {
     /// Writes what is gathered.
-    fn drain(&self, target: &mut Target) -> io::Result<()> {
+    fn drain(&self, target: &mut SpoolTarget) -> io::Result<()> {
         let filled = self.filled.load(Ordering::Acquire);
         let start = self.bytes.as_ptr().cast::<u8>();
         // SAFETY: these bytes are complete, and stay as they are while the lock is held
@@ -82,7 +82,7 @@ impl Pen {
     /// Begins with a file that ends at a position.
     pub(super) fn new(file: File, position: Position, hasher: Hasher) -> Self {
         let bytes = (0..SIZE).map(|_| UnsafeCell::new(0)).collect();
-        let target = Target { file: Some(file), taken: 0, position, hasher, failure: None };
+        let target = SpoolTarget { file: Some(file), taken: 0, position, hasher, failure: None };
         Self(Arc::new(Spool {
             bytes,
             filled: AtomicUsize::new(0),
@@ -96,7 +96,7 @@ impl Pen {
     }
 
     /// The file and what is in it.
-    pub(super) fn target(&self) -> MutexGuard<'_, Target> {
+    pub(super) fn target(&self) -> MutexGuard<'_, SpoolTarget> {
         self.0.target.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -147,7 +147,7 @@ impl Pen {
     }
 }
 
-impl Target {
+impl SpoolTarget {
     pub(super) fn file(&self) -> io::Result<&File> {
         self.file.as_ref().ok_or_else(|| io::ErrorKind::NotFound.into())
     }

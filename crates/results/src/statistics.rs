@@ -50,8 +50,8 @@ pub(crate) fn if_any<'de, D: Deserializer<'de>>(
 pub struct Gatherer {
     min: (f64, f64),
     max: (f64, f64),
-    sum: Sum,
-    squares: Sum,
+    sum: CompensatedSum,
+    squares: CompensatedSum,
     last: f64,
     points: u64,
     /// points at which it was NaN or infinite
@@ -59,12 +59,12 @@ pub struct Gatherer {
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Sum {
+struct CompensatedSum {
     total: f64,
     lost: f64,
 }
 
-impl Sum {
+impl CompensatedSum {
     #[inline]
     fn add(&mut self, x: f64) {
         let next = self.total + x;
@@ -158,7 +158,7 @@ mod tests {
     /// A plain sum of 1e16 and ten ones loses them all.
     #[test]
     fn analytic_sums_are_compensated() {
-        let mut sum = Sum::default();
+        let mut sum = CompensatedSum::default();
         sum.add(1e16);
         (0..10).for_each(|_| sum.add(1.0));
         sum.add(-1e16);

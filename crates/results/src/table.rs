@@ -84,13 +84,13 @@ impl Table {
 }
 
 /// The columns of a table as text.
-struct Columns {
+struct TextColumns {
     header: csv::StringRecord,
     /// per column, whether it is read: the time and the wanted signals that are numbers
     read: Vec<bool>,
 }
 
-impl Columns {
+impl TextColumns {
     fn leave_out_texts(&mut self, body: &[u8]) {
         let texts = quoted(body, self.read.len());
         for (read, is_text) in self.read.iter_mut().zip(texts).skip(1) {
@@ -127,7 +127,7 @@ fn read_csv(path: &Path, growing: bool, wanted: impl Fn(&str) -> bool) -> Result
     let begin = reader.position().byte();
     file.seek(SeekFrom::Start(begin)).map_err(failed)?;
     let read = (0..).zip(&header).map(|(k, name)| k == 0 || wanted(name)).collect();
-    let mut columns = Columns { header, read };
+    let mut columns = TextColumns { header, read };
     let mut values: Vec<Vec<f64>> = Vec::new();
     let mut text = Vec::new();
     loop {
@@ -208,7 +208,7 @@ fn split(mut body: &[u8]) -> Vec<&[u8]> {
 }
 
 /// The numbers of the columns that are read, row after row.
-fn numbers(part: &[u8], columns: &Columns) -> Result<Vec<f64>, BadField> {
+fn numbers(part: &[u8], columns: &TextColumns) -> Result<Vec<f64>, BadField> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(part);
     let mut record = csv::ByteRecord::new();
     let mut values = Vec::with_capacity(part.len() / 12);
