@@ -40,4 +40,4 @@ pub use scenario_as_run::{InstanceAsRun, PanelAsRun, PlotAsRun, ScenarioAsRun};
 pub use statistics::{Gatherer, Statistics};
 pub use summary::Summary;
 pub use table::Table;
-pub use table_writer::{Column, TableWriter};
+pub use table_writer::{RecordedColumn, TableWriter};

@@ -21,7 +21,7 @@ use parquet::schema::types::Type;
 use thiserror::Error;
 
 use crate::file::replace;
-use crate::table_writer::Column;
+use crate::table_writer::RecordedColumn;
 use crate::{PARQUET, TABLE};
 
 /// ColumnValues of one row group: 32 MiB.
@@ -55,14 +55,14 @@ pub enum ParquetError {
 ///
 /// # Errors
 /// The table cannot be read or the copy not be written; then there is none.
-pub fn copy_to_parquet(folder: &Path, columns: &[Column]) -> Result<PathBuf, ParquetError> {
+pub fn copy_to_parquet(folder: &Path, columns: &[RecordedColumn]) -> Result<PathBuf, ParquetError> {
     let table = folder.join(TABLE);
     let path = folder.join(PARQUET);
     replace(&path, |file| copy(&table, file, columns))?;
     Ok(path)
 }
 
-fn copy(table: &Path, file: &File, columns: &[Column]) -> Result<(), ParquetError> {
+fn copy(table: &Path, file: &File, columns: &[RecordedColumn]) -> Result<(), ParquetError> {
     let mut reader = csv::ReaderBuilder::new().from_path(table)?;
     let optional = columns.iter().any(|column| column.stride != columns[0].stride);
     let mut writer =
@@ -85,7 +85,7 @@ fn copy(table: &Path, file: &File, columns: &[Column]) -> Result<(), ParquetErro
     Ok(())
 }
 
-fn schema(columns: &[Column], optional: bool) -> Result<Arc<Type>, Source> {
+fn schema(columns: &[RecordedColumn], optional: bool) -> Result<Arc<Type>, Source> {
     let field = |name: &str, repetition, is_text: bool| {
         let builder = if is_text {
             Type::primitive_type_builder(name, Physical::BYTE_ARRAY)
@@ -103,7 +103,7 @@ fn schema(columns: &[Column], optional: bool) -> Result<Arc<Type>, Source> {
     Ok(Arc::new(Type::group_type_builder("results").with_fields(fields).build()?))
 }
 
-fn properties(columns: &[Column]) -> Arc<WriterProperties> {
+fn properties(columns: &[RecordedColumn]) -> Arc<WriterProperties> {
     let units: BTreeMap<&str, &str> = columns
         .iter()
         .filter_map(|column| Some((column.name.as_str(), column.unit.as_deref()?)))
@@ -148,7 +148,7 @@ impl ColumnValues {
 }
 
 impl Batch {
-    fn new(columns: &[Column]) -> Self {
+    fn new(columns: &[RecordedColumn]) -> Self {
         let texts = std::iter::once(false).chain(columns.iter().map(|column| column.is_text));
         let values =
             |text| if text { ColumnValues::Texts(vec![]) } else { ColumnValues::Numbers(vec![]) };
@@ -219,8 +219,12 @@ mod tests {
     #[test]
     fn invariant_the_copy_holds_the_same_bits() {
         let folder = tempfile::tempdir().unwrap();
-        let column =
-            |name: &str, stride| Column { name: name.into(), unit: None, stride, is_text: false };
+        let column = |name: &str, stride| RecordedColumn {
+            name: name.into(),
+            unit: None,
+            stride,
+            is_text: false,
+        };
         let columns = [column("a.x", 1), column("b,y", 2)];
         let mut table = crate::TableWriter::create(folder.path(), &columns).unwrap();
         let value = |n: u64| (n as f64 * 0.7).sin() / 3.0;
@@ -248,8 +252,8 @@ mod tests {
         for (stride, empty) in [(1, true), (2, false)] {
             let folder = tempfile::tempdir().unwrap();
             let columns = [
-                Column { name: "a.s".into(), unit: None, stride: 1, is_text: true },
-                Column { name: "a.x".into(), unit: None, stride, is_text: false },
+                RecordedColumn { name: "a.s".into(), unit: None, stride: 1, is_text: true },
+                RecordedColumn { name: "a.x".into(), unit: None, stride, is_text: false },
             ];
             let mut table = crate::TableWriter::create(folder.path(), &columns).unwrap();
             for (n, text) in (0..).zip([c"say \"no\"", c"", c"ja"]) {

@@ -9,7 +9,7 @@ use crate::growing::{Growing, Position};
 
 /// A recorded signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Column {
+pub struct RecordedColumn {
     /// `instance.variable`
     pub name: String,
     /// Unit of measurement of its values.
@@ -38,7 +38,7 @@ impl TableWriter {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn create(folder: &Path, columns: &[Column]) -> io::Result<Self> {
+    pub fn create(folder: &Path, columns: &[RecordedColumn]) -> io::Result<Self> {
         let names = columns.iter().map(|column| column.name.as_str());
         let header = crate::events::line(std::iter::once("time").chain(names))?;
         Ok(Self::new(Growing::create(Self::path(folder), &header)?, columns))
@@ -48,7 +48,11 @@ impl TableWriter {
     ///
     /// # Errors
     /// The file cannot be written, or is not the one that the position is of.
-    pub fn resume(folder: &Path, columns: &[Column], position: Position) -> io::Result<Self> {
+    pub fn resume(
+        folder: &Path,
+        columns: &[RecordedColumn],
+        position: Position,
+    ) -> io::Result<Self> {
         Ok(Self::new(Growing::resume(Self::path(folder), position)?, columns))
     }
 
@@ -58,7 +62,7 @@ impl TableWriter {
         folder.join(TABLE)
     }
 
-    fn new(file: Growing, columns: &[Column]) -> Self {
+    fn new(file: Growing, columns: &[RecordedColumn]) -> Self {
         let strides: Vec<u64> = columns.iter().map(|column| column.stride).collect();
         let mut distinct = strides.clone();
         distinct.sort_unstable();
@@ -149,8 +153,8 @@ mod tests {
     use super::*;
     use std::fs;
 
-    fn columns(list: &[(&str, u64)]) -> Vec<Column> {
-        let column = |&(name, stride): &(&str, u64)| Column {
+    fn columns(list: &[(&str, u64)]) -> Vec<RecordedColumn> {
+        let column = |&(name, stride): &(&str, u64)| RecordedColumn {
             name: name.into(),
             unit: None,
             stride,
@@ -197,8 +201,8 @@ mod tests {
     fn invariant_texts_are_one_field_of_one_line() {
         let folder = tempfile::tempdir().unwrap();
         let columns = [
-            Column { name: "a.s".into(), unit: None, stride: 1, is_text: true },
-            Column { name: "a.x".into(), unit: None, stride: 1, is_text: false },
+            RecordedColumn { name: "a.s".into(), unit: None, stride: 1, is_text: true },
+            RecordedColumn { name: "a.x".into(), unit: None, stride: 1, is_text: false },
         ];
         let mut table = TableWriter::create(folder.path(), &columns).unwrap();
         let texts = [c"plain", c"", c"a \"b\", c", c"one\r\ntwo", c"gr\xc3\xb6\xc3\x9fe", c"\xff"];

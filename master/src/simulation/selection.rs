@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::participant::{Participant, Slot};
 use crate::system::{Port, System, SystemError};
 use fmi2_import::description::Type;
-use results::Column;
+use results::RecordedColumn;
 use scenario::{Recorded, Scenario};
 
 /// Signals of interest: those recorded first, then those only drawn.
@@ -70,10 +70,10 @@ impl Selection {
     }
 
     /// The columns of the results.
-    pub fn columns(&self, system: &System) -> Vec<Column> {
+    pub fn columns(&self, system: &System) -> Vec<RecordedColumn> {
         self.recorded()
             .zip(&self.strides)
-            .map(|(port, &stride)| Column {
+            .map(|(port, &stride)| RecordedColumn {
                 name: system.port_name(port),
                 unit: base_unit(system, port),
                 stride,

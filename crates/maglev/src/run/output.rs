@@ -11,14 +11,16 @@ use master::Setup;
 use master::Simulation;
 use master::simulation::to_base;
 use master::{Misfit, StateError};
-use results::{Column, Curve, Gatherer, Position, TableWriter, copy_to_parquet, write_whole};
+use results::{
+    Curve, Gatherer, Position, RecordedColumn, TableWriter, copy_to_parquet, write_whole,
+};
 use scenario::Format;
 
 /// Where the run's signals go.
 pub(super) struct Output<'a> {
     setup: &'a Setup,
     folder: PathBuf,
-    columns: Vec<Column>,
+    columns: Vec<RecordedColumn>,
     table: TableWriter,
     pub(super) gatherers: Vec<Gatherer>,
     /// of the signals that are drawn
@@ -73,7 +75,7 @@ impl<'a> Output<'a> {
     fn new(
         setup: &'a Setup,
         folder: &Path,
-        columns: Vec<Column>,
+        columns: Vec<RecordedColumn>,
         table: TableWriter,
         gatherers: Vec<Gatherer>,
         curves: Vec<Option<Curve>>,
