@@ -13,7 +13,7 @@ use crate::error::Error;
 use master::participant::Participant;
 use master::{Setup, Simulation};
 use results::Folder;
-use results::summary::{Failure, SignalSummary, Status, Summary};
+use results::summary::{RunFailure, SignalSummary, Status, Summary};
 use results::{EventKind, EventLog, Gatherer};
 
 /// What is left of a run whose files are written.
@@ -229,6 +229,6 @@ fn signals(
 }
 
 /// An error as the summary shows it.
-fn failure(error: &Error) -> Failure {
-    Failure { causes: error.chain(), help: error.help().map(str::to_owned) }
+fn failure(error: &Error) -> RunFailure {
+    RunFailure { causes: error.chain(), help: error.help().map(str::to_owned) }
 }

@@ -11,7 +11,7 @@ use fmi2_import::instance::{FmuError, FmuFault};
 use fmi2_import::logger::{self, Message, Stray};
 use fmi2_import::{Call, fmi2Status, status_with_name};
 use master::participant::Participant;
-use results::summary::UnitMessage;
+use results::summary::FmuMessage;
 use results::{Event, EventKind, EventLog, LogState};
 use scenario::LogLevel;
 
@@ -23,7 +23,7 @@ const MAX_OF_ONE: u64 = 100;
 /// Gathers messages and events: all of them for events.csv, the first for the summary.
 pub(super) struct Journal {
     log: EventLog,
-    messages: Vec<UnitMessage>,
+    messages: Vec<FmuMessage>,
     /// per instance, whether the observer knows that it warns
     warned: Vec<bool>,
     /// per instance, whether it has said that it has terminated
@@ -51,7 +51,7 @@ fn says_ended(message: &Message) -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct JournalState {
     log: LogState,
-    messages: Vec<UnitMessage>,
+    messages: Vec<FmuMessage>,
     warned: Vec<bool>,
     ended: Vec<bool>,
     warned_steps: Vec<bool>,
@@ -62,7 +62,7 @@ pub(super) struct JournalState {
 
 /// What a journal tells in the summary.
 pub(super) struct Told {
-    pub(super) messages: Vec<UnitMessage>,
+    pub(super) messages: Vec<FmuMessage>,
     /// number of events by their kind
     pub(super) events: BTreeMap<EventKind, u64>,
     /// per instance, steps that it discarded
@@ -312,7 +312,7 @@ impl Journal {
         let text = format!("[{}] {}", message.status, message.text);
         self.log.add(&Event { time, kind, instance: instance.to_owned(), text })?;
         if self.messages.len() < MAX_MESSAGES && known < MAX_OF_ONE && message.count == 1 {
-            self.messages.push(UnitMessage {
+            self.messages.push(FmuMessage {
                 time,
                 instance: instance.to_owned(),
                 status: message.status.to_string(),
@@ -341,7 +341,7 @@ impl Journal {
 }
 
 /// A message of the summary as the unit sent it.
-fn repeated(message: &UnitMessage) -> Message {
+fn repeated(message: &FmuMessage) -> Message {
     Message {
         status: status_with_name(&message.status).unwrap_or(fmi2Status::fmi2OK),
         category: String::new(),

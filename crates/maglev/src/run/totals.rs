@@ -12,7 +12,7 @@ use master::Setup;
 use master::participant::Participant;
 use master::simulation::Layout;
 use master::system::{Plan, System};
-use results::summary::{AlgorithmSummary, CouplingSummary, InstanceSummary, UnitSummary, WallTime};
+use results::summary::{AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime};
 use scenario::{AlgorithmName, Scenario};
 
 /// What a run had done before it went on from a checkpoint.
@@ -99,7 +99,7 @@ pub(super) fn units(
     scenario: &Scenario,
     system: &System,
     instances: &IndexMap<String, InstanceSummary>,
-) -> IndexMap<String, UnitSummary> {
+) -> IndexMap<String, FmuSummary> {
     let mut first: HashMap<&Path, &Plan> = HashMap::new();
     for plan in &system.instances {
         first.entry(plan.package.path()).or_insert(plan);
@@ -109,7 +109,7 @@ pub(super) fn units(
         // without an instance there is nothing to tell
         let Some(plan) = first.get(path.as_path()) else { continue };
         let description = plan.description();
-        let unit = UnitSummary {
+        let unit = FmuSummary {
             path: path.display().to_string(),
             model: description.model_name.clone(),
             version: description.version.clone(),

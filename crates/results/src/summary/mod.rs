@@ -34,7 +34,7 @@ pub enum Status {
 
 /// An error as text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Failure {
+pub struct RunFailure {
     /// What happened, outermost first.
     pub causes: Vec<String>,
     /// How to mend it.
@@ -43,7 +43,7 @@ pub struct Failure {
 
 /// A unit that took part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct UnitSummary {
+pub struct FmuSummary {
     /// The .fmu file.
     pub path: String,
     /// Name of the model.
@@ -127,7 +127,7 @@ fn is_zero(number: &u64) -> bool {
 
 /// A message of a unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct UnitMessage {
+pub struct FmuMessage {
     /// Simulated time at the end of the step in which it arrived (s).
     pub time: f64,
     /// The instance, by its name in the scenario.
@@ -150,7 +150,7 @@ pub struct Summary {
     /// How the run ended.
     pub status: Status,
     /// Why, if it failed; of a run that came to its end, the unit that failed when it was terminated.
-    pub error: Option<Failure>,
+    pub error: Option<RunFailure>,
     /// Start time (s).
     pub start: f64,
     /// Intended stop time (s).
@@ -178,7 +178,7 @@ pub struct Summary {
     /// Settings given on the command line.
     pub overrides: Vec<String>,
     /// Units by their name in the scenario.
-    pub units: IndexMap<String, UnitSummary>,
+    pub units: IndexMap<String, FmuSummary>,
     /// Instances by their name.
     pub instances: IndexMap<String, InstanceSummary>,
     /// How well the run kept to real time, if it was held to it.
@@ -192,7 +192,7 @@ pub struct Summary {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ride_quality: Option<RideQuality>,
     /// The units' first messages.
-    pub messages: Vec<UnitMessage>,
+    pub messages: Vec<FmuMessage>,
     /// Number of the units' messages that are not among these.
     pub omitted_messages: u64,
     /// Results in the folder.
