@@ -1,7 +1,7 @@
 //! What the page gets to know of one run.
 
 use rayon::prelude::*;
-use results::modes::{Eigenvalue, Mode, Modes};
+use results::modes::{CoupledMode, CoupledModes, Eigenvalue};
 use results::{PlotAsRun, RunResults, ScenarioAsRun};
 use serde::Serialize;
 use serde_json::Value;
@@ -44,10 +44,10 @@ pub(crate) struct RunData<'a> {
     parameters: Vec<InstanceParameters>,
     figures: Vec<KeyFigure>,
     guideway: Option<GuidewayFacts>,
-    modes: Option<&'a Modes>,
+    modes: Option<&'a CoupledModes>,
     /// marked in spectra
     coupled: Vec<Eigenvalue>,
-    least_damped: Option<&'a Mode>,
+    least_damped: Option<&'a CoupledMode>,
     clocks: Vec<SignalClock>,
     frequencies: Frequencies,
     signals: Vec<SignalData<'a>>,

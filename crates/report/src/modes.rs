@@ -1,6 +1,6 @@
 //! Which modes of the coupled system the report shows.
 
-use results::modes::{Eigenvalue, Mode, Modes};
+use results::modes::{CoupledMode, CoupledModes, Eigenvalue};
 
 /// Spectra mark modes below this damping ratio. Others cause no peak.
 const PEAKED: f64 = 0.25;
@@ -13,7 +13,10 @@ const MARKS: usize = 8;
 
 /// The least damped mode that oscillates, without those in which only a girder moves: the vehicle does
 /// not influence them.
-pub(crate) fn least_damped<'a>(modes: &'a Modes, guideway: Option<&str>) -> Option<&'a Mode> {
+pub(crate) fn least_damped<'a>(
+    modes: &'a CoupledModes,
+    guideway: Option<&str>,
+) -> Option<&'a CoupledMode> {
     let oscillating = modes.modes.iter().filter(|it| {
         let girder = guideway.and_then(|name| it.participation.get(name));
         it.continuous.imaginary > 0.0 && girder.is_none_or(|share| *share < ALONE)
@@ -21,8 +24,8 @@ pub(crate) fn least_damped<'a>(modes: &'a Modes, guideway: Option<&str>) -> Opti
     oscillating.min_by(|a, b| a.continuous.damping_ratio.total_cmp(&b.continuous.damping_ratio))
 }
 
-/// Modes of the girders that cause peaks, each frequency once.
-pub(crate) fn of_girders(modes: &Modes, guideway: &str) -> Vec<Eigenvalue> {
+/// CoupledModes of the girders that cause peaks, each frequency once.
+pub(crate) fn of_girders(modes: &CoupledModes, guideway: &str) -> Vec<Eigenvalue> {
     let mut found: Vec<Eigenvalue> = Vec::new();
     for mode in &modes.modes {
         let it = mode.continuous;
@@ -58,7 +61,7 @@ mod tests {
             mode(9.0, 0.7, 0.9),
         ];
         let text = format!(r#"{{"stable": true, "modes": [{}]}}"#, list.join(","));
-        let modes: Modes = serde_json::from_str(&text).unwrap();
+        let modes: CoupledModes = serde_json::from_str(&text).unwrap();
         let marks: Vec<f64> = of_girders(&modes, "g").iter().map(|it| it.frequency_hz).collect();
         assert_eq!(marks, [7.1, 6.4]);
         let least = |name| least_damped(&modes, name).unwrap().continuous.frequency_hz;

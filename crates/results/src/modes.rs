@@ -14,25 +14,25 @@ pub struct ModesFile {
     /// Degree of the extrapolation of inputs.
     pub extrapolation: usize,
     /// The modes.
-    pub modes: Modes,
+    pub modes: CoupledModes,
 }
 
 /// The modes of a system, least damped first.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Modes {
+pub struct CoupledModes {
     /// Number of states of all units.
     pub states: usize,
     /// Communication step (s).
     pub step: f64,
     /// One of each conjugate pair.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<CoupledMode>,
     /// Magnitude of the largest multiplier that the coupling itself adds. It decays if below one.
     pub coupling_multiplier: f64,
     /// Point of linearisation. The results hold there only.
     pub operating_point: OperatingPoint,
     /// Units with states that share no mode with another unit at this point.
-    pub apart: Vec<Apart>,
+    pub apart: Vec<UncoupledStates>,
     /// Whether all modes of the continuous system decay.
     pub stable: bool,
     /// Whether all modes of the stepped system decay.
@@ -42,7 +42,7 @@ pub struct Modes {
 /// One mode of the coupled system.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Mode {
+pub struct CoupledMode {
     /// Eigenvalue of the continuous system.
     pub continuous: Eigenvalue,
     /// Eigenvalue as stepped; none if no multiplier belongs to the mode.
@@ -74,13 +74,13 @@ pub struct OperatingPoint {
     /// Time (s): the start of the scenario.
     pub time: f64,
     /// The connected Real inputs of each instance.
-    pub inputs: IndexMap<String, Vec<Family>>,
+    pub inputs: IndexMap<String, Vec<InputFamily>>,
 }
 
 /// Inputs whose names differ only in a number, such as `position_01` to `position_64`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Family {
+pub struct InputFamily {
     /// Common name, with `#` for the number.
     pub name: String,
     /// Number of inputs in this family.
@@ -96,7 +96,7 @@ pub struct Family {
 /// A unit with states that share no mode with another unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Apart {
+pub struct UncoupledStates {
     /// The instance, by its name in the scenario.
     pub instance: String,
     /// Number of its states.
@@ -105,7 +105,7 @@ pub struct Apart {
     pub states: Vec<String>,
 }
 
-impl Apart {
+impl UncoupledStates {
     /// Whether none of its states is coupled.
     #[must_use]
     pub fn entirely(&self) -> bool {

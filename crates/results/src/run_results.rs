@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use serde::Deserialize as _;
 use serde_json::Value;
 
-use crate::modes::{Modes, ModesFile};
+use crate::modes::{CoupledModes, ModesFile};
 use crate::read::{damaged, json, text};
 use crate::scenario_as_run::ScenarioAsRun;
 use crate::summary::SignalSummary;
@@ -26,8 +26,8 @@ pub struct RunResults {
     pub signals: IndexMap<String, SignalSummary>,
     /// The scenario with the changes of the command line, from scenario-as-run.json.
     pub scenario: Option<ScenarioAsRun>,
-    /// Modes of the coupled system, if `maglev modes` was run for the folder.
-    pub modes: Option<Modes>,
+    /// CoupledModes of the coupled system, if `maglev modes` was run for the folder.
+    pub modes: Option<CoupledModes>,
     /// Recorded signals over time.
     pub table: Table,
 }

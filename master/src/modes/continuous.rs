@@ -7,7 +7,7 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
 
 use super::state_space::Linear;
-use super::{Link, ModesError};
+use super::{LinearLink, ModesError};
 
 /// Imaginary parts below this share of an eigenvalue are rounding: a double one splits by the root of it.
 const NEARLY_REAL: f64 = 1e-4;
@@ -16,7 +16,7 @@ const SWEEPS: usize = 20;
 
 /// ẋ = (A + B L (I − D L)⁻¹ C) x: all units' states one after the other, their inputs u = L y taken
 /// from outputs at the same instant.
-pub fn coupled(units: &[Linear], links: &[Link]) -> Result<Mat<f64>, ModesError> {
+pub fn coupled(units: &[Linear], links: &[LinearLink]) -> Result<Mat<f64>, ModesError> {
     let starts = |size: &dyn Fn(&Linear) -> usize| -> Vec<usize> {
         units
             .iter()

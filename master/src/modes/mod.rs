@@ -1,4 +1,4 @@
-//! Modes of a coupled system: small motions about its start, as the equations have them and as the
+//! CoupledModes of a coupled system: small motions about its start, as the equations have them and as the
 //! master steps them.
 //!
 //! Every unit is asked for its linearisation ẋ = A x + B u, y = C x + D u (the report `linear`, which
@@ -10,7 +10,7 @@
 //! the run unstable whatever the equations say.
 //!
 //! All this holds at one point, the start of the scenario ([`OperatingPoint`]). What is in no loop with
-//! another unit there is named ([`Apart`]): that it is stable says nothing of what it does once coupled.
+//! another unit there is named ([`UncoupledStates`]): that it is stable says nothing of what it does once coupled.
 
 mod continuous;
 mod linear_unit;
@@ -29,7 +29,9 @@ use crate::participant::Participant;
 use crate::simulation::Setup;
 use continuous::upper;
 use fmi2_import::instance::FmuError;
-pub use results::modes::{Apart, Eigenvalue, Family, Mode, Modes, OperatingPoint};
+pub use results::modes::{
+    CoupledMode, CoupledModes, Eigenvalue, InputFamily, OperatingPoint, UncoupledStates,
+};
 use state_space::{Linear, StateSpace};
 use stepped::Stepped;
 
@@ -107,7 +109,7 @@ impl ModesError {
 
 /// One connection between Real variables.
 #[derive(Debug, Clone, Copy)]
-struct Link {
+struct LinearLink {
     unit: usize,
     input: usize,
     source: usize,
@@ -129,7 +131,7 @@ fn eigenvalue(value: c64) -> Eigenvalue {
 ///
 /// # Errors
 /// The scenario does not start, or a unit does not report its linearisation.
-pub fn find(setup: &Setup) -> Result<Modes, Error> {
+pub fn find(setup: &Setup) -> Result<CoupledModes, Error> {
     let mut simulation = setup.start()?;
     let (participants, exchange, blueprint) = simulation.parts();
     let system = Linearised::new(participants, setup.scenario().experiment.start)?;
@@ -175,13 +177,13 @@ fn of(
     degree: usize,
     blueprint: &Blueprint,
     step: f64,
-) -> Result<Modes, ModesError> {
+) -> Result<CoupledModes, ModesError> {
     let Linearised { units, names, point } = system;
-    let connections: Vec<Link> = links
+    let connections: Vec<LinearLink> = links
         .iter()
         .enumerate()
         .flat_map(|(unit, links)| {
-            links.reals.iter().map(move |link| Link {
+            links.reals.iter().map(move |link| LinearLink {
                 unit,
                 input: link.input,
                 source: link.unit,
@@ -195,10 +197,10 @@ fn of(
     let multipliers = Stepped::new(&units, links, degree, blueprint, step).multipliers()?;
     let values: Vec<c64> = found.iter().map(|eigen| eigen.value).collect();
     let (belonging, own) = assign(&values, &multipliers, step);
-    let mut modes: Vec<Mode> = found
+    let mut modes: Vec<CoupledMode> = found
         .iter()
         .zip(belonging)
-        .map(|(eigen, stepped)| Mode {
+        .map(|(eigen, stepped)| CoupledMode {
             continuous: eigenvalue(eigen.value),
             stepped: stepped.map(eigenvalue),
             relative_error: stepped.map(|it| (it - eigen.value).norm() / eigen.value.norm()),
@@ -206,12 +208,12 @@ fn of(
         })
         .collect();
     modes.sort_by(|a, b| {
-        let key = |mode: &Mode| mode.continuous.damping_ratio;
+        let key = |mode: &CoupledMode| mode.continuous.damping_ratio;
         key(a)
             .total_cmp(&key(b))
             .then(a.continuous.frequency_hz.total_cmp(&b.continuous.frequency_hz))
     });
-    Ok(Modes {
+    Ok(CoupledModes {
         states: units.iter().map(|unit| unit.states).sum(),
         step,
         coupling_multiplier: own,

@@ -1,13 +1,13 @@
 //! Where a system is linearised: the time, and what its units receive there.
 
 use indexmap::IndexMap;
-use results::modes::Family;
+use results::modes::InputFamily;
 
 use super::ModesError;
 use crate::participant::Participant;
 
 /// What one participant receives.
-pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<Family>, ModesError> {
+pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<InputFamily>, ModesError> {
     let (inputs, _) = participant.exchanged_reals();
     let instance = participant.instance_mut();
     let name = instance.name().to_owned();
@@ -21,10 +21,10 @@ pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<Family>, Modes
     instance
         .get_real(&references, &mut values)
         .map_err(|source| ModesError::Inputs { instance: name, source })?;
-    let mut families: IndexMap<String, Family> = IndexMap::new();
+    let mut families: IndexMap<String, InputFamily> = IndexMap::new();
     for ((name, _, unit), value) in variables.into_iter().zip(values) {
         let key = family(&name);
-        let new = || Family { name: key.clone(), count: 0, min: value, max: value, unit };
+        let new = || InputFamily { name: key.clone(), count: 0, min: value, max: value, unit };
         let it = families.entry(key.clone()).or_insert_with(new);
         it.count += 1;
         it.min = it.min.min(value);

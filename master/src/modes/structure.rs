@@ -6,7 +6,7 @@
 //! only therefore has modes of that unit alone, whatever else is connected to it.
 
 use faer::Mat;
-use results::modes::Apart;
+use results::modes::UncoupledStates;
 
 use super::continuous::balanced;
 use super::state_space::Linear;
@@ -21,7 +21,7 @@ pub(super) fn apart(
     matrix: &Mat<f64>,
     units: &[Linear],
     names: &[(String, Vec<String>)],
-) -> Vec<Apart> {
+) -> Vec<UncoupledStates> {
     if units.iter().filter(|unit| unit.states > 0).count() < 2 {
         return Vec::new();
     }
@@ -44,7 +44,7 @@ pub(super) fn apart(
             .map(|(name, _)| name.clone())
             .collect();
         if !states.is_empty() {
-            found.push(Apart { instance: instance.clone(), of: unit.states, states });
+            found.push(UncoupledStates { instance: instance.clone(), of: unit.states, states });
         }
     }
     found
@@ -106,7 +106,7 @@ mod tests {
         for (ab, ba) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1e-17)] {
             let both = found(ab, ba);
             assert_eq!(both.len(), 2, "{ab} {ba}");
-            assert!(both.iter().all(Apart::entirely));
+            assert!(both.iter().all(UncoupledStates::entirely));
             assert_eq!((both[1].instance.as_str(), both[1].of), ("b", 2));
         }
     }
@@ -120,7 +120,7 @@ mod tests {
         let found = apart(&Mat::from_fn(3, 3, |i, j| rows[i][j]), &units, &names);
         assert_eq!(
             found,
-            [Apart { instance: "b".to_owned(), of: 2, states: vec!["far".to_owned()] }]
+            [UncoupledStates { instance: "b".to_owned(), of: 2, states: vec!["far".to_owned()] }]
         );
         assert!(!found[0].entirely());
         // a unit on its own has nothing to be apart from

@@ -8,7 +8,9 @@ use clap::Args;
 use maglev::Error;
 use master::Setup;
 use master::modes::ModesError;
-use results::modes::{Apart, Eigenvalue, Family, Mode, Modes, ModesFile};
+use results::modes::{
+    CoupledMode, CoupledModes, Eigenvalue, InputFamily, ModesFile, UncoupledStates,
+};
 use results::write_whole;
 use scenario::{AlgorithmName, Given, Override, Scenario};
 
@@ -82,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// The modes of a scenario at its start.
-fn find(scenario: &mut Scenario) -> Result<Modes, Error> {
+fn find(scenario: &mut Scenario) -> Result<CoupledModes, Error> {
     if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
         let error = ModesError::Slow { instance: name.clone() };
         return Err(master::Error::from(error).into());
@@ -102,7 +104,7 @@ pub(super) fn of_results(folder: &Path) -> Result<(), Error> {
     write(&modes, &scenario, folder)
 }
 
-fn write(modes: &Modes, scenario: &Scenario, folder: &Path) -> Result<(), Error> {
+fn write(modes: &CoupledModes, scenario: &Scenario, folder: &Path) -> Result<(), Error> {
     let path = folder.join(results::MODES);
     let written = std::fs::create_dir_all(folder)
         .and_then(|()| write_whole(&path, as_json(modes, scenario).as_bytes()))
@@ -110,7 +112,7 @@ fn write(modes: &Modes, scenario: &Scenario, folder: &Path) -> Result<(), Error>
     written.map_err(|source| Error::Output { path, running: true, source })
 }
 
-fn as_json(modes: &Modes, scenario: &Scenario) -> String {
+fn as_json(modes: &CoupledModes, scenario: &Scenario) -> String {
     let algorithm = &scenario.algorithm;
     let file = ModesFile {
         algorithm: algorithm.name.as_str().to_owned(),
@@ -122,7 +124,7 @@ fn as_json(modes: &Modes, scenario: &Scenario) -> String {
 }
 
 // writing to a String cannot fail, so the results of writeln! are dropped
-fn page(modes: &Modes, algorithm: &str, arguments: &Arguments) -> String {
+fn page(modes: &CoupledModes, algorithm: &str, arguments: &Arguments) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{} states, {} modes", modes.states, modes.modes.len());
     let _ = writeln!(
@@ -151,7 +153,7 @@ fn page(modes: &Modes, algorithm: &str, arguments: &Arguments) -> String {
 }
 
 /// What the eigenvalues say, and of what they say nothing.
-fn verdict(stable: bool, apart: &[Apart]) -> String {
+fn verdict(stable: bool, apart: &[UncoupledStates]) -> String {
     let missing: Vec<&str> =
         apart.iter().filter(|it| it.entirely()).map(|it| it.instance.as_str()).collect();
     match (stable, missing.as_slice()) {
@@ -166,8 +168,8 @@ fn verdict(stable: bool, apart: &[Apart]) -> String {
 /// Names of states shown of a unit that takes part with others of its states.
 const NAMED: usize = 6;
 
-fn uncoupled(apart: &Apart) -> String {
-    let Apart { instance, of, states } = apart;
+fn uncoupled(apart: &UncoupledStates) -> String {
+    let UncoupledStates { instance, of, states } = apart;
     if apart.entirely() {
         return format!(
             "{instance} takes no part: none of its {of} states is coupled with another unit at this \
@@ -185,8 +187,8 @@ fn uncoupled(apart: &Apart) -> String {
 }
 
 /// A family of inputs with the range of its values.
-fn span(family: &Family) -> String {
-    let Family { name, min, max, unit, .. } = family;
+fn span(family: &InputFamily) -> String {
+    let InputFamily { name, min, max, unit, .. } = family;
     let unit = unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     if min == max {
         format!("{name} {min:.4}{unit}")
@@ -196,13 +198,13 @@ fn span(family: &Family) -> String {
 }
 
 /// The table of modes.
-fn list(text: &mut String, modes: &Modes, arguments: &Arguments) {
+fn list(text: &mut String, modes: &CoupledModes, arguments: &Arguments) {
     let _ = writeln!(
         text,
         "\n{:>9} {:>9}  {:>9} {:>9} {:>9}  {:<24} takes part",
         "Hz", "damping", "as stepped", "damping", "error", "eigenvalue 1/s"
     );
-    let wanted = |mode: &&Mode| {
+    let wanted = |mode: &&CoupledMode| {
         let low = arguments.below.is_none_or(|limit| mode.continuous.frequency_hz <= limit);
         low && arguments.of.as_ref().is_none_or(|name| {
             let pattern = |key: &str| patterns::matches(name, key);
