@@ -148,7 +148,7 @@ pub struct Checkpoint {
 
 /// The part that all checkpoints of a run have in common.
 #[derive(Debug, Clone)]
-pub(super) struct Origin {
+pub(super) struct CheckpointOrigin {
     /// identifier of the run, which is known once its folder is prepared
     pub(super) run: String,
     name: String,
@@ -157,7 +157,7 @@ pub(super) struct Origin {
     units: Vec<UnitStamp>,
 }
 
-impl Origin {
+impl CheckpointOrigin {
     pub(super) fn new(
         name: &str,
         scenario: &Scenario,
@@ -294,8 +294,8 @@ impl Checkpoint {
         &self,
         scenario: &Scenario,
         system: &System,
-    ) -> Result<Origin, CheckpointError> {
-        let mut origin = Origin::new(&self.name, scenario, system)?;
+    ) -> Result<CheckpointOrigin, CheckpointError> {
+        let mut origin = CheckpointOrigin::new(&self.name, scenario, system)?;
         origin.run.clone_from(&self.run);
         if origin.units.len() != self.units.len() {
             return Err(StateError::Misfit { what: Misfit::Units }.into());

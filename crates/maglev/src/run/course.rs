@@ -3,10 +3,10 @@
 use std::io;
 use std::time::{Duration, Instant};
 
-use super::checkpoint::{CheckpointError, Origin};
+use super::checkpoint::{CheckpointError, CheckpointOrigin};
 use super::desk::{Desk, Halt};
 use super::journal::Journal;
-use super::output::Output;
+use super::output::RunOutput;
 use super::pace::{Pacer, WallClock};
 use super::totals::Earlier;
 use super::{Job, Observer};
@@ -29,10 +29,10 @@ pub(super) struct Run<'a> {
     pub(super) observer: &'a mut dyn Observer,
     pub(super) begin: Instant,
     pub(super) folder: Folder,
-    pub(super) output: Output<'a>,
+    pub(super) output: RunOutput<'a>,
     pub(super) journal: Journal,
     /// there if checkpoints are written
-    pub(super) origin: Option<Origin>,
+    pub(super) origin: Option<CheckpointOrigin>,
     pub(super) pacer: Option<Pacer<WallClock>>,
     pub(super) earlier: Earlier,
     pub(super) progress: Progress,

@@ -17,7 +17,7 @@ use results::summary::{RunFailure, SignalSummary, Status, Summary};
 use results::{EventKind, EventLog, Gatherer};
 
 /// What is left of a run whose files are written.
-pub(super) struct End<'a> {
+pub(super) struct RunEnd<'a> {
     job: &'a Job<'a>,
     observer: &'a mut dyn Observer,
     folder: Folder,
@@ -34,7 +34,7 @@ impl<'a> Run<'a> {
         mut self,
         result: Result<Status, Error>,
         mut simulation: Option<&mut Simulation<'_>>,
-    ) -> End<'a> {
+    ) -> RunEnd<'a> {
         let result = result.or_else(|error| match error.given_up().map(ToString::to_string) {
             Some(place) => {
                 self.interrupted_in(&place);
@@ -81,7 +81,7 @@ impl<'a> Run<'a> {
         self,
         result: &Result<Status, Error>,
         simulation: Option<&Simulation<'_>>,
-    ) -> (End<'a>, Files, Result<(), Error>) {
+    ) -> (RunEnd<'a>, Files, Result<(), Error>) {
         let Self { job, setup, observer, folder, output, mut journal, progress, earlier, .. } =
             self;
         let (scenario, system) = (setup.scenario(), setup.system());
@@ -140,12 +140,12 @@ impl<'a> Run<'a> {
         };
         let written = summary.write(job.folder);
         let result = completed.and(noted.and(logged).and(written).map_err(failed));
-        let end = End { job, observer, folder, journal, summary, outcome: Ok(()) };
+        let end = RunEnd { job, observer, folder, journal, summary, outcome: Ok(()) };
         (end, files, result)
     }
 }
 
-impl End<'_> {
+impl RunEnd<'_> {
     fn failed(&self, source: std::io::Error) -> Error {
         Error::Output { path: self.job.folder.to_owned(), running: true, source }
     }

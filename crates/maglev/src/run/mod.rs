@@ -22,13 +22,13 @@ use std::time::Instant;
 
 use indexmap::IndexSet;
 
-use checkpoint::Origin;
+use checkpoint::CheckpointOrigin;
 pub use checkpoint::{Checkpoint, CheckpointError};
 use course::{Progress, Run};
 use fmi2_import::witness;
 use journal::Journal;
 use master::Setup;
-use output::Output;
+use output::RunOutput;
 use results::{EventLog, Folder, Summary};
 use scenario::{Format, Scenario};
 use totals::Earlier;
@@ -105,8 +105,9 @@ impl Job<'_> {
         if keeps.is_some() {
             can_serialize(&setup)?;
         }
-        let mut origin =
-            keeps.map(|_| Origin::new(self.name, self.scenario, setup.system())).transpose()?;
+        let mut origin = keeps
+            .map(|_| CheckpointOrigin::new(self.name, self.scenario, setup.system()))
+            .transpose()?;
         let failed =
             |source| Error::Output { path: self.folder.to_owned(), running: false, source };
         fs::create_dir_all(self.folder).map_err(failed)?;
@@ -115,7 +116,7 @@ impl Job<'_> {
         let journal =
             Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
         as_run::write(folder.run(), self.scenario, setup.system(), self.folder).map_err(failed)?;
-        let output = Output::create(&setup, self.folder).map_err(failed)?;
+        let output = RunOutput::create(&setup, self.folder).map_err(failed)?;
         let mut run = Run {
             job: self,
             setup: &setup,
@@ -153,7 +154,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
     earlier.resumed += 1;
     let mut claimed =
         Folder::reclaim(folder, &run, planned_files(&setup)).map_err(CheckpointError::from)?;
-    let output = Output::resume(&setup, folder, output)?;
+    let output = RunOutput::resume(&setup, folder, output)?;
     let journal = Journal::resume(folder, journal)
         .map_err(|source| CheckpointError::Results { path: EventLog::path(folder), source })?
         .showing(scenario.log_level);

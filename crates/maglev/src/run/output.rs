@@ -17,7 +17,7 @@ use results::{
 use scenario::Format;
 
 /// Where the run's signals go.
-pub(super) struct Output<'a> {
+pub(super) struct RunOutput<'a> {
     setup: &'a Setup,
     folder: PathBuf,
     columns: Vec<RecordedColumn>,
@@ -47,7 +47,7 @@ pub(super) struct Files {
     pub(super) spare: Option<PathBuf>,
 }
 
-impl<'a> Output<'a> {
+impl<'a> RunOutput<'a> {
     pub(super) fn create(setup: &'a Setup, folder: &Path) -> io::Result<Self> {
         let columns = setup.selection().columns(setup.system());
         let table = TableWriter::create(folder, &columns)?;

@@ -48,7 +48,7 @@ enum RideError {
 
 /// A recorded signal.
 #[derive(Default)]
-struct Series {
+struct RideSignal {
     times: Vec<f64>,
     values: Vec<f64>,
 }
@@ -59,7 +59,7 @@ pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
     if points.is_empty() {
         return None;
     }
-    let recorded = Recorded::read(setup, folder);
+    let recorded = RecordedSignals::read(setup, folder);
     let units = [
         ("weighted_rms", "m/s2"),
         ("maximum_transient", "m/s2"),
@@ -76,14 +76,14 @@ pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
 }
 
 /// The signals that the points name.
-struct Recorded {
+struct RecordedSignals {
     /// recorded accelerations by name
-    series: HashMap<String, Series>,
+    series: HashMap<String, RideSignal>,
     /// by name, why a signal cannot be judged
     missing: HashMap<String, String>,
 }
 
-impl Recorded {
+impl RecordedSignals {
     fn read(setup: &Setup, folder: &Path) -> Self {
         let mut recorded = Self { series: HashMap::new(), missing: HashMap::new() };
         let columns = setup.selection().columns(setup.system());
@@ -117,7 +117,7 @@ impl Recorded {
     fn take(&mut self, table: &Table) {
         for (k, name) in table.names.iter().enumerate() {
             let (times, values) = table.samples(k);
-            self.series.insert(name.clone(), Series { times, values });
+            self.series.insert(name.clone(), RideSignal { times, values });
         }
     }
 
@@ -174,7 +174,7 @@ fn other_unit(setup: &Setup, port: Port) -> Option<String> {
     (base.exponents != ACCELERATION).then(|| unit.name.clone())
 }
 
-impl Series {
+impl RideSignal {
     fn judge(
         &self,
         signal: &str,
