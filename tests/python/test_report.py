@@ -451,12 +451,12 @@ def test_cameras(usual):
         assert max(abs(part) for k in looked_at for part in where(it, k)) < 1, name
     for k, picture_of in enumerate(seen[1:]):
         assert differs(seen[k], picture_of) > 0.05
-    # going with the train keeps the camera beside it
+    # following the train keeps the camera beside it
     away = "(it.stage.camera.position.x - it.model.travelled())"
     beside = it.ask(away)
     it.ask(f"(it.seek({STOP}), it.refresh())")
     assert it.ask(away) == pytest.approx(beside, abs=1e-6)
-    page.get_by_label("go with the train").uncheck()
+    page.get_by_label("follow the train").uncheck()
     it.ask("(it.seek(0), it.refresh())")
     assert it.ask(away) > beside + 1
 
@@ -514,7 +514,7 @@ def test_without_webgl_there_is_the_side_view(visit, one):
     assert len(np.unique(start[..., :3].reshape(-1, 3) // 16, axis=0)) > 8
     page.locator(STAGE).focus()
     page.keyboard.press("End")
-    page.get_by_label("go with the train").uncheck()
+    page.get_by_label("follow the train").uncheck()
     page.keyboard.press("Home")
     it.settle()
     page.get_by_label("Exaggeration of deflection").focus()

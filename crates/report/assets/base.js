@@ -1,8 +1,8 @@
-// What all parts of the page share: its data, elements, numbers with units, colours, the timeline.
+// Shared by all parts of the page: data, elements, numbers with units, colours, the timeline.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 
-/** Arrays of numbers by their reference in the data: { at, len, kind }. */
+/** Arrays of numbers; `get` takes a reference from the data: { at, len, kind }. */
 const arrays = await (async () => {
   const text = atob(document.getElementById("arrays").textContent);
   const packed = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
@@ -28,7 +28,7 @@ const arrays = await (async () => {
   };
 })();
 
-/** Makes an element; texts become text nodes, so nothing in the data is ever read as HTML. */
+/** Creates an element. Texts become text nodes, so nothing in the data is parsed as HTML. */
 function element(tag, attributes = {}, ...children) {
   const it = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -42,7 +42,7 @@ function element(tag, attributes = {}, ...children) {
 
 const main = document.getElementById("main");
 
-/** What the list of sections calls those with long titles. */
+/** Short names in the list of sections. */
 const SHORT = { view: "3D", modes: "Modes", irregularity: "Irregularity", statistics: "Statistics" };
 
 /** Adds a section with its heading to the page and to the list of sections. */
@@ -56,7 +56,7 @@ function section(id, title, ...children) {
 
 // ---- numbers and units ----
 
-/** A number with so many digits, short where it is short, with a true minus sign. */
+/** Formats a number with at most `digits` significant digits and a real minus sign. */
 function number(value, digits = 5) {
   if (value == null || Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -76,7 +76,7 @@ function superscript(value) {
   return String(value).replace(/[-0-9]/g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
 }
 
-/** Units that read better with a prefix, from the largest size that a plot shows. */
+/** Units with a prefix: [unit, factor, largest magnitude for which it is used]. */
 const PREFIXED = {
   m: [["mm", 1e3, 0.5], ["m", 1, Infinity]],
   N: [["N", 1, 5e3], ["kN", 1e-3, Infinity]],
@@ -85,7 +85,7 @@ const PREFIXED = {
   "m/s": [["mm/s", 1e3, 0.1], ["m/s", 1, Infinity]],
 };
 
-/** What a value of this unit and size is shown in: { unit, factor }. */
+/** Unit in which values of this magnitude are shown, and the factor to it: { unit, factor }. */
 function shownUnit(unit, size) {
   for (const [name, factor, below] of PREFIXED[unit] ?? []) {
     if (size < below) return { unit: name, factor };
@@ -98,12 +98,12 @@ function prettyUnit(unit) {
   return unit.replace(/\./g, "·").replace(/([A-Za-z])(-?\d+)/g, (_, name, power) => name + superscript(power));
 }
 
-/** Label with its unit in brackets. */
+/** Label with its unit in parentheses. */
 function withUnit(label, unit) {
   return unit ? `${label} (${unit})` : label;
 }
 
-/** Largest size among values. */
+/** Largest magnitude among values, without NaN and infinite ones. */
 function largest(values) {
   let size = 0;
   for (const value of values) if (Number.isFinite(value)) size = Math.max(size, Math.abs(value));
@@ -129,20 +129,19 @@ function timesOf(run, index) {
   return run.times[index];
 }
 
-/** Names of all signals of all runs, each once. */
+/** Names of the signals of all runs, without duplicates. */
 function allSignals() {
   return [...new Set(data.runs.flatMap((run) => run.signals.map((it) => it.name)))];
 }
 
-/** Name of a run, where there are several. */
+/** Name of a run as a prefix; empty if there is only one. */
 function runPrefix(run) {
   return data.runs.length > 1 ? `${run.name}: ` : "";
 }
 
 // ---- colours ----
 
-// Okabe and Ito's, which colour-blind readers can tell apart; on dark ground lightened where they
-// would drown
+// palette of Okabe and Ito, which colour-blind readers can distinguish; lighter on dark ground for contrast
 const COLOURS = {
   light: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b07d00", "#3a9bd8", "#8a7900", "#000000"],
   dark: ["#56b4e9", "#ff8a3d", "#2fd0a0", "#e69fc8", "#e6b400", "#8fd0ff", "#f0e442", "#ffffff"],
@@ -160,7 +159,7 @@ const theme = (() => {
   function apply() {
     document.documentElement.dataset.theme = name();
     button.textContent = texts[choice];
-    button.setAttribute("aria-label", `Colours: ${choice === "auto" ? "as the system" : choice}; switch`);
+    button.setAttribute("aria-label", `Colours: ${choice === "auto" ? "same as the system" : choice}; click to change`);
     document.dispatchEvent(new CustomEvent("themechange", { detail: name() }));
   }
   button.addEventListener("click", () => {
@@ -174,7 +173,7 @@ const theme = (() => {
   return { name, apply };
 })();
 
-/** Colour number k in the present theme. */
+/** Colour number k in the current theme. */
 function colour(k) {
   const list = COLOURS[theme.name()];
   return list[k % list.length];
@@ -185,7 +184,7 @@ function styleColour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// viridis by its polynomial fit of degree 6 (Zucker, CC0): perceptually even, readable in grey
+// polynomial fit of viridis (Zucker, CC0): perceptually uniform, readable in grey
 const VIRIDIS = [
   [0.2777273272, 0.0054073445, 0.3340998053], [0.1050930431, 1.4046135299, 1.3845901626],
   [-0.3308618287, 0.2148475595, 0.0950951630], [-4.6342304990, -5.7991009734, -19.3324409563],
@@ -202,13 +201,13 @@ function viridis(x) {
   });
 }
 
-// ---- the time that all views share ----
+// ---- time, shared by all views ----
 
-/** The moment that the 3D view shows and the plots mark; subscribers are told of changes. */
+/** The time that the 3D view shows and the plots mark. Subscribers are notified of changes. */
 const timeline = {
   time: null,
   subscribers: new Set(),
-  /** Sets the time (s); `source` is not told of its own change. */
+  /** Sets the time (s); `source` is not notified. */
   set(time, source) {
     timeline.time = time;
     for (const subscriber of timeline.subscribers) if (subscriber !== source) subscriber(time);

@@ -1,76 +1,12 @@
-// One plot: curves over a common axis, with zoom, pan, keys and a legend that shows values.
+// A plot: curves over a common axis, with zoom, pan, keys and a legend that shows values.
 
 const HINT = "drag: zoom · Shift+drag or ← →: pan · wheel after a click, or + −: zoom · double click or 0: all";
-
-/** Plots that share their horizontal axis. */
-class Axis {
-  constructor({ label, log = false, format = number }) {
-    Object.assign(this, { label, log, format, charts: new Set(), key: `axis-${Axis.count++}` });
-    this.limits = null;
-    this.view = null;
-    this.sync = uPlot.sync(this.key);
-  }
-
-  add(chart, low, high) {
-    this.charts.add(chart);
-    const old = this.limits;
-    this.limits = old ? [Math.min(old[0], low), Math.max(old[1], high)] : [low, high];
-  }
-
-  remove(chart) {
-    this.charts.delete(chart);
-    this.sync.unsub(chart.plot);
-  }
-
-  /** What is seen now. */
-  range() {
-    return this.view ?? this.limits;
-  }
-
-  /** Shows a part; null shows all. */
-  show(view) {
-    if (view) {
-      const [least, most] = this.limits;
-      const span = Math.min(view[1] - view[0], most - least);
-      if (!(span > 1e-7 * (most - least))) return;
-      const low = this.log ? Math.max(view[0], least) : Math.min(Math.max(view[0], least), most - span);
-      view = span >= (most - least) * (1 - 1e-9) ? null : [low, this.log ? Math.min(view[1], most) : low + span];
-    }
-    this.view = view;
-    for (const chart of this.charts) chart.follow();
-  }
-
-  /** Where a value is along the axis, and back. */
-  to(value) {
-    return this.log ? Math.log(value) : value;
-  }
-
-  from(place) {
-    return this.log ? Math.exp(place) : place;
-  }
-
-  /** Zooms by a factor about a value. */
-  zoom(factor, about) {
-    const [low, high] = this.range().map((value) => this.to(value));
-    const middle = about == null ? (low + high) / 2 : this.to(about);
-    this.show([this.from(middle - (middle - low) * factor), this.from(middle + (high - middle) * factor)]);
-  }
-
-  /** Moves by a part of what is seen. */
-  pan(part) {
-    const [low, high] = this.range().map((value) => this.to(value));
-    const [least, most] = this.limits.map((value) => this.to(value));
-    const way = Math.min(Math.max(part * (high - low), least - low), most - high);
-    this.show([this.from(low + way), this.from(high + way)]);
-  }
-}
-Axis.count = 0;
 
 class Chart {
   /**
    * curves: [{ label, x, y, colour: number, dash: number }], y already in the shown unit;
-   * marks: [{ at, label, kind }], vertical lines; levels: the same across; yRange: fixed limits;
-   * under(plot) draws below the curves; read(x, y) tells what is at a place; plain: no legend.
+   * marks: [{ at, label, kind }], vertical lines; levels: the same, horizontal; yRange: fixed limits;
+   * under(plot) draws below the curves; read(x, y) describes a point as text; plain: no legend.
    */
   constructor(parent, settings) {
     const usual = { title: "", marks: [], levels: [], logY: false, height: 240, lowest: null, timed: false, yRange: null, under: null, read: null, plain: false };
@@ -202,7 +138,7 @@ class Chart {
     };
   }
 
-  /** Lines across with their names, on a picture: bright with a dark edge. */
+  /** Horizontal lines with labels, bright with a dark edge to be visible on a picture. */
   drawLevels(plot) {
     const { ctx, bbox } = plot;
     const ratio = devicePixelRatio;
@@ -220,7 +156,7 @@ class Chart {
         ctx.lineTo(bbox.left + bbox.width, y);
         ctx.stroke();
       }
-      // beside the label below where there is no room above it
+      // left of the label below if there is no room above it
       const width = ctx.measureText(level.label).width + 14 * ratio;
       right = last - y < 14 * ratio ? right + width : width;
       if (right === width) last = y;
@@ -234,7 +170,7 @@ class Chart {
     }
   }
 
-  /** Vertical lines with their names, and the moment of the timeline. */
+  /** Vertical lines with labels, and the time of the timeline. */
   drawMarks(plot) {
     const { ctx, bbox } = plot;
     ctx.save();
@@ -258,7 +194,7 @@ class Chart {
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
       if (!mark.label) continue;
-      // the first row of labels that has room here
+      // the first row with room for the label
       const width = ctx.measureText(mark.label).width;
       const left = Math.min(x + 4 * ratio, bbox.left + bbox.width - width - 2 * ratio);
       let row = ends.findIndex((end) => end < left - 8 * ratio);
@@ -286,13 +222,13 @@ class Chart {
     this.plot.redraw(false, true);
   }
 
-  /** Shows what the axis shows. */
+  /** Shows the range of the axis. */
   follow() {
     const [min, max] = this.axis.range();
     this.plot.setScale("x", { min, max });
   }
 
-  // ---- what the reader does ----
+  // ---- interaction ----
 
   select(plot) {
     const { left, width } = plot.select;
@@ -371,7 +307,7 @@ class Chart {
   }
 }
 
-/** One table of common x and all curves' y: uPlot's form. */
+/** The data of uPlot: common x, then y of each curve. */
 function join(curves) {
   if (curves.length === 0) return [[]];
   if (curves.every((curve) => curve.x === curves[0].x)) return [curves[0].x, ...curves.map((curve) => curve.y)];
@@ -385,38 +321,13 @@ function visible(x, [low, high]) {
   return Math.max(1, (high - low) / step);
 }
 
-/** Ticks of a logarithmic axis at 1, 2 and 5 of each power of ten, of many only at the powers. */
-function ticksOf(log) {
-  if (!log) return {};
-  const splits = (_, __, low, high) => {
-    const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
-    const steps = last - first > 3 ? [1] : [1, 2, 5];
-    const ticks = [];
-    for (let power = first; power <= last; power++) ticks.push(...steps.map((step) => step * 10 ** power));
-    const inside = ticks.filter((tick) => tick >= low * (1 - 1e-9) && tick <= high * (1 + 1e-9));
-    const every = Math.ceil(inside.length / 10);
-    return inside.filter((_, k) => k % every === 0);
-  };
-  return { splits, filter: (_, ticks) => ticks };
-}
-
-/** Labels of an axis; of a logarithmic one only the powers of ten. */
-function labels(ticks, log) {
-  if (log) return ticks.map((tick) => (tick == null ? "" : number(tick)));
-  const step = ticks.length > 1 ? ticks[1] - ticks[0] : 1;
-  let digits = 0;
-  while (digits < 9 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits++;
-  const large = largest(ticks) >= 1e6 || step < 1e-6;
-  return ticks.map((tick) => (large ? number(tick) : tick.toFixed(digits).replace("-", "−").replace(/^−(0(\.0*)?)$/, "$1")));
-}
-
-/** Shade for one of many curves: viridis without its ends, which drown. */
+/** Colour of one of many curves: viridis without the end that has little contrast. */
 function shade(part) {
   const [r, g, b] = viridis(theme.name() === "dark" ? 0.25 + 0.75 * part : 0.85 * part);
   return `rgb(${r} ${g} ${b})`;
 }
 
-/** A short line as in the plot, in the colour of its text. */
+/** A sample of a curve's line for the legend. */
 function svgSample(dash) {
   const ns = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(ns, "svg");

@@ -12,7 +12,7 @@ function curvesOf(name, label, k, factor) {
       label: runPrefix(run) + label,
       x: signal.x,
       y: factor === 1 ? signal.y : signal.y.map((value) => value * factor),
-      // each line has its own colour, each run its own dash
+      // a colour per curve, a dash per run
       colour: k * data.runs.length + r,
       dash: r,
     });
@@ -20,7 +20,7 @@ function curvesOf(name, label, k, factor) {
   return curves;
 }
 
-/** Pictures of all runs: those of the first run, then what others have in addition. */
+/** Plots of all runs, without duplicates, those of the first run first. */
 function allPlots() {
   const plots = new Map();
   for (const run of data.runs) {
@@ -46,7 +46,7 @@ function drawPlots(parent) {
 
 // ---- any signal ----
 
-/** Families of signals that differ in numbers only: [pattern, names]. */
+/** Groups of more than two signals whose names differ only in numbers: [pattern, names]. */
 function families(names) {
   const groups = new Map();
   for (const name of names) {
@@ -57,12 +57,12 @@ function families(names) {
   return [...groups].filter(([, members]) => members.length > 2);
 }
 
-/** A list of signals to choose from, with a filter and buttons for families. */
+/** A list of signals to choose from, with a filter and a button for each group. */
 class Picker {
   constructor(parent, { names, label, change }) {
     this.chosen = new Set();
     this.change = change;
-    const filter = element("input", { type: "search", placeholder: "filter, such as gap_0", "aria-label": `Filter of ${label}` });
+    const filter = element("input", { type: "search", placeholder: "filter, such as gap_0", "aria-label": `Filter ${label}` });
     filter.addEventListener("input", () => this.filter(filter.value));
     const groups = families(names).map(([pattern, members]) =>
       element("button", { type: "button", class: "chip", onclick: () => this.toggle(members) }, `${pattern} (${members.length})`));
@@ -82,7 +82,7 @@ class Picker {
     }
   }
 
-  /** Chooses them; if all are chosen already, none of them. */
+  /** Selects the signals, or deselects them if all are selected. */
   toggle(names) {
     const all = names.every((name) => this.chosen.has(name));
     for (const name of names) {
@@ -102,7 +102,7 @@ function unitOf(name) {
   return null;
 }
 
-/** Chosen signals, one plot per unit of measurement. */
+/** Draws the chosen signals, one plot per unit of measure. */
 function drawChosen(parent, names, old) {
   old.forEach((chart) => chart.destroy());
   const byUnit = new Map();
@@ -127,7 +127,7 @@ function historySection() {
   drawPlots(it);
   const chosen = element("div", { id: "chosen" });
   let charts = [];
-  it.append(element("h3", {}, "Any recorded signal"));
+  it.append(element("h3", {}, "Recorded signals"));
   const picker = new Picker(it, { names, label: "recorded signals", change: (list) => { charts = drawChosen(chosen, list, charts); } });
   it.append(chosen);
   if (allPlots().length === 0) picker.toggle(names.slice(0, 4));

@@ -14,7 +14,7 @@ function modeMarks() {
   };
   for (const run of data.runs) {
     (run.guideway?.modes ?? []).forEach((mode, k) => add(mode.frequency, `girder ${k + 1}: ${number(mode.frequency, 3)} Hz`, "girder"));
-    // spans that carry nothing keep their modes: one mark is enough
+    // the modes of empty spans are those of the girder: one mark is enough
     const girders = (run.guideway?.modes ?? []).map((mode) => mode.frequency);
     for (const mode of run.coupled) {
       if (girders.some((frequency) => Math.abs(frequency / mode.frequency_hz - 1) < 1e-3)) continue;
@@ -24,7 +24,7 @@ function modeMarks() {
   return [...marks.values()].sort((a, b) => a.at - b.at);
 }
 
-/** Highest frequency that matters here: well above the marked modes and the chirp; null if unknown. */
+/** Frequency up to which spectra are shown first, above the marked modes and the chirp; null if unknown. */
 function interestingTop() {
   const tops = data.runs.flatMap((run) => [
     ...(run.guideway?.modes ?? []).map((mode) => 3 * mode.frequency),
@@ -41,7 +41,7 @@ function spectraOf(name, kind) {
   });
 }
 
-/** Signals that a reader wants to see first: the deepest deflection, and the first gap drawn. */
+/** Signals that are shown first: the largest deflection and a gap. */
 function firstSignals(names) {
   const roles = new Map(data.runs.flatMap((run) => run.signals.map((it) => [it.name, it.role])));
   const depth = (name) => Math.max(...data.runs.map((run) => -(run.summary?.signals?.[name]?.min ?? 0)));
@@ -104,7 +104,7 @@ class SpectraView {
     });
   }
 
-  /** Peaks of the chosen signals, few enough to be read. */
+  /** Peaks of the first chosen signals. */
   listPeaks() {
     const rows = this.chosen.slice(0, 8).flatMap((name) => spectraOf(name, this.kind).flatMap((it) => it.curve.peaks.map((peak) => ({ ...it, ...peak }))));
     this.peaks.replaceChildren();
@@ -121,13 +121,13 @@ class SpectraView {
     const { resolution } = rows[0].curve;
     const { table } = sortable(`Highest peaks; bins are ${number(resolution, 3)} Hz apart`, columns, rows);
     const note = this.kind === "density"
-      ? "Damping from the half-power width, corrected for the window; – where the width is not resolved by pieces of a quarter of the record."
-      : "A Hann window has taken the width of a decay: damping is told by the power spectral density.";
+      ? "Damping from the half-power width, corrected for the window; – if segments of a quarter of the record do not resolve the width."
+      : "The Hann window widens the peaks. The power spectral density shows the damping.";
     this.peaks.append(element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Peaks" }, table), element("p", { class: "note" }, note));
   }
 }
 
-/** The mark within 5 % of a frequency. */
+/** Label of the nearest mark within 5 % of a frequency. */
 function nearestMode(frequency) {
   const near = modeMarks().map((mark) => ({ ...mark, off: Math.abs(mark.at / frequency - 1) })).filter((mark) => mark.off < 0.05);
   near.sort((a, b) => a.off - b.off);
@@ -146,11 +146,11 @@ function spectraSection() {
   }
 }
 
-/** What the marks mean. */
+/** Explains the marks. */
 function markLegend() {
   const kinds = new Set(modeMarks().map((mark) => mark.kind));
   if (kinds.size === 0) return null;
   const texts = { girder: "dashed: modes of the empty girder", coupled: "dotted: modes of the coupled system (maglev modes)" };
-  const missing = data.runs.some((run) => run.modes) ? "" : " · coupled modes: add --modes to maglev report";
+  const missing = data.runs.some((run) => run.modes) ? "" : " · coupled modes: `maglev report --modes`";
   return element("p", { class: "hint" }, [...kinds].map((kind) => texts[kind]).join(" · ") + missing);
 }

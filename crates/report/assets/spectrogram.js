@@ -1,4 +1,4 @@
-// Spectrograms: power spectral density over time and frequency, as a picture under a plot.
+// Spectrograms: power spectral density over time and frequency, as a picture below a plot.
 
 const DEPTH = 80; // decibels from the brightest shade to the darkest, as in spectrogram.rs
 
@@ -73,7 +73,7 @@ class SpectrogramView {
     ctx.restore();
   }
 
-  /** Level at a place, as text. */
+  /** Level at a time and frequency, as text. */
   read(it, time, frequency, level) {
     const columns = this.picture.width;
     const column = Math.round((time - it.from) / ((it.to - it.from) / Math.max(columns - 1, 1)));
@@ -85,7 +85,7 @@ class SpectrogramView {
   }
 }
 
-/** The shades as a canvas, the lowest frequency at its foot. */
+/** The shades as a canvas, with the lowest frequency at the bottom. */
 function picture(it) {
   const shades = arrays.get(it.shades);
   const columns = shades.length / it.rows;
@@ -105,6 +105,6 @@ function picture(it) {
 function spectrogramSection() {
   const entries = data.runs.flatMap((run) => run.signals.filter((signal) => signal.spectrogram).map((signal) => ({ run, signal })));
   if (entries.length === 0) return;
-  const it = section("spectrogram", "Spectrogram", element("p", { class: "hint" }, "Power spectral density; its time axis is that of the time histories."));
+  const it = section("spectrogram", "Spectrogram", element("p", { class: "hint" }, "Power spectral density. The time histories share its time axis."));
   new SpectrogramView(it, entries);
 }

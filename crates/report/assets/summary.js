@@ -1,4 +1,4 @@
-// What stands at the top, and what ran: status, key figures, modes, units, parameters, scenario.
+// Status, key figures, modes, details of the run, ride quality.
 
 const STATUS = {
   finished: "finished",
@@ -21,7 +21,7 @@ function statusLine(run) {
     summary.error.help ? element("p", {}, summary.error.help) : null));
 }
 
-/** The numbers that are asked for first: [{ label, value, unit, note }]. */
+/** Key figures of a run: [{ label, value, unit, note }]. */
 function figuresOf(run) {
   const list = [...run.figures];
   const { summary, least_damped: mode } = run;
@@ -31,12 +31,12 @@ function figuresOf(run) {
   }
   if (mode) {
     const { damping_ratio: damping, frequency_hz: frequency } = mode.continuous;
-    list.push({ label: "Least damped coupled mode", value: 100 * damping, unit: "%", note: `at ${number(frequency, 4)} Hz, about the start${uncoupled(run) ? `, without ${uncoupled(run)}` : ""}: ${shares(mode.participation)}` });
+    list.push({ label: "Least damped coupled mode", value: 100 * damping, unit: "%", note: `at ${number(frequency, 4)} Hz, linearised at the start${uncoupled(run) ? `, without ${uncoupled(run)}` : ""}: ${shares(mode.participation)}` });
   }
   return list;
 }
 
-/** Key figures: of one run as tiles, of several as a table of differences. */
+/** Key figures: tiles for one run, a table with differences for several. */
 function keyFigures() {
   const lists = data.runs.map(figuresOf);
   if (lists.every((list) => list.length === 0)) return null;
@@ -62,10 +62,10 @@ function compared(lists) {
       return element("td", { class: "number", title: it.note }, `${number(it.value * shown.factor, 4)} ${shown.unit}`, difference);
     }));
   });
-  return element("div", { class: "scroll" }, element("table", {}, element("caption", {}, "Key figures, with differences to the first run"), element("thead", {}, head), element("tbody", {}, rows)));
+  return element("div", { class: "scroll" }, element("table", {}, element("caption", {}, "Key figures, with differences from the first run"), element("thead", {}, head), element("tbody", {}, rows)));
 }
 
-/** Shares of instances that differ in numbers only, as "ems_# (48) 29 %". */
+/** Participation, summed over instances whose names differ only in numbers: "ems_# (48) 29 %". */
 function shares(participation) {
   const groups = new Map();
   for (const [name, share] of Object.entries(participation)) {
@@ -77,17 +77,17 @@ function shares(participation) {
   return list.map(([key, it]) => `${it.count > 1 ? `${key} (${it.count})` : it.name} ${(100 * it.share).toFixed(0)} %`).join(", ");
 }
 
-/** Names of the units that take no part in any coupled mode; empty if all do. */
+/** Names of the instances that share no mode with another one. */
 function uncoupled(run) {
   return (run.modes?.apart ?? []).filter((it) => it.states.length === it.of).map((it) => it.instance).join(", ");
 }
 
-/** What of a unit is not coupled where the modes are taken. */
+/** Describes which states of an instance are not coupled at the operating point. */
 function apartFrom({ instance, of, states }) {
   if (states.length === of) {
-    return `${instance} takes no part: none of its ${of} states is coupled with another unit at this point. Its modes are those of the unit alone, and stability with ${instance} is not shown.`;
+    return `${instance} is not coupled: none of its ${of} states shares a mode with another unit at this operating point. The verdict does not cover the stability of the system with ${instance}.`;
   }
-  return `${states.length} of ${of} states of ${instance} are coupled with no other unit at this point: ${states.slice(0, 6).join(", ")}${states.length > 6 ? ", …" : ""}.`;
+  return `${states.length} of ${of} states of ${instance} share no mode with another unit at this operating point: ${states.slice(0, 6).join(", ")}${states.length > 6 ? ", …" : ""}.`;
 }
 
 function modesSection() {
@@ -99,20 +99,20 @@ function modesSection() {
     const missing = uncoupled(run);
     const without = missing ? `, WITHOUT ${missing}` : "";
     const says = (flag) => (flag ? "stable" : "UNSTABLE");
-    it.append(element("p", {}, `${runPrefix(run)}At this operating point (t = ${number(point.time)} s, the start of the run)${without}: ${says(stable)} as the equations have it, ${says(stepped)} as stepped with ${number(step)} s; ${modes.length} modes.`));
+    it.append(element("p", {}, `${runPrefix(run)}At this operating point (t = ${number(point.time)} s, the start of the run)${without}: the continuous system is ${says(stable)}, as stepped with ${number(step)} s it is ${says(stepped)}; ${modes.length} modes.`));
     for (const apart of run.modes.apart) it.append(element("p", { class: apart.states.length === apart.of ? "error" : "hint" }, apartFrom(apart)));
     const columns = [
       { title: "frequency (Hz)", numeric: true, of: (row) => row.continuous.frequency_hz, text: (row) => number(row.continuous.frequency_hz, 5) },
       { title: "damping ratio", numeric: true, of: (row) => row.continuous.damping_ratio, text: (row) => number(row.continuous.damping_ratio, 3) },
       { title: "as stepped (Hz)", numeric: true, of: (row) => row.stepped?.frequency_hz, text: (row) => number(row.stepped?.frequency_hz, 5) },
-      { title: "damping ratio", numeric: true, of: (row) => row.stepped?.damping_ratio, text: (row) => number(row.stepped?.damping_ratio, 3) },
-      { title: "takes part", of: (row) => shares(row.participation) + ((row.participation[run.guideway?.instance] ?? 0) >= 0.99 ? " (an empty girder)" : "") },
+      { title: "damping ratio as stepped", numeric: true, of: (row) => row.stepped?.damping_ratio, text: (row) => number(row.stepped?.damping_ratio, 3) },
+      { title: "participation", of: (row) => shares(row.participation) + ((row.participation[run.guideway?.instance] ?? 0) >= 0.99 ? " (an empty girder)" : "") },
     ];
     const { table, filter } = sortable("Least damped first", columns, modes);
     const box = element("input", { type: "checkbox" });
     const only = () => filter((row) => !box.checked || (row.participation[run.guideway?.instance] ?? 0) >= 0.1);
     box.addEventListener("change", only);
-    if (run.guideway) it.append(element("label", { class: "choice" }, box, " only those with the girders in them"));
+    if (run.guideway) it.append(element("label", { class: "choice" }, box, " only modes of the girders"));
     it.append(element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Modes" }, table));
   }
 }
@@ -134,7 +134,7 @@ function runInformation(run) {
     ["simulated", summary.stop == null ? null : `${number(summary.start)} s to ${number(summary.reached)} s of ${number(summary.stop)} s, step ${number(summary.step)} s`],
     ["recorded", summary.rows == null ? null : `${number(summary.rows, 9)} rows of ${run.signals.length} signals`],
     ["coupling", algorithm.name ? `${algorithm.name}, extrapolation of degree ${algorithm.extrapolation}${algorithm.derivatives ? " with output derivatives" : ""}` : null],
-    ["from the command line", (summary.overrides ?? []).join(", ")],
+    ["command line", (summary.overrides ?? []).join(", ")],
     ["wall time", wall.total_seconds == null ? null : `${number(wall.total_seconds, 3)} s: start ${number(wall.start_seconds, 3)} s, units ${number(wall.units_seconds, 3)} s, master ${number(wall.master_seconds, 3)} s`],
     ["resumed", summary.resumed ? `${summary.resumed} times` : null],
     ["events", Object.entries(summary.events ?? {}).map(([kind, count]) => `${count} ${kind}`).join(", ")],
@@ -145,7 +145,7 @@ function runInformation(run) {
     const columns = [
       { title: "unit", of: (row) => row.name }, { title: "model", of: (row) => row.model }, { title: "version", of: (row) => row.version },
       { title: "instances", numeric: true, of: (row) => row.instances }, { title: "time in steps (s)", numeric: true, of: (row) => row.step_seconds, text: (row) => number(row.step_seconds, 3) },
-      { title: "made by", of: (row) => row.generation_tool }, { title: "GUID", of: (row) => row.guid },
+      { title: "exported by", of: (row) => row.generation_tool }, { title: "GUID", of: (row) => row.guid },
     ];
     parts.push(element("div", { class: "scroll" }, sortable("Units", columns, units).table));
   }
@@ -155,14 +155,14 @@ function runInformation(run) {
     parts.push(element("details", {}, element("summary", {}, `Messages of the units (${messages.length})`),
       element("ul", { class: "messages" }, messages.slice(0, 100).map((it) => element("li", {}, `${number(it.time, 7)} s, ${it.instance}: ${it.text}`)))));
   }
-  if (run.scenario) parts.push(element("details", {}, element("summary", {}, "Scenario as it ran"), element("pre", { tabindex: "0" }, run.scenario)));
+  if (run.scenario) parts.push(element("details", {}, element("summary", {}, "Scenario as run"), element("pre", { tabindex: "0" }, run.scenario)));
   return parts;
 }
 
 function parameterTable({ instances, unit, values }) {
   const columns = [
     { title: "parameter", of: (row) => row.name }, { title: "value", numeric: true, of: (row) => row.value, text: (row) => (typeof row.value === "number" ? number(row.value, 7) : String(row.value)) },
-    { title: "unit", of: (row) => prettyUnit(row.unit) }, { title: "", of: (row) => (row.given ? "set by the scenario" : "as the unit has it") }, { title: "what it is", of: (row) => row.description },
+    { title: "unit", of: (row) => prettyUnit(row.unit) }, { title: "", of: (row) => (row.given ? "set by the scenario" : "default of the unit") }, { title: "description", of: (row) => row.description },
   ];
   const given = values.filter((row) => row.given).length;
   return element("details", {}, element("summary", {}, `Parameters of ${instances} (${unit}): ${values.length}, ${given} set by the scenario`),
@@ -170,15 +170,15 @@ function parameterTable({ instances, unit, values }) {
 }
 
 function informationSection() {
-  section("run", "What ran", data.runs.flatMap(runInformation), element("p", { class: "note" }, `Report made by maglev ${data.version}.`));
+  section("run", "Details of the run", data.runs.flatMap(runInformation), element("p", { class: "note" }, `Created by maglev ${data.version}.`));
 }
 
-/** Ride quality by the points and directions that the scenario names. */
+/** Ride quality at the points of the scenario. */
 function rideSection() {
   const directions = ["vertical", "lateral", "longitudinal"];
   const rows = data.runs.flatMap((run) => (run.summary?.ride_quality?.points ?? []).flatMap((point) =>
     directions.filter((direction) => point[direction]).map((direction) => ({ run: run.name, point, direction, ...point[direction] }))));
-  const warnings = data.runs.flatMap((run) => (run.summary?.ride_quality?.points ?? []).flatMap((point) => (point.warnings ?? []).map((text) => `${runPrefix(run)}${point.name}: ${text}`)));
+  const warnings = data.runs.flatMap((run) => (run.summary?.ride_quality?.points ?? []).flatMap((point) => (point.warnings ?? []).map((text) => `${runPrefix(run)}${text}`)));
   if (rows.length === 0 && warnings.length === 0) return;
   const value = (title, key, digits = 3) => ({ title, numeric: true, of: (row) => row[key], text: (row) => number(row[key], digits) });
   const columns = [
@@ -188,10 +188,10 @@ function rideSection() {
     { title: "weighting", of: (row) => row.weighting },
     value("a_w (m/s²)", "weighted_rms"), value("MTVV (m/s²)", "maximum_transient"), value("VDV (m/s^1.75)", "vibration_dose"),
     value("crest factor", "crest_factor"), value("Sperling W_z", "sperling_index"),
-    { title: "which means", of: (row) => row.sperling_comfort },
+    { title: "rating", of: (row) => row.sperling_comfort },
     { title: "all directions", of: (row) => (row.point.vibration_total == null ? null : `${number(row.point.vibration_total, 3)} m/s²: ${(row.point.comfort ?? []).join(" or ")}`) },
   ];
   const table = rows.length === 0 ? null : element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Ride quality" },
-    sortable("Accelerations weighted after ISO 2631-1, and Sperling's index for comfort", columns, rows).table);
+    sortable("Accelerations weighted according to ISO 2631-1, and Sperling's comfort index", columns, rows).table);
   section("ride", "Ride quality", table, warnings.length > 0 ? element("p", { class: "note" }, warnings.join("; ")) : null);
 }

@@ -1,6 +1,6 @@
-// Tables: statistics of the signals, what ran.
+// Tables of the signals: statistics, final texts of Strings.
 
-/** A table whose columns sort: columns [{ title, of: row => value, text?: row => text }]. */
+/** A table that sorts by any column: columns [{ title, of: row => value, text?: row => text }]. */
 function sortable(caption, columns, rows) {
   const body = element("tbody");
   let order = { column: null, up: true };
@@ -27,7 +27,7 @@ function sortable(caption, columns, rows) {
   return { table, filter: (keep) => fill(rows.filter(keep)) };
 }
 
-/** Strings have no numbers: what they were at the end. */
+/** Final values of String signals. */
 function textsSection() {
   const rows = data.runs.flatMap((run) => Object.entries(run.summary?.signals ?? {})
     .filter(([, it]) => it.final_text != null)
@@ -36,9 +36,9 @@ function textsSection() {
   const columns = [
     { title: "signal", of: (row) => row.name },
     ...(data.runs.length > 1 ? [{ title: "run", of: (row) => row.run }] : []),
-    { title: "last text", of: (row) => row.text },
+    { title: "final value", of: (row) => row.text },
   ];
-  section("texts", "Texts", element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Texts" }, sortable("Recorded Strings at the end", columns, rows).table));
+  section("texts", "String signals", element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "String signals" }, sortable("Final values of String signals", columns, rows).table));
 }
 
 function statisticsSection() {
@@ -53,10 +53,10 @@ function statisticsSection() {
     ...(data.runs.length > 1 ? [{ title: "run", of: (row) => row.run }] : []),
     { title: "unit", of: (row) => row.shown.unit },
     value("min", "min"), time("at (s)", "time_of_min"), value("max", "max"), time("at (s)", "time_of_max"),
-    value("mean", "mean"), value("RMS", "rms"), value("last", "final"),
+    value("mean", "mean"), value("RMS", "rms"), value("final", "final"),
   ];
-  const { table, filter } = sortable("Extremes and means over every communication point", columns, rows);
-  const input = element("input", { type: "search", placeholder: "filter", "aria-label": "Filter of the table" });
+  const { table, filter } = sortable("Extremes and means over all communication points", columns, rows);
+  const input = element("input", { type: "search", placeholder: "filter", "aria-label": "Filter the table" });
   input.addEventListener("input", () => filter((row) => row.name.toLowerCase().includes(input.value.toLowerCase())));
   section("statistics", "Extremes and means", input, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Extremes and means" }, table));
 }

@@ -1,4 +1,4 @@
-// The irregularity of the track: profile, and its density against the target.
+// The irregularity of the track: profile, and its density compared with the target.
 
 function irregularitySection() {
   const runs = data.runs.filter((run) => run.irregularity);
@@ -13,7 +13,7 @@ function irregularitySection() {
   });
   new Chart(it, { title: "", ylabel: "irregularity (mm)", axis: distance, curves: profiles });
   const densities = runs.map((run, r) => ({
-    label: `${runPrefix(run)}as met`, x: arrays.get(run.irregularity.wavenumbers), y: arrays.get(run.irregularity.densities), colour: r, dash: r,
+    label: `${runPrefix(run)}recorded`, x: arrays.get(run.irregularity.wavenumbers), y: arrays.get(run.irregularity.densities), colour: r, dash: r,
   }));
   const targets = new Map(runs.filter((run) => run.irregularity.target).map((run) => [JSON.stringify(run.irregularity.target), run.irregularity.target]));
   [...targets.values()].forEach((target, k) => {
@@ -21,7 +21,7 @@ function irregularitySection() {
     const x = Float64Array.from({ length: 60 }, (_, j) => ends[0] * (ends[1] / ends[0]) ** (j / 59));
     densities.push({ label: `target A/Ω², A = ${number(target.amplitude)} m·rad`, x, y: x.map((omega) => target.amplitude / omega ** 2), colour: runs.length + k, dash: 1 });
   });
-  // below the shortest wave there is only what the window lets through
+  // waves shorter than the target's are only leakage of the window
   const ends = [...targets.values()].map((target) => target.amplitude * (target.shortest / (2 * Math.PI)) ** 2);
   const low = ends.length > 0 ? Math.min(...ends) * 1e-2 : Math.min(...densities.map((curve) => curve.y.reduce((a, b) => Math.min(a, b > 0 ? b : a), Infinity)));
   new Chart(it, { title: "", ylabel: "PSD (m²/(rad/m))", axis: wavenumber, curves: densities, logY: true, lowest: low, height: 300 });

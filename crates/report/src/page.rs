@@ -15,8 +15,9 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Run in this order, in one scope.
-const SCRIPTS: [&str; 15] = [
+const SCRIPTS: [&str; 16] = [
     include_str!("../assets/base.js"),
+    include_str!("../assets/axis.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/history.js"),
     include_str!("../assets/tables.js"),

@@ -1,12 +1,12 @@
-// The train and the track at a time: numbers only, nothing is drawn here.
+// Train and track at a time, as numbers. Nothing is drawn here.
 
-// What the files of the 3D view share; each keeps the rest to itself, in a block.
+// Shared by the files of the 3D view. Everything else in them is in a block.
 const scenes = {};
 
 {
-  // What a view draws: places along x in metres, heights and angles as drawn, that is exaggerated.
+  // What a view draws: positions along x in metres, heights and angles exaggerated.
   scenes.Model = class {
-    // `data` is the scene as the report holds it, `get` turns its references into arrays.
+    // `data` is the scene in the report's data, `get` returns the array of a reference.
     constructor(data, get) {
       const channel = (reference) => (reference ? get(reference) : null);
       this.data = data;
@@ -44,7 +44,7 @@ const scenes = {};
       return this.time[this.time.length - 1];
     }
 
-    // Goes to a time; all values are then those between the two frames around it.
+    // Goes to a time. Values are interpolated between the two frames around it.
     seek(time) {
       const times = this.time;
       const t = Math.min(Math.max(time, this.begin), this.end);
@@ -66,7 +66,7 @@ const scenes = {};
       return this.time[Math.min(Math.max(here + count, 0), this.time.length - 1)];
     }
 
-    // A channel now; `otherwise` where it is not recorded.
+    // Current value of a channel; `otherwise` if it is not recorded.
     value(channel, otherwise = 0) {
       if (!channel) return otherwise;
       const { index, next, part } = this.frame;
@@ -87,7 +87,7 @@ const scenes = {};
       return 0;
     }
 
-    // Irregularity (m) of the surface at x; smooth where nothing is known.
+    // Irregularity (m) of the surface at x; 0 where it is unknown.
     irregularity(x) {
       if (!this.profile) return 0;
       const { start, step, values } = this.profile;
@@ -104,12 +104,12 @@ const scenes = {};
       return this.value(this.gaps[k], this.data.nominal_gap);
     }
 
-    // How far magnet k's gap is from the nominal one (m), null where it is not recorded.
+    // Deviation of magnet k's gap from the nominal one (m), null if it is not recorded.
     deviation(k) {
       return this.gaps[k] ? this.gap(k) - this.data.nominal_gap : null;
     }
 
-    // A deviation (m) that hardly any gap exceeds over the run, rounded up to 1, 2 or 5 of a decade.
+    // 98th percentile of the deviations (m), rounded up to 1, 2 or 5 of a decade.
     usualDeviation() {
       const all = [];
       const { nominal_gap: nominal } = this.data;
@@ -125,15 +125,15 @@ const scenes = {};
       for (const span of this.spans) {
         const peak = (n) => span.shapes[n].reduce((most, value) => Math.max(most, Math.abs(value)), 0);
         span.modes.forEach((mode, n) => {
-          // a run that blew up has values beyond all numbers
+          // the values of a diverged run may be infinite
           for (const value of mode) if (Number.isFinite(value)) largest = Math.max(largest, Math.abs(value) * peak(n));
         });
       }
       return largest;
     }
 
-    // What is drawn is the girders' deflection times one factor, and all else, which is measured from
-    // the girders, times another. A magnet: up with the surface, down by its gap's deviation.
+    // The deflection of the girders is multiplied by one factor, everything relative to the girders by
+    // another. A magnet moves up with the surface and down by the deviation of its gap.
     lift(k, scale) {
       const x = this.travelled() + this.data.magnets[k].position[0];
       return this.surface(x, scale) - scale.gap * (this.deviation(k) ?? 0);
@@ -149,7 +149,7 @@ const scenes = {};
         const { height, slope } = this.line(magnets, center[0], (k) => this.lift(k, scale));
         return { ...sideways, vertical: height, pitch: -Math.atan(slope) };
       }
-      // the girders below a car carry it along
+      // a car moves with the girders below it
       const girders = this.line(above, center[0], (k) => this.deflection(this.travelled() + this.data.magnets[k].position[0]));
       const part = (channel, under) => {
         const own = channel ? this.value(channel) - under : 0;
@@ -162,7 +162,7 @@ const scenes = {};
       };
     }
 
-    // The straight line that fits values at some magnets best, about x.
+    // Least-squares line through values at some magnets, about x.
     line(magnets, x, value) {
       if (magnets.length === 0) return { height: 0, slope: 0 };
       const points = magnets.map((k) => [this.data.magnets[k].position[0] - x, value(k)]);
@@ -181,19 +181,18 @@ const scenes = {};
     return index < 0 ? table[0] : table[index] + (at - index) * (table[index + 1] - table[index]);
   }
 
-  // The next of 1, 2, 5, 10 … that is not smaller.
+  // Rounds up to 1, 2 or 5 of a decade.
   scenes.roundUp = (value) => {
     const decade = 10 ** Math.floor(Math.log10(value));
     return [1, 2, 5, 10].map((digit) => digit * decade).find((it) => it >= value * (1 - 1e-9));
   };
 
-  // Diverging colours from small gaps (blue) to large ones (red), told apart by colour-blind readers
-  // (ColorBrewer RdBu).
+  // ColorBrewer RdBu, reversed: small gaps blue, large gaps red. Colour-blind readers can distinguish them.
   const COLOURS = ["#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b"].map((text) =>
     [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)),
   );
 
-  // Colour [r, g, b] (0 … 255) of a deviation over `range`; grey where there is none.
+  // Colour [r, g, b] (0 … 255) of a deviation over `range`; grey if it is unknown.
   scenes.colour = (deviation, range) => {
     if (deviation === null) return [128, 128, 128];
     const at = (Math.min(Math.max(deviation / range, -1), 1) + 1) * 0.5 * (COLOURS.length - 1);

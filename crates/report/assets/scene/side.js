@@ -1,4 +1,4 @@
-// The same from the side in two dimensions, for browsers without WebGL.
+// A side view in two dimensions, for browsers without WebGL.
 {
   scenes.SideStage = class {
     constructor(model, canvas) {
@@ -52,7 +52,7 @@
       });
     }
 
-    // Something along the track between a line and `thick` above it.
+    // Fills the area along the track between a line and `thick` above it.
     ribbon(height, thick, colour) {
       const { context } = this;
       const [from, to] = [this.centre - this.half * 1.4, this.centre + this.half * 1.4];

@@ -1,6 +1,6 @@
 // The 3D picture: three.js, light, materials, cameras.
 {
-  // three.js comes as texts of modules that import each other; a blob gives each an address.
+  // The modules of three.js import each other; a blob gives each an address.
   scenes.loadThree = async ({ core, module, orbit }) => {
     const address = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
     const coreAt = address(core);
@@ -23,8 +23,8 @@
     sun: 1.9, air: 0.9,
   };
 
-  // Where a camera stands and what it looks at, seen from the train's middle: [x, y, z] in half
-  // lengths of the train for the wide ones, and in metres around a magnet for the near one.
+  // Position of each camera and the point it looks at, relative to the middle of the train: [x, y, z] in
+  // half lengths of the train, or in metres relative to a magnet if near.
   const VIEWS = {
     side: { label: "Side", from: [0, -1, 0.05], aim: [0, 0, -0.02], across: 2.4 },
     quarter: { label: "Three-quarter", from: [0.95, -0.9, 0.42], aim: [0.12, 0, -0.02], across: 2.0 },
@@ -115,7 +115,7 @@
       this.camera.updateProjectionMatrix();
     }
 
-    // Where a preset has the camera and its target.
+    // Position and target of a preset camera.
     look(name, scale) {
       const { THREE, model, camera } = this;
       const view = VIEWS[name];

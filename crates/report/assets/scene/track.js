@@ -1,6 +1,6 @@
 // The girders on their supports, the sleepers and the rails, as meshes.
 {
-  // Lengths in m. What a layout file does not tell is drawn like an elevated urban line.
+  // Lengths in m. Whatever a layout file does not define is drawn like an elevated urban line.
   const RUN = 40; // rigid ground drawn before and after the spans
   const GROUND = 5.2; // ground below the girders' top
   const RAIL = { width: 0.3, height: 0.07, step: 0.25 };
@@ -64,7 +64,7 @@
       geometry.setIndex(index);
       const mesh = new THREE.Mesh(geometry, material);
       mesh.castShadow = true;
-      // shadows on what is small look ragged
+      // shadows on small parts look ragged
       mesh.receiveShadow = material !== this.materials.rail;
       mesh.frustumCulled = false;
       this.root.add(mesh);
@@ -122,7 +122,7 @@
       return this.extrude(outline, from, to, Math.ceil((to - from) / RAIL.step), this.materials.rail);
     }
 
-    // Sleepers carry the rails on a post in the track's middle, or on two beside a rail that is there.
+    // Sleepers carry the rails on a post in the middle of the track, or on two if a rail is there.
     addSleepers() {
       const { THREE, root, materials } = this;
       const [from, to] = this.range;
@@ -143,7 +143,7 @@
       };
     }
 
-    // A dashed line where the rails' outer edge is without any deflection.
+    // A dashed line at the outer edge of the undeflected rails.
     addReference() {
       const { THREE, root, materials } = this;
       const [from, to] = this.range;
@@ -166,8 +166,7 @@
       root.add(ground);
     }
 
-    // Height of the rails' lower face without deflection: the nominal gap above the magnets, as
-    // many times too large as gaps are drawn.
+    // Height of the lower face of the undeflected rails: the nominal gap, exaggerated, above the magnets.
     under(scale) {
       return this.faces + scale.gap * this.model.data.nominal_gap;
     }

@@ -2,7 +2,7 @@
 {
   const MAGNET = { width: 0.24, height: 0.12 };
   scenes.MAGNET = MAGNET;
-  // Side frames stand this far outside of their magnets (m).
+  // Distance of a side frame outside its magnets (m).
   const OUTSIDE = 0.24;
 
   scenes.Train = class {
@@ -35,7 +35,7 @@
       else this.block(box.group, box.center, box.size, this.materials.part);
     }
 
-    // A box at a place of the vehicle file, on a group.
+    // A box on a group, at a position of the vehicle file.
     block(g, center, size, material) {
       const { THREE } = this;
       const mesh = new THREE.Mesh(new THREE.BoxGeometry(...size), material);
@@ -86,7 +86,7 @@
       this.groups[group].add(mesh);
     }
 
-    // Draws in the ends of the train, the more the higher: `up` is 0 at the floor and 1 at the roof.
+    // Rounds the ends of the train, more towards the roof: `up` is 0 at the floor and 1 at the roof.
     nose(x, y, up) {
       const long = Math.min(1.7, 0.2 * (this.tips[1] - this.tips[0]));
       for (const [tip, side] of [[this.tips[0], -1], [this.tips[1], 1]]) {
@@ -96,8 +96,8 @@
       return [x, y];
     }
 
-    // A side frame: it grips around the rail, with a beam below the magnets and one above the rail,
-    // and posts outside. One in the track's middle is a box below its magnets.
+    // A side frame grips around the rail: a beam below the magnets, one above the rail, and posts outside.
+    // One in the middle of the track is a box below its magnets.
     addFrame({ group, center, size }) {
       const magnets = this.model.carriers[group].magnets.map((k) => this.model.data.magnets[k].position);
       const [length, width, height] = size;

@@ -1,13 +1,13 @@
-// The view with its controls: a section of the page, played over time.
+// The 3D view with its controls, played over time.
 {
   const KEYS = "Space: play or stop · ← →: one frame, with Shift 1 s · Home, End · 1 to 5: cameras · drag: turn · wheel or two fingers: zoom · right button: move";
-  // Sliders of factors are logarithmic: they hold the decimal logarithm.
+  // Sliders of factors hold the decimal logarithm.
   const DEFLECTION = { least: 1, most: 2000, start: 500 };
   const GAP = { least: 1, most: 20, start: 10 };
   const SPEED = { least: 0.001, most: 10 };
-  // The largest deflection of a run is drawn at least so large at first (m).
+  // Initial size of the largest deflection in the drawing (m).
   const READABLE = 0.25;
-  // A run plays in about that time (s) at first.
+  // Initial duration of playing a run (s), approximately.
   const PLEASANT = 20;
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -25,7 +25,7 @@
       this.ready = this.start();
     }
 
-    // A factor of 1, 2 or 5 of a decade that makes the deflection readable.
+    // The factor, 1, 2 or 5 of a decade, that makes the deflection readable.
     readable() {
       const wanted = scenes.roundUp(READABLE / Math.max(this.model.largestDeflection(), 1e-6));
       return Math.min(Math.max(wanted, DEFLECTION.least), DEFLECTION.start);
@@ -64,7 +64,7 @@
         return element("label", { class: "option" }, box, label);
       };
       return element("div", { class: "row", role: "group", "aria-label": "Camera" }, buttons,
-        option("go with the train", this.follow, (on) => { this.follow = on; }),
+        option("follow the train", this.follow, (on) => { this.follow = on; }),
         option("see-through cars", this.through, (on) => { this.through = on; this.stage?.seeThrough?.(on); }));
     }
 
@@ -110,12 +110,12 @@
         factor("Exaggeration of gaps", GAP, () => this.scale.gap, (it) => { this.scale.gap = it; }));
     }
 
-    // What is drawn too large, in words.
+    // Describes the exaggeration in words.
     say() {
       const { deflection, gap } = this.scale;
       const times = (factor) => (factor < 1.005 ? "true to scale" : `${number(factor, 2)} times too large`);
       const rough = this.model.profile ? ", the track's irregularity" : "";
-      this.words.textContent = `The girders' deflection is drawn ${times(deflection)}; air gaps${rough} and the train's motion on the girders ${times(gap)}; all else to scale. Dashed: the rail without deflection and irregularity.`;
+      this.words.textContent = `The girders' deflection is drawn ${times(deflection)}; air gaps${rough} and the train's motion on the girders ${times(gap)}; everything else is to scale. Dashed: the rail without deflection and irregularity.`;
     }
 
     // ---- drawing ----
@@ -142,14 +142,14 @@
       this.box.dataset.ready = this.stage instanceof scenes.SideStage ? "flat" : "3d";
     }
 
-    // Without WebGL: the side view, and a word on why.
+    // Without WebGL: the side view, and the reason.
     flat(error) {
       const canvas = element("canvas", { tabindex: "0", role: "img", "aria-describedby": "view-keys" });
       this.canvas.replaceWith(canvas);
       this.canvas = canvas;
       this.stage = new scenes.SideStage(this.model, canvas);
       this.box.querySelectorAll("[data-camera]").forEach((button) => { button.hidden = true; });
-      this.note.prepend(element("p", { class: "error", role: "status" }, `The 3D view cannot be drawn: ${error.message}. This is the same from the side.`));
+      this.note.prepend(element("p", { class: "error", role: "status" }, `The 3D view cannot be drawn: ${error.message}. A side view replaces it.`));
     }
 
     listen() {
@@ -185,7 +185,7 @@
       if (clientWidth > 0) this.stage.resize(clientWidth, clientHeight);
     }
 
-    // Asks for one drawing, however much has changed.
+    // Requests one redraw.
     changed() {
       if (this.gone) return;
       this.asked ??= requestAnimationFrame((now) => {
@@ -234,7 +234,7 @@
       this.changed();
     }
 
-    // While playing: goes on by the wall's time since the last drawing.
+    // While playing: advances by the wall time since the last drawing.
     advance(now) {
       if (!this.playing) return;
       const { model } = this;
@@ -246,7 +246,7 @@
       timeline.set(model.frame.time, this.onTime);
     }
 
-    // ---- what the reader does ----
+    // ---- interaction ----
 
     look(name) {
       if (!this.stage?.look) return;
@@ -254,7 +254,7 @@
       this.stage.glide(this.stage.look(name, this.scale), calm.matches ? 0 : 450, () => this.changed());
     }
 
-    // Marks the camera that is on; null for one of the reader's own.
+    // Marks the button of the current camera; null after the reader has moved it.
     press(name) {
       this.camera = name;
       for (const button of this.cameraButtons) button.setAttribute("aria-pressed", String(button.dataset.camera === name));
@@ -296,7 +296,7 @@
   }
 }
 
-/** The 3D view, of one run at a time. */
+/** The section with the 3D view of one run at a time. */
 function sceneSection() {
   const runs = data.runs.filter((run) => run.scene);
   const failed = data.runs.filter((run) => run.scene_error);
@@ -308,7 +308,7 @@ function sceneSection() {
   const show = (run) => {
     view?.destroy();
     view = new scenes.View(it, run);
-    // for whoever looks into the page from outside
+    // for tests
     it.view = view;
   };
   if (runs.length > 1) {
