@@ -1,9 +1,9 @@
-//! Curves for pictures, reduced while they are recorded.
+//! Curves of plots, reduced while they are recorded.
 
 use serde::{Deserialize, Serialize};
 
-/// A curve reduced while it is recorded: per slice of time its smallest and largest value, so that
-/// no peak is lost and memory stays bounded.
+/// A curve reduced while it is recorded: the smallest and the largest value of each slice of time. No peak
+/// is lost, and memory stays bounded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     points_per_slice: u64,
@@ -19,20 +19,20 @@ struct Slice {
 }
 
 impl Curve {
-    /// A curve for a known number of points, drawn with at most two points per slice.
+    /// A curve for a given number of points, with at most two points per slice.
     #[must_use]
     pub fn new(points: u64, slices: u64) -> Self {
         let points_per_slice = if points <= 2 * slices { 1 } else { points.div_ceil(slices) };
         Self { points_per_slice, slice: None, points: Vec::new(), taken: 0 }
     }
 
-    /// Whether the other curve keeps more of its points.
+    /// Whether the other curve keeps more points.
     #[must_use]
     pub fn is_coarser_than(&self, other: &Self) -> bool {
         self.points_per_slice > other.points_per_slice
     }
 
-    /// Takes one point; one that is NaN or infinite cannot be drawn.
+    /// Takes one point. NaN and infinite values are left out.
     #[inline]
     pub fn take(&mut self, time: f64, value: f64) {
         let point = (time, value);
@@ -78,7 +78,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn issue_what_is_no_number_is_left_out() {
+    fn issue_values_that_are_not_finite_are_left_out() {
         for slices in [2, 100] {
             let mut curve = Curve::new(20, slices);
             for k in 0..20 {

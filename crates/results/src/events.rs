@@ -1,4 +1,4 @@
-//! events.csv: what happened in a run besides its signals, with simulated times.
+//! events.csv: the events of a run with their simulated times.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -9,39 +9,39 @@ use serde::{Deserialize, Serialize};
 use crate::EVENTS;
 use crate::growing::{Growing, Position};
 
-/// Events that are written; a run that has more only counts them.
+/// Most events that are written. Further events are only counted.
 const MAX_EVENTS: u64 = 100_000;
 
-/// EventKind of an event.
+/// What kind of event it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EventKind {
-    /// A unit's message of status `fmi2OK`.
+    /// A message of a unit with status `fmi2OK`.
     Message,
-    /// A unit's message of a worse status, or a call that returned `fmi2Warning`.
+    /// A message of a unit with a worse status, or a call that returned `fmi2Warning`.
     Warning,
-    /// A remark of the master, about loops or about imperfect units.
+    /// A remark of the master, about loops or imperfect units.
     Note,
-    /// A step that was taken back.
+    /// A step that was rejected and undone.
     Rejected,
-    /// A step that was tried again in smaller parts.
+    /// A step that was repeated in smaller steps.
     Retry,
     /// A checkpoint was written.
     Checkpoint,
-    /// The run went on from a checkpoint.
+    /// The run continued from a checkpoint.
     Resumed,
-    /// A step that ended later than real time allows.
+    /// A step that finished later than real time requires.
     Overrun,
-    /// The user ended the run.
+    /// The user stopped the run.
     Interrupted,
-    /// A unit ended the run.
+    /// A unit terminated the run.
     Terminated,
     /// The run failed.
     Failed,
 }
 
 impl EventKind {
-    /// As written in events.csv.
+    /// The name in events.csv.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -65,29 +65,29 @@ impl EventKind {
 pub struct Event {
     /// Simulated time (s).
     pub time: f64,
-    /// What it is.
+    /// Its kind.
     pub kind: EventKind,
-    /// The instance that it concerns; empty: the run.
+    /// The instance that it concerns; empty if it concerns the run.
     pub instance: String,
-    /// Description for readers, one line.
+    /// Description in one line.
     pub text: String,
 }
 
-/// How far the log has got, for a checkpoint.
+/// The state of the log, for a checkpoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LogState {
     position: Position,
     counts: BTreeMap<EventKind, u64>,
 }
 
-/// The log: columns time, kind, instance, text; one line per event.
+/// Writes events.csv: columns time, kind, instance, text; one line per event.
 pub struct EventLog {
     file: Growing,
     counts: BTreeMap<EventKind, u64>,
 }
 
 impl EventLog {
-    /// Begins the log in the folder.
+    /// Starts the log in the folder.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -97,16 +97,16 @@ impl EventLog {
         Ok(Self { file, counts: BTreeMap::new() })
     }
 
-    /// Goes on with a log from an earlier state; events after it are cut off.
+    /// Continues a log from an earlier state and removes later events.
     ///
     /// # Errors
-    /// The file cannot be written, or is not the one that the state is of.
+    /// The file cannot be written, or does not belong to the state.
     pub fn resume(folder: &Path, state: &LogState) -> io::Result<Self> {
         let file = Growing::resume(Self::path(folder), state.position)?;
         Ok(Self { file, counts: state.counts.clone() })
     }
 
-    /// Where the log of a folder is once it is complete.
+    /// Path of the complete log in a folder.
     #[must_use]
     pub fn path(folder: &Path) -> PathBuf {
         folder.join(EVENTS)
@@ -122,21 +122,21 @@ impl EventLog {
             return Ok(());
         }
         let last = self.file.records() + 1 == MAX_EVENTS;
-        let text = if last { "further events are counted only" } else { event.text.as_str() };
-        // an event is one line, whatever a unit says
+        let text = if last { "further events are only counted" } else { event.text.as_str() };
+        // a unit's message may have several lines
         let text = text.trim_end().replace(['\n', '\r'], " ");
         let time = ryu::Buffer::new().format(event.time).to_owned();
         let bytes = line([time.as_str(), event.kind.as_str(), &event.instance, &text])?;
         self.file.record(|buffer| buffer.extend_from_slice(&bytes))
     }
 
-    /// Number of events by their kind.
+    /// Number of events of each kind.
     #[must_use]
     pub fn counts(&self) -> &BTreeMap<EventKind, u64> {
         &self.counts
     }
 
-    /// Puts all events on the disk and tells how far the log got.
+    /// Waits until all events are on the disk, and returns the state.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -144,7 +144,7 @@ impl EventLog {
         Ok(LogState { position: self.file.position()?, counts: self.counts.clone() })
     }
 
-    /// Puts all events on the disk and gives the log its name; more may follow.
+    /// Waits until all events are on the disk, and gives the file its final name. More may follow.
     ///
     /// # Errors
     /// The file cannot be written or renamed.
@@ -152,7 +152,7 @@ impl EventLog {
         self.file.publish()
     }
 
-    /// Completes the log and gives it its name.
+    /// Completes the log and gives the file its final name.
     ///
     /// # Errors
     /// The file cannot be written or renamed.
@@ -193,6 +193,6 @@ mod tests {
         assert_eq!(lines.next().unwrap(), "time,kind,instance,text");
         assert_eq!(lines.next().unwrap(), "0.5,warning,a,\"odd, \"\"very\"\" odd\"");
         assert_eq!(lines.clone().count() as u64, MAX_EVENTS - 1);
-        assert_eq!(lines.last().unwrap(), "0.5,message,a,further events are counted only");
+        assert_eq!(lines.last().unwrap(), "0.5,message,a,further events are only counted");
     }
 }

@@ -1,4 +1,4 @@
-//! Files that grow record by record.
+//! Text files to which a run appends records.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
@@ -10,36 +10,36 @@ use serde::{Deserialize, Serialize};
 use crate::file::{partial, reserve};
 use crate::spool::Pen;
 
-/// How far a growing file has got.
+/// Length and checksum of a growing file at a moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Position {
     /// Length of the file in bytes.
     pub bytes: u64,
-    /// Whole records in it, the header not counted.
+    /// Number of complete records, without the header.
     pub records: u64,
     /// CRC-32 of its content.
     pub checksum: u32,
 }
 
-/// A text file that grows line by line under the name `….partial` until it is published. A failed
-/// write leaves it with whole lines only. Lines are gathered in memory, and written when there are
-/// many, when the [keeper](super::keeper) comes by, and when the process is about to die.
+/// A text file that grows line by line, with the name `….partial` until it is published. After a failed
+/// write it ends with a complete line. Lines are buffered in memory and written when the buffer is full,
+/// at intervals by the [keeper](super::keeper), and when the process is about to die.
 pub(super) struct Growing {
     path: PathBuf,
     published: bool,
     pen: Pen,
-    /// the record that is being made
+    /// the record being written
     record: Vec<u8>,
     records: u64,
 }
 
 impl Growing {
-    /// Begins the file with a header.
+    /// Starts the file with a header.
     pub(super) fn create(path: PathBuf, header: &[u8]) -> io::Result<Self> {
         let file =
             OpenOptions::new().write(true).create(true).truncate(false).open(partial(&path))?;
         reserve(&file)?;
-        // what is no plain file cannot be shortened, and need not
+        // a device cannot be truncated, and need not be
         if file.metadata()?.len() > 0 {
             file.set_len(0)?;
         }
@@ -50,7 +50,7 @@ impl Growing {
         Ok(Self::with(path, pen, 0))
     }
 
-    /// Goes on with a file from an earlier position; what came after it is cut off.
+    /// Continues a file from an earlier position and removes what follows it.
     pub(super) fn resume(path: PathBuf, position: Position) -> io::Result<Self> {
         let unfinished = partial(&path);
         let found = if unfinished.exists() { &unfinished } else { &path };
@@ -60,11 +60,13 @@ impl Growing {
         let length = file.metadata()?.len();
         if length < position.bytes {
             let wanted = position.bytes;
-            return refuse(format!("it has {length} bytes, the checkpoint knows {wanted}"));
+            return refuse(format!(
+                "it has {length} bytes, but {wanted} when the checkpoint was written"
+            ));
         }
         let hasher = checksum(&mut file, position.bytes)?;
         if hasher.clone().finalize() != position.checksum {
-            return refuse("its content is not what the checkpoint knows".to_owned());
+            return refuse("its content has changed since the checkpoint was written".to_owned());
         }
         if found != &unfinished {
             fs::rename(found, &unfinished)?;
@@ -79,7 +81,7 @@ impl Growing {
         Self { path, published: false, pen, record: Vec::new(), records }
     }
 
-    /// Lets `write` append a record, which is one line.
+    /// Appends the record that `write` produces: one line.
     #[inline]
     pub(super) fn record(&mut self, write: impl FnOnce(&mut Vec<u8>)) -> io::Result<()> {
         self.record.clear();
@@ -92,12 +94,12 @@ impl Growing {
         appended
     }
 
-    /// Number of records.
+    /// Number of complete records.
     pub(super) fn records(&self) -> u64 {
         if self.pen.has_failed() { self.pen.target().position.records } else { self.records }
     }
 
-    /// Writes what is gathered. After a failure, only what is in the file counts.
+    /// Writes the buffer. After a failure, only the records in the file count.
     fn settle(&mut self) -> io::Result<()> {
         let settled = self.pen.settle();
         if settled.is_err() {
@@ -106,7 +108,7 @@ impl Growing {
         settled
     }
 
-    /// Puts everything on the disk and reports how far it got.
+    /// Waits until everything is on the disk, and returns the position.
     pub(super) fn position(&mut self) -> io::Result<Position> {
         self.settle()?;
         let target = self.pen.target();
@@ -114,7 +116,7 @@ impl Growing {
         Ok(target.position)
     }
 
-    /// Puts everything on the disk and gives the file its name. Records may still follow.
+    /// Waits until everything is on the disk, and gives the file its final name. Records may follow.
     pub(super) fn publish(&mut self) -> io::Result<()> {
         let settled = self.settle();
         self.pen.target().file()?.sync_all()?;
@@ -125,7 +127,7 @@ impl Growing {
         settled
     }
 
-    /// Completes the file, with its name.
+    /// Completes the file and returns its path.
     pub(super) fn finish(mut self) -> io::Result<PathBuf> {
         self.publish()?;
         Ok(std::mem::take(&mut self.path))
@@ -133,7 +135,7 @@ impl Growing {
 }
 
 impl Drop for Growing {
-    /// Closes the file, and so releases it to others, though the keeper may look at it just now.
+    /// Closes the file, and so unlocks it, even while the keeper holds the spool.
     fn drop(&mut self) {
         self.pen.close();
     }
@@ -157,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn invariant_a_file_goes_on_from_any_position() {
+    fn invariant_a_file_continues_from_any_position() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         let add = |file: &mut Growing, n: u64| {
@@ -203,7 +205,7 @@ mod tests {
         Growing::create(path, b"next\n").unwrap();
     }
 
-    /// What is gathered is on the disk within a second, though nothing more is recorded.
+    /// Buffered records are on the disk within a second, even if no more follow.
     #[test]
     fn issue_records_do_not_wait_for_more() {
         let folder = tempfile::tempdir().unwrap();

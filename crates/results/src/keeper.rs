@@ -1,18 +1,18 @@
-//! Writes gathered records within half a second, whatever the program is busy with, and at once when
-//! the process is about to die by the fault of a unit.
+//! A thread that writes buffered records within half a second, and a function that writes them at once
+//! when a unit is about to crash the process.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use crate::spool::Spool;
 
-/// Longest time that a record waits in memory.
+/// Longest time that a record stays in memory.
 const INTERVAL: Duration = Duration::from_millis(400);
 
-/// The files that grow in this process.
+/// The growing files of this process.
 struct WatchedFiles {
     spools: Vec<Weak<Spool>>,
-    /// whether there is a thread that looks after them
+    /// whether the thread is running
     kept: bool,
 }
 
@@ -22,19 +22,19 @@ fn watched() -> MutexGuard<'static, WatchedFiles> {
     WATCHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Looks after a file until it is dropped.
+/// Watches a file until it is dropped.
 pub(super) fn watch(spool: &Arc<Spool>) {
     let mut watched = watched();
     watched.spools.retain(|it| it.strong_count() > 0);
     watched.spools.push(Arc::downgrade(spool));
     if !watched.kept {
-        // without a thread records wait until there are many
+        // without a thread, records are written when the buffer is full
         let thread = std::thread::Builder::new().name("keeper".to_owned()).spawn(keep);
         watched.kept = thread.is_ok();
     }
 }
 
-/// Writes what is gathered from time to time, as long as there are files.
+/// Writes all buffers at intervals, as long as there are files.
 fn keep() {
     loop {
         std::thread::sleep(INTERVAL);
@@ -51,13 +51,13 @@ fn keep() {
     }
 }
 
-/// Writes all that is gathered, for a process that is about to die. It takes no lock that another
-/// holds and neither allocates nor frees memory, so that it may be called in a signal handler.
+/// Writes all buffers of a process that is about to die. It waits for no lock and neither allocates nor
+/// frees memory, so that a signal handler may call it.
 pub fn write_now() {
     let Ok(watched) = WATCHED.try_lock() else { return };
     for spool in watched.spools.iter().filter_map(Weak::upgrade) {
         spool.drain_aside();
-        // the last owner would free it
+        // dropping it could free memory
         std::mem::forget(spool);
     }
 }

@@ -4,17 +4,17 @@
 pub const TABLE: &str = "results.csv";
 /// The recorded signals, in columns.
 pub const PARQUET: &str = "results.parquet";
-/// What happened besides the signals.
+/// The events of the run.
 pub const EVENTS: &str = "events.csv";
-/// What ran, how it ended, and the statistics of the signals.
+/// Which scenario ran, how the run ended, and the statistics of the signals.
 pub const SUMMARY: &str = "summary.json";
-/// The scenario with everything that came from the command line.
+/// The scenario with the changes of the command line.
 pub const AS_RUN: &str = "scenario-as-run.json";
-/// The state from which a stopped run can continue.
+/// The state from which a stopped run can be resumed.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 /// The modes of the coupled system.
 pub const MODES: &str = "modes.json";
-/// The interactive overview.
+/// The interactive report.
 pub const REPORT: &str = "report.html";
-/// Which files belong to the run.
+/// The list of files that belong to the run.
 pub const FILES: &str = "run-files.json";

@@ -1,9 +1,9 @@
-//! results.parquet: a copy of results.csv in columns of 64-bit floats, which read many times faster,
-//! and of texts in UTF-8 where signals are Strings.
+//! results.parquet: a copy of results.csv in columns of 64-bit floats, and of UTF-8 texts for String signals.
+//! It reads many times faster.
 //!
-//! It is made from the complete table, so its content is that of results.csv bit for bit, a resumed
-//! run gives the same file as an uninterrupted one, and a run that is killed leaves text that can be
-//! read, not a file without its end.
+//! It is made from the complete table: its values equal those of results.csv bit for bit, a resumed run
+//! writes the same file as an uninterrupted one, and a killed run leaves a readable text file instead of an
+//! incomplete Parquet file.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -27,34 +27,34 @@ use crate::{PARQUET, TABLE};
 /// ColumnValues of one row group: 32 MiB.
 const GROUP_VALUES: usize = 1 << 22;
 
-/// results.parquet cannot be made.
+/// Why results.parquet cannot be written.
 #[derive(Debug, Error)]
 pub enum ParquetError {
     /// Reading the table or writing the copy failed.
-    #[error("results.parquet cannot be written")]
+    #[error("cannot write results.parquet")]
     Io(#[from] io::Error),
-    /// The table is not as it was written.
-    #[error("results.csv cannot be read for its copy in Parquet")]
+    /// The table is damaged.
+    #[error("cannot read results.csv for its copy in Parquet")]
     Table(#[from] csv::Error),
-    /// A field that is no number.
-    #[error("results.csv: \"{field}\" in row {row} is no number")]
+    /// A field should be a number.
+    #[error("results.csv: \"{field}\" in row {row} is not a number")]
     Number {
-        /// Text of the field that should be a number.
+        /// Content of the field.
         field: String,
-        /// Its row, from 1.
+        /// Number of the row, from 1.
         row: u64,
     },
-    /// The library refuses.
-    #[error("results.parquet cannot be written")]
+    /// The Parquet library reported an error.
+    #[error("cannot write results.parquet")]
     Parquet(#[from] Source),
 }
 
 /// Copies a complete results.csv to results.parquet in the same folder: a column `time` and one per
-/// signal, with nulls where a signal is not due; the signals' units of measurement are in the
-/// file's metadata under `units`, as a JSON object.
+/// signal, with nulls in rows at which a signal is not due. The metadata entry `units` contains the
+/// signals' units of measure as a JSON object.
 ///
 /// # Errors
-/// The table cannot be read or the copy not be written; then there is none.
+/// The table cannot be read, or the copy cannot be written.
 pub fn copy_to_parquet(folder: &Path, columns: &[RecordedColumn]) -> Result<PathBuf, ParquetError> {
     let table = folder.join(TABLE);
     let path = folder.join(PARQUET);
@@ -108,10 +108,10 @@ fn properties(columns: &[RecordedColumn]) -> Arc<WriterProperties> {
         .iter()
         .filter_map(|column| Some((column.name.as_str(), column.unit.as_deref()?)))
         .collect();
-    // a map of texts always prints
+    // a map of texts can always be printed
     let units = serde_json::to_string(&units).unwrap_or_default();
     let metadata = vec![KeyValue::new("units".to_owned(), units)];
-    // values hardly repeat: a dictionary would only cost time
+    // values hardly repeat, so a dictionary would only cost time
     let builder = WriterProperties::builder().set_dictionary_enabled(false);
     Arc::new(builder.set_key_value_metadata(Some(metadata)).build())
 }
@@ -120,7 +120,7 @@ fn properties(columns: &[RecordedColumn]) -> Arc<WriterProperties> {
 struct Batch {
     rows: usize,
     values: Vec<ColumnValues>,
-    /// per value 1, per null 0
+    /// per column and row: 1 for a value, 0 for a null
     present: Vec<Vec<i16>>,
 }
 
@@ -130,7 +130,7 @@ enum ColumnValues {
 }
 
 impl ColumnValues {
-    /// Takes a field; false if it is no number where it should be.
+    /// Adds a field; false if it should be a number and is not.
     fn take(&mut self, field: &[u8]) -> bool {
         match self {
             Self::Numbers(values) => {
@@ -167,7 +167,7 @@ impl Batch {
     ) -> Result<(), ParquetError> {
         for ((field, values), present) in record.iter().zip(&mut self.values).zip(&mut self.present)
         {
-            // an empty text looks like none; where all signals are always due, it is one
+            // an empty field is an empty text or a null: a text if every signal is due in every row
             let due = !field.is_empty() || (all_due && matches!(values, ColumnValues::Texts(_)));
             present.push(i16::from(due));
             if due && !values.take(field) {
@@ -215,7 +215,7 @@ mod tests {
     use parquet::file::reader::{FileReader as _, SerializedFileReader};
     use parquet::record::RowAccessor as _;
 
-    /// Read by the library itself; tests/python reads such files with another one.
+    /// Read by the same library; tests/python uses another one.
     #[test]
     fn invariant_the_copy_holds_the_same_bits() {
         let folder = tempfile::tempdir().unwrap();
@@ -246,7 +246,7 @@ mod tests {
         assert!(!folder.path().join("results.parquet.partial").exists());
     }
 
-    /// With signals of other intervals, an empty text cannot be told from none.
+    /// With several recording intervals, an empty text cannot be distinguished from a null.
     #[test]
     fn invariant_texts_are_columns_of_utf8() {
         for (stride, empty) in [(1, true), (2, false)] {

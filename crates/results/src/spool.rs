@@ -1,9 +1,9 @@
-//! Bytes between the thread that makes them and the file. Others can write them to the file at any
-//! time: the keeper while the first thread is busy, a signal handler after a crash.
+//! A buffer between the thread that produces bytes and a file. Others may write its content to the file
+//! at any time: the keeper while the first thread is busy, a signal handler after a crash.
 //!
-//! The thread that appends takes no lock unless the memory is full: it writes beyond the bytes that
-//! are complete, and then says that there are more of them. Whoever holds the lock reads those that
-//! are complete. The memory is used anew by the appending thread under the lock.
+//! The appending thread takes no lock unless the buffer is full: it writes behind the complete bytes and
+//! then increases their number. Whoever holds the lock may read the complete bytes. The appending thread
+//! empties the buffer under the lock.
 
 use std::cell::UnsafeCell;
 use std::fs::File;
@@ -15,33 +15,33 @@ use crc32fast::Hasher;
 
 use crate::growing::Position;
 
-/// Bytes that are gathered before they are written.
+/// Size of the buffer in bytes.
 const SIZE: usize = 1 << 16;
 
-/// Gathered bytes and their file.
+/// The buffer and its file.
 pub(super) struct Spool {
     bytes: Box<[UnsafeCell<u8>]>,
-    /// how many bytes are complete; only the owner of the [`Pen`] changes it
+    /// number of complete bytes; only the owner of the [`Pen`] changes it
     filled: AtomicUsize,
-    /// whether there is a failure that nobody knows of yet
+    /// whether a failure has not been reported yet
     failed: AtomicBool,
     target: Mutex<SpoolTarget>,
 }
 
-// SAFETY: bytes from `filled` on are touched by the owner of the pen alone; those before are only read,
-// under the lock, and change only after `filled` went back, which happens under the lock
+// SAFETY: only the owner of the pen accesses bytes from `filled` on. The bytes before are only read, under
+// the lock; they change only after `filled` was reset, which happens under the lock
 unsafe impl Sync for Spool {}
-// SAFETY: all fields may go to another thread
+// SAFETY: all fields may be sent to another thread
 unsafe impl Send for Spool {}
 
-/// The right to append, of which there is one for each spool.
+/// The right to append. Each spool has exactly one.
 pub(super) struct Pen(Arc<Spool>);
 
-/// The file, and what is in it.
+/// The file and its content so far.
 pub(super) struct SpoolTarget {
-    /// there until the file is closed
+    /// `None` once the file is closed
     file: Option<File>,
-    /// gathered bytes that have been written
+    /// bytes of the buffer that have been written
     taken: usize,
     pub(super) position: Position,
     hasher: Hasher,
@@ -49,19 +49,19 @@ pub(super) struct SpoolTarget {
 }
 
 impl Spool {
-    /// Writes what is gathered.
+    /// Writes the buffer.
     fn drain(&self, target: &mut SpoolTarget) -> io::Result<()> {
         let filled = self.filled.load(Ordering::Acquire);
         let start = self.bytes.as_ptr().cast::<u8>();
-        // SAFETY: these bytes are complete, and stay as they are while the lock is held
+        // SAFETY: these bytes are complete, and do not change while the lock is held
         let bytes =
             unsafe { std::slice::from_raw_parts(start.add(target.taken), filled - target.taken) };
         target.taken = filled;
         target.put(bytes)
     }
 
-    /// Writes what is gathered, if nobody else is about to. An error is returned by the next call
-    /// of the owner. Neither allocates nor frees memory, so that it may be called in a signal handler.
+    /// Writes the buffer unless another thread is doing so. The next call of the owner returns the error, if
+    /// any. Neither allocates nor frees memory, so that a signal handler may call it.
     pub(super) fn drain_aside(&self) {
         let mut target = match self.target.try_lock() {
             Ok(target) => target,
@@ -79,7 +79,7 @@ impl Spool {
 }
 
 impl Pen {
-    /// Begins with a file that ends at a position.
+    /// Starts with a file that ends at a position.
     pub(super) fn new(file: File, position: Position, hasher: Hasher) -> Self {
         let bytes = (0..SIZE).map(|_| UnsafeCell::new(0)).collect();
         let target = SpoolTarget { file: Some(file), taken: 0, position, hasher, failure: None };
@@ -131,7 +131,7 @@ impl Pen {
         self.target().put(bytes)
     }
 
-    /// Writes all that is gathered, and returns also what went wrong before.
+    /// Writes the buffer, and returns also an error of an earlier write.
     pub(super) fn settle(&mut self) -> io::Result<()> {
         let mut target = self.target();
         let drained = self.0.drain(&mut target);
@@ -152,7 +152,7 @@ impl SpoolTarget {
         self.file.as_ref().ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 
-    /// Writes bytes behind those of the file.
+    /// Appends bytes to the file.
     fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
         if bytes.is_empty() {
             return Ok(());
@@ -169,8 +169,8 @@ impl SpoolTarget {
         result
     }
 
-    /// After a failed write: lets the file end with its last whole record, and returns how many of
-    /// the bytes are in it.
+    /// After a failed write: truncates the file after its last complete record, and returns how many of the
+    /// bytes are in it.
     #[cold]
     fn cut(&self, bytes: &[u8]) -> usize {
         let Ok(mut file) = self.file() else { return 0 };
@@ -178,7 +178,7 @@ impl SpoolTarget {
         let arrived = usize::try_from(length.saturating_sub(self.position.bytes)).unwrap_or(0);
         let arrived = &bytes[..arrived.min(bytes.len())];
         let whole = arrived.iter().rposition(|&byte| byte == b'\n').map_or(0, |k| k + 1);
-        // shortening needs no space; if it fails, the last line is cut somewhere
+        // truncating needs no space; if it fails, the last line is incomplete
         let _ = file.set_len(self.position.bytes + whole as u64);
         let _ = file.seek(SeekFrom::End(0));
         whole
@@ -193,7 +193,7 @@ fn lines(bytes: &[u8]) -> u64 {
 mod tests {
     use super::*;
 
-    /// One thread appends records of all lengths, another one drains: nothing is lost, doubled or out
+    /// One thread appends records of all lengths, another one drains: nothing is lost, duplicated or out
     /// of order.
     #[test]
     fn invariant_two_threads_lose_nothing() {

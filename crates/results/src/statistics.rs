@@ -18,10 +18,10 @@ pub struct Statistics {
     /// Time of the largest value (s).
     #[serde(deserialize_with = "number")]
     pub time_of_max: f64,
-    /// Mean over the points.
+    /// Mean of the values at the points.
     #[serde(deserialize_with = "number")]
     pub mean: f64,
-    /// Root of the mean square over the points.
+    /// Root mean square of the values at the points.
     #[serde(deserialize_with = "number")]
     pub rms: f64,
     /// Last value.
@@ -44,8 +44,8 @@ pub(crate) fn if_any<'de, D: Deserializer<'de>>(
     Ok((statistics.points > 0).then_some(statistics))
 }
 
-/// Gathers [`Statistics`]. Sums are compensated (Neumaier), so that millions of points keep full
-/// precision.
+/// Computes [`Statistics`] point by point. Compensated sums (Neumaier) keep full precision over millions
+/// of points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gatherer {
     min: (f64, f64),
@@ -54,7 +54,7 @@ pub struct Gatherer {
     squares: CompensatedSum,
     last: f64,
     points: u64,
-    /// points at which it was NaN or infinite
+    /// points with NaN or an infinite value
     odd: u64,
 }
 
@@ -101,13 +101,13 @@ impl Gatherer {
         self.points += 1;
     }
 
-    /// Number of points that were left out, because the value was NaN or infinite.
+    /// Number of points left out because the value was NaN or infinite.
     #[must_use]
     pub fn left_out(&self) -> u64 {
         self.odd
     }
 
-    /// The statistics so far; nothing before the first point.
+    /// The statistics so far; `None` before the first point.
     #[must_use]
     pub fn statistics(&self) -> Option<Statistics> {
         #[expect(clippy::cast_precision_loss, reason = "2^53 points are out of reach")]
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_values_that_are_no_numbers_are_left_out_and_counted() {
+    fn issue_values_that_are_not_finite_are_left_out_and_counted() {
         let mut gatherer = Gatherer::default();
         gatherer.take(0.0, f64::NAN);
         assert!(gatherer.statistics().is_none());
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(gatherer.left_out(), 3);
     }
 
-    /// A plain sum of 1e16 and ten ones loses them all.
+    /// A plain sum of 1e16 and ten ones loses all ten.
     #[test]
     fn analytic_sums_are_compensated() {
         let mut sum = CompensatedSum::default();

@@ -1,4 +1,4 @@
-//! results.csv.
+//! Writes results.csv.
 
 use std::ffi::CStr;
 use std::io;
@@ -14,27 +14,27 @@ pub struct RecordedColumn {
     pub name: String,
     /// Unit of measurement of its values.
     pub unit: Option<String>,
-    /// It has a value at every so many communication points, counted from the start.
+    /// Communication points per recorded value, counted from the start.
     pub stride: u64,
     /// Whether it is a String.
     pub is_text: bool,
 }
 
-/// results.csv: a row at every communication point at which a signal is due; the signals that are
-/// not have an empty field. Numbers are the shortest decimals that read back to the same floats;
-/// texts are quoted, with spaces for line breaks.
+/// Writes results.csv: a row at every communication point at which any signal is due, with empty fields for
+/// the others. Numbers are the shortest decimals that read back to the same floats. Texts are quoted, with
+/// spaces instead of line breaks.
 pub struct TableWriter {
     file: Growing,
     number: ryu::Buffer,
     strides: Vec<u64>,
     /// per signal, whether it is a String
     texts: Vec<bool>,
-    /// without repetition
+    /// the strides without duplicates
     distinct: Vec<u64>,
 }
 
 impl TableWriter {
-    /// Begins the table in the folder.
+    /// Starts the table in the folder.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -44,10 +44,10 @@ impl TableWriter {
         Ok(Self::new(Growing::create(Self::path(folder), &header)?, columns))
     }
 
-    /// Goes on with a table from an earlier position; rows after it are cut off.
+    /// Continues a table from an earlier position and removes later rows.
     ///
     /// # Errors
-    /// The file cannot be written, or is not the one that the position is of.
+    /// The file cannot be written, or does not belong to the position.
     pub fn resume(
         folder: &Path,
         columns: &[RecordedColumn],
@@ -56,7 +56,7 @@ impl TableWriter {
         Ok(Self::new(Growing::resume(Self::path(folder), position)?, columns))
     }
 
-    /// Where the table of a folder is once it is complete.
+    /// Path of the complete table in a folder.
     #[must_use]
     pub fn path(folder: &Path) -> PathBuf {
         folder.join(TABLE)
@@ -74,11 +74,11 @@ impl TableWriter {
         Self { file, number: ryu::Buffer::new(), strides, texts, distinct }
     }
 
-    /// Takes the values at communication point `n`, which are written where they are due; that of a
-    /// String comes from `text` by its position.
+    /// Takes the values at communication point `n` and writes those that are due. `text` returns the value of
+    /// a String signal by its index.
     ///
     /// # Errors
-    /// The file cannot be written, for instance because the disk is full. Whole rows are in it.
+    /// The file cannot be written, for instance because the disk is full. It ends with a complete row.
     #[inline]
     pub fn take<'a>(
         &mut self,
@@ -111,13 +111,13 @@ impl TableWriter {
         })
     }
 
-    /// Number of rows.
+    /// Number of complete rows.
     #[must_use]
     pub fn rows(&self) -> u64 {
         self.file.records()
     }
 
-    /// Puts all rows on the disk and tells how far the file got.
+    /// Waits until all rows are on the disk, and returns the position.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -125,7 +125,7 @@ impl TableWriter {
         self.file.position()
     }
 
-    /// Completes the table and gives it its name.
+    /// Completes the table and gives the file its final name.
     ///
     /// # Errors
     /// The file cannot be written or renamed.
@@ -134,7 +134,7 @@ impl TableWriter {
     }
 }
 
-/// Appends a text as a field that is always quoted, so that it differs from a number and from none.
+/// Appends a text as a field. It is always quoted, to differ from a number and from an empty field.
 fn quote(text: &CStr, row: &mut Vec<u8>) {
     row.push(b'"');
     for c in text.to_string_lossy().chars() {
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(text, "time,a,b\n0.0,1.0,2.0\n2.0,1.0,\n3.0,,2.0\n4.0,1.0,\n6.0,1.0,2.0\n");
     }
 
-    /// What a unit may say: quotes, line breaks, commas, nothing, no UTF-8.
+    /// Units may return quotes, line breaks, commas, empty texts, and text that is not UTF-8.
     #[test]
     fn invariant_texts_are_one_field_of_one_line() {
         let folder = tempfile::tempdir().unwrap();

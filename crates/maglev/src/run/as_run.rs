@@ -1,5 +1,5 @@
-//! scenario-as-run.json in the folder of results. It is not called scenario.json because that may be the
-//! file that is run.
+//! Writes scenario-as-run.json into the results folder. It is not called scenario.json because that may be
+//! the name of the scenario file.
 
 use std::collections::HashMap;
 use std::io;
@@ -13,9 +13,9 @@ use master::system::System;
 use results::{AS_RUN, write_whole};
 use scenario::{Instance, Scenario, Setting};
 
-/// Writes the scenario with everything in it that came from outside: values given on the command
-/// line stand with the instances, paths of units are absolute. To run it again gives the same
-/// results. A comment holds the run's identifier.
+/// Writes the scenario with the changes of the command line: their values are those of the instances, and
+/// paths of units are absolute. Running it again gives the same results. A comment contains the identifier of
+/// the run.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -26,9 +26,9 @@ pub(super) fn write(
     folder: &Path,
 ) -> io::Result<()> {
     let mut scenario = scenario.clone();
-    // where the schema is from here is not known
+    // the path would be relative to the scenario file
     scenario.schema = None;
-    // to run it again shall not overwrite the trace of this run
+    // running it again must not overwrite the trace of this run
     scenario.trace = None;
     for path in scenario.units.values_mut() {
         *path = absolute(&*path)?;
@@ -42,7 +42,7 @@ pub(super) fn write(
     write_whole(&folder.join(AS_RUN), text.as_bytes())
 }
 
-/// A scenario with a mark.
+/// A scenario with the identifier of its run.
 #[derive(Serialize)]
 struct Marked<'a> {
     #[serde(rename = "$comment")]
@@ -51,13 +51,12 @@ struct Marked<'a> {
     scenario: &'a Scenario,
 }
 
-/// Instances with the values of the command line. An entry that stands for several stays one where
-/// all got the same.
+/// Instances with the values of the command line. An array of instances is split if their values differ.
 fn merged(entries: &IndexMap<String, Instance>, system: &System) -> IndexMap<String, Instance> {
     let changes = changes(system);
     let mut merged = IndexMap::new();
     for (pattern, entry) in entries {
-        // a system was made of these names, so they expand
+        // the system was built from these names, so they are valid
         let names = patterns::expand(pattern).unwrap_or_default();
         let mut members = names.iter().map(|name| {
             let changes = system.find(name).and_then(|index| changes.get(&index));
@@ -74,7 +73,7 @@ fn merged(entries: &IndexMap<String, Instance>, system: &System) -> IndexMap<Str
     merged
 }
 
-/// What the command line gives each instance, in its order: variable and value.
+/// Values from the command line for each instance, in their order.
 fn changes(system: &System) -> HashMap<usize, Vec<(&Variable, &Setting)>> {
     let mut changes: HashMap<usize, Vec<_>> = HashMap::new();
     for it in &system.overridden {
@@ -92,7 +91,7 @@ fn changed(entry: &Instance, changes: &[(&Variable, &Setting)]) -> Instance {
             Causality::Parameter => &mut entry.parameters,
             _ => &mut entry.start,
         };
-        // the last one counts, also after a pattern
+        // the last value counts, also after a pattern
         list.shift_remove(&variable.name);
         list.insert(variable.name.clone(), (*setting).clone());
     }

@@ -1,4 +1,4 @@
-//! The end of a run: first all files, then the units, whose code may fail once more.
+//! The end of a run: writes all files first, and then terminates the units, which may fail once more.
 
 use std::fs;
 
@@ -16,20 +16,19 @@ use results::Folder;
 use results::summary::{RunFailure, SignalSummary, Status, Summary};
 use results::{EventKind, EventLog, Gatherer};
 
-/// What is left of a run whose files are written.
+/// A run whose files are written and whose units are not terminated yet.
 pub(super) struct RunEnd<'a> {
     job: &'a Job<'a>,
     observer: &'a mut dyn Observer,
     folder: Folder,
     journal: Journal,
     summary: Summary,
-    /// the first thing that went wrong
+    /// the first error
     outcome: Result<(), Error>,
 }
 
 impl<'a> Run<'a> {
-    /// Completes the results, also those of a run that failed. Whatever the units do after that, the
-    /// results are complete.
+    /// Completes the results, also those of a failed run. They stay complete whatever the units do afterwards.
     pub(super) fn finish(
         mut self,
         result: Result<Status, Error>,
@@ -48,12 +47,12 @@ impl<'a> Run<'a> {
         if written.is_ok() {
             written = end.settle(files, keeps_checkpoint);
         }
-        // the first error is the one that matters
+        // the first error counts
         end.outcome = result.map(|_| ()).and(noted).and(written);
         end
     }
 
-    /// Logs what the units said last, and how the run ended.
+    /// Logs the last messages of the units, and how the run ended.
     fn note_end(
         &mut self,
         result: &Result<Status, Error>,
@@ -75,8 +74,7 @@ impl<'a> Run<'a> {
         noted.map_err(|e| self.failed(e))
     }
 
-    /// Writes tables, pictures, events and summary. The summary is the run's also where writing
-    /// fails.
+    /// Writes tables, pictures, events and summary. Returns the summary also if writing fails.
     fn write(
         self,
         result: &Result<Status, Error>,
@@ -150,10 +148,10 @@ impl RunEnd<'_> {
         Error::Output { path: self.job.folder.to_owned(), running: true, source }
     }
 
-    /// Removes what only a run without an end needs, and lists what is there.
+    /// Removes files that are of no use after the end, and lists the others.
     fn settle(&mut self, files: Files, keeps_checkpoint: bool) -> Result<(), Error> {
         let removed = if keeps_checkpoint {
-            // a checkpoint needs the table that it was written with
+            // resuming needs the table
             Ok(())
         } else {
             files.spare.map_or(Ok(()), fs::remove_file)
@@ -164,8 +162,8 @@ impl RunEnd<'_> {
         removed.and(cleared).and(listed).map_err(|e| self.failed(e))
     }
 
-    /// Terminates the units, and returns the outcome of the run. What they say meanwhile, and that one
-    /// of them fails, is added to events and summary.
+    /// Terminates the units, and returns the outcome of the run. Adds their messages and a failure to events
+    /// and summary.
     pub(super) fn part(
         mut self,
         simulation: Option<&mut Simulation<'_>>,
@@ -200,7 +198,7 @@ impl RunEnd<'_> {
     }
 }
 
-/// The log's name in the list of files.
+/// File name of the event log.
 fn log_name(job: &Job<'_>) -> String {
     let path = EventLog::path(job.folder);
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -228,7 +226,7 @@ fn signals(
         .collect()
 }
 
-/// An error as the summary shows it.
+/// An error in the form of the summary.
 fn failure(error: &Error) -> RunFailure {
     RunFailure { causes: error.chain(), help: error.help().map(str::to_owned) }
 }

@@ -1,4 +1,4 @@
-//! Where a run's signals go: table, statistics, curves, pictures.
+//! Records the signals of a run: table, statistics, plots.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,14 +16,14 @@ use results::{
 };
 use scenario::Format;
 
-/// Where the run's signals go.
+/// Records the signals of a run.
 pub(super) struct RunOutput<'a> {
     setup: &'a Setup,
     folder: PathBuf,
     columns: Vec<RecordedColumn>,
     table: TableWriter,
     pub(super) gatherers: Vec<Gatherer>,
-    /// of the signals that are drawn
+    /// curves of the signals that are drawn
     curves: Vec<Option<Curve>>,
     conversions: Vec<(f64, f64)>,
     values: Vec<f64>,
@@ -37,13 +37,13 @@ pub(super) struct OutputState {
     curves: Vec<Option<Curve>>,
 }
 
-/// What a run has left in its folder besides events.csv and summary.json.
+/// The files that a run has written besides events.csv and summary.json.
 #[derive(Default)]
 pub(super) struct Files {
     pub(super) rows: u64,
     pub(super) tables: Vec<String>,
     pub(super) pictures: Vec<String>,
-    /// a table that is not asked for
+    /// the table as text, if it was not requested
     pub(super) spare: Option<PathBuf>,
 }
 
@@ -55,7 +55,7 @@ impl<'a> RunOutput<'a> {
         Ok(Self::new(setup, folder, columns, table, gatherers, curves(setup)))
     }
 
-    /// Goes on with the files of an earlier run from its checkpoint.
+    /// Continues with the files of a run from its checkpoint.
     pub(super) fn resume(
         setup: &'a Setup,
         folder: &Path,
@@ -93,7 +93,7 @@ impl<'a> RunOutput<'a> {
         }
     }
 
-    /// Puts all rows on the disk and returns what it takes to go on after them.
+    /// Waits until all rows are on the disk, and returns the state from which recording can continue.
     pub(super) fn state(&mut self) -> io::Result<OutputState> {
         Ok(OutputState {
             table: self.table.position()?,
@@ -102,7 +102,7 @@ impl<'a> RunOutput<'a> {
         })
     }
 
-    /// Takes the signals at the communication point that the simulation has reached.
+    /// Records the signals at the current communication point of the simulation.
     #[inline]
     pub(super) fn take(&mut self, simulation: &Simulation<'_>) -> io::Result<()> {
         let time = simulation.time();
@@ -127,8 +127,8 @@ impl<'a> RunOutput<'a> {
         self.table.take(simulation.done(), time, values, |signal| simulation.text(signal))
     }
 
-    /// Completes the table, copies it and draws the pictures. What fails does not hinder the rest;
-    /// the first error is returned beside what is there.
+    /// Completes the table, copies it and draws the plots. Continues after an error, and returns the first one
+    /// together with the files that were written.
     pub(super) fn finish(self, draw: bool) -> (Files, Result<(), Error>) {
         let Self { setup, folder, columns, table, curves, .. } = self;
         let formats = &setup.scenario().record.format;
@@ -146,7 +146,7 @@ impl<'a> RunOutput<'a> {
                 .map_err(|source| Error::Parquet { folder: folder.clone(), source });
             result = copied.map(|_| files.tables.push(results::PARQUET.to_owned()));
             if result.is_err() {
-                // the only table that there is
+                // it is the only table
                 files.spare = None;
             }
         }
@@ -165,7 +165,7 @@ fn curves(setup: &Setup) -> Vec<Option<Curve>> {
     for panels in &setup.selection().plots {
         let count = panels.iter().map(Vec::len).sum();
         for &k in panels.iter().flatten() {
-            // a signal in two pictures is reduced for the finer one
+            // a signal in two plots is reduced for the finer one
             let curve = Curve::new(points, figure::slices(count));
             if curves[k].as_ref().is_none_or(|other: &Curve| other.is_coarser_than(&curve)) {
                 curves[k] = Some(curve);
@@ -175,7 +175,7 @@ fn curves(setup: &Setup) -> Vec<Option<Curve>> {
     curves
 }
 
-/// Draws the scenario's pictures into the folder and adds their names.
+/// Draws the scenario's plots into the folder and adds their file names.
 fn pictures(
     setup: &Setup,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! What the summary says of instances, units and algorithm.
+//! Entries of the summary for instances, units and algorithm.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,18 +15,18 @@ use master::system::{Plan, System};
 use results::summary::{AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime};
 use scenario::{AlgorithmName, Scenario};
 
-/// What a run had done before it went on from a checkpoint.
+/// Totals of a run before it was resumed.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Earlier {
     /// Wall time of stepping (s).
     pub(super) run_seconds: f64,
-    /// How often it went on.
+    /// How often the run was resumed.
     pub(super) resumed: u64,
-    /// per instance
+    /// totals per instance
     instances: Vec<Work>,
 }
 
-/// What one instance has done.
+/// Totals of one instance.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Work {
     steps: u64,
@@ -37,7 +37,7 @@ struct Work {
 }
 
 impl Earlier {
-    /// This, and what has been done since.
+    /// These totals plus those since the run was resumed.
     pub(super) fn and(&self, run_seconds: f64, participants: &[Participant]) -> Self {
         let instances = (0..participants.len()).map(|k| self.work(k, participants)).collect();
         Self { run_seconds: self.run_seconds + run_seconds, resumed: self.resumed, instances }
@@ -85,7 +85,7 @@ pub(super) fn instances(
         .collect()
 }
 
-/// How many steps returned `fmi2Warning`, a sentence per unit where any did.
+/// A sentence for each instance with steps that returned `fmi2Warning`.
 pub(super) fn warned_steps(participants: &[Participant]) -> Vec<String> {
     let sentence = |participant: &Participant| {
         let instance = participant.instance();
@@ -106,7 +106,7 @@ pub(super) fn units(
     }
     let mut units = IndexMap::new();
     for (name, path) in &scenario.units {
-        // without an instance there is nothing to tell
+        // skips units without instances
         let Some(plan) = first.get(path.as_path()) else { continue };
         let description = plan.description();
         let unit = FmuSummary {

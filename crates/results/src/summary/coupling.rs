@@ -9,12 +9,12 @@ pub struct AlgorithmSummary {
     pub name: String,
     /// Degree of the extrapolation.
     pub extrapolation: usize,
-    /// Whether output derivatives were asked for.
+    /// Whether output derivatives were used.
     pub derivatives: bool,
-    /// Sequence of the instances, for algorithms that have one.
+    /// Order of the instances, for algorithms that step them one after the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<String>,
-    /// Signals in loops of direct feed-through, which are cut by extrapolation.
+    /// Algebraic loops by their signals. Extrapolation breaks them.
     pub algebraic_loops: Vec<String>,
     /// How the coupling went.
     #[serde(flatten)]
@@ -28,50 +28,50 @@ pub struct CouplingSummary {
     pub threads: usize,
     /// Which capability of which unit limits the coupling.
     pub limits: Vec<String>,
-    /// Of the algorithms that iterate, one after the other.
+    /// Convergence of each iterating algorithm.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub iterations: Vec<Iteration>,
-    /// Of a variable step.
+    /// Step control, if the step is variable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<ControlReport>,
-    /// Residual energy of the pairs of effort and flow that the scenario names.
+    /// Residual energy of the scenario's pairs of effort and flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<PowerReport>,
 }
 
-/// How an iterating algorithm fares.
+/// Convergence of an iterating algorithm.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Iteration {
-    /// Steps made.
+    /// Number of steps.
     pub steps: u64,
-    /// Sweeps made; one per step is the least.
+    /// Number of sweeps, at least one per step.
     pub sweeps: u64,
-    /// Most sweeps in one step.
+    /// Largest number of sweeps in one step.
     pub most: u32,
-    /// Steps that had not settled when their sweeps were used up.
+    /// Steps that did not converge within the allowed number of sweeps.
     pub unsettled: u64,
-    /// Largest residual left in such a step, in units of what the tolerance allows.
+    /// Largest residual of such a step, relative to the tolerance.
     pub worst: f64,
-    /// Jacobians made.
+    /// Number of Jacobians.
     pub jacobians: u64,
-    /// Whether the last step settled.
+    /// Whether the last step converged.
     #[serde(skip)]
     pub settled: bool,
 }
 
-/// How step control fares.
+/// Accepted and rejected steps of a variable step size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ControlReport {
-    /// Steps that stand.
+    /// Accepted steps.
     pub accepted: u64,
-    /// Steps made again.
+    /// Rejected steps.
     pub rejected: u64,
-    /// Steps that stand although the estimate was beyond the tolerance: the smallest allowed, or of
-    /// units that cannot go back.
+    /// Accepted steps whose error estimate exceeded the tolerance: steps of the smallest size, or of units
+    /// that cannot undo a step.
     pub forced: u64,
-    /// Smallest step that stands (s).
+    /// Smallest accepted step (s).
     pub smallest: f64,
-    /// Largest step that stands (s).
+    /// Largest accepted step (s).
     pub largest: f64,
 }
 
@@ -80,26 +80,25 @@ pub struct ControlReport {
 pub struct PowerReport {
     /// Number of pairs.
     pub pairs: usize,
-    /// Energy transmitted, ∑ |e f| h (J).
+    /// Transmitted energy, ∑ |e f| h (J).
     pub transmitted: f64,
     /// Residual energy, ∑ |δP| h (J).
     pub residual: f64,
-    /// The same with signs, ∑ δP h (J): what the coupling adds to (positive) or takes out of the
-    /// system.
+    /// Net residual energy, ∑ δP h (J): positive if the coupling adds energy to the system.
     pub net: f64,
     /// Largest |δP| (W).
     pub largest: f64,
-    /// When that was (s).
+    /// Time of the largest |δP| (s).
     pub time_of_largest: f64,
 }
 
-/// A loop that was solved.
+/// An algebraic loop that was solved.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SolvedLoop {
     /// Its signals.
     pub signals: String,
-    /// Sweeps that it took.
+    /// Number of sweeps.
     pub sweeps: u32,
-    /// How many of them Newton's method followed.
+    /// Number of sweeps followed by a step of Newton's method.
     pub newton: u32,
 }

@@ -1,4 +1,4 @@
-//! summary.json: what ran, how it ended, how long it took, and the statistics of the signals.
+//! summary.json: which scenario ran, how the run ended, how long it took, and the statistics of the signals.
 
 mod coupling;
 mod real_time;
@@ -22,26 +22,26 @@ use crate::{EventKind, SUMMARY, Statistics, write_whole};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// At its stop time.
+    /// It reached its stop time.
     Finished,
-    /// By the user.
+    /// The user stopped it.
     Interrupted,
-    /// A unit asked to end it: `fmi2Discard` with `fmi2Terminated`.
+    /// A unit terminated it: `fmi2Discard` with `fmi2Terminated`.
     Terminated,
-    /// By an error.
+    /// An error stopped it.
     Failed,
 }
 
 /// An error as text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunFailure {
-    /// What happened, outermost first.
+    /// Messages of the error and its causes, outermost first.
     pub causes: Vec<String>,
-    /// How to mend it.
+    /// How to fix it, if that is known.
     pub help: Option<String>,
 }
 
-/// A unit that took part.
+/// An FMU of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FmuSummary {
     /// The .fmu file.
@@ -50,13 +50,13 @@ pub struct FmuSummary {
     pub model: String,
     /// Version of the model.
     pub version: Option<String>,
-    /// Fingerprint.
+    /// GUID of the description.
     pub guid: String,
-    /// What exported it.
+    /// Name of the exporting tool.
     pub generation_tool: Option<String>,
     /// Number of instances.
     pub instances: usize,
-    /// Finished steps of all instances.
+    /// Completed steps of all instances.
     pub steps: u64,
     /// Wall time in `fmi2DoStep` of all instances (s), extrapolated from every seventh step.
     pub step_seconds: f64,
@@ -64,24 +64,24 @@ pub struct FmuSummary {
     pub exchange_seconds: f64,
 }
 
-/// An instance that took part.
+/// An instance of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct InstanceSummary {
-    /// Its unit's name in the scenario.
+    /// Key of its FMU in `units`.
     pub unit: String,
-    /// Relative tolerance that it was told.
+    /// Relative tolerance passed to `fmi2SetupExperiment`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Finished steps, also those that others took back, and each part of a step made in parts.
+    /// Completed steps, including rejected ones and each part of a subdivided step.
     pub steps: u64,
     /// Steps that returned `fmi2Warning`.
     pub warned_steps: u64,
-    /// Since when its steps have returned `fmi2Warning` and changed nothing (s), if they did.
+    /// Time (s) since which its steps have returned `fmi2Warning` without changing anything.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stalled_since: Option<f64>,
-    /// Steps that it discarded, and that were tried again in parts.
+    /// Steps that it discarded and that were repeated in smaller steps.
     pub discarded_steps: u64,
-    /// Messages that it sent.
+    /// Number of its messages.
     pub messages: u64,
     /// Wall time in `fmi2DoStep` (s), extrapolated from every seventh step.
     pub step_seconds: f64,
@@ -92,24 +92,24 @@ pub struct InstanceSummary {
 /// Wall times (s).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct WallTime {
-    /// From opening the units to the end, of the last part of a resumed run.
+    /// From opening the units to the end; of a resumed run, its last part.
     pub total_seconds: f64,
-    /// Opening, loading, instantiating and initializing, likewise.
+    /// Opening, loading, instantiating and initializing the units, of the same part.
     pub start_seconds: f64,
-    /// Stepping, with recording, checkpoints and waiting for real time; all parts of a resumed run.
+    /// Stepping, including recording, checkpoints and waiting for real time; of all parts of a resumed run.
     pub run_seconds: f64,
-    /// Thereof in the units' code.
+    /// Part of `run_seconds` spent in the code of the units.
     pub units_seconds: f64,
-    /// Thereof in the master: coupling, recording, drawing of progress.
+    /// Part of `run_seconds` spent in the master: coupling, recording, showing progress.
     pub master_seconds: f64,
 }
 
 /// A recorded signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalSummary {
-    /// Its unit, in SI base units where the description defines it.
+    /// Its unit of measure, in SI base units if the description defines it.
     pub unit: Option<String>,
-    /// Of a String, which has no statistics, the last text.
+    /// Last value of a String signal, which has no statistics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub final_text: Option<String>,
     /// Statistics over every communication point at which it is finite.
@@ -132,9 +132,9 @@ pub struct FmuMessage {
     pub time: f64,
     /// The instance, by its name in the scenario.
     pub instance: String,
-    /// Status by its name in the standard.
+    /// Status, by its name in the standard.
     pub status: String,
-    /// The text.
+    /// Text of the message.
     pub text: String,
 }
 
@@ -145,11 +145,11 @@ pub struct Summary {
     pub run: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// Its title.
+    /// Title of the scenario.
     pub title: String,
     /// How the run ended.
     pub status: Status,
-    /// Why, if it failed; of a run that came to its end, the unit that failed when it was terminated.
+    /// The error if the run failed, or if a unit failed when it was terminated after a complete run.
     pub error: Option<RunFailure>,
     /// Start time (s).
     pub start: f64,
@@ -157,19 +157,19 @@ pub struct Summary {
     pub stop: f64,
     /// Communication step (s).
     pub step: f64,
-    /// Finished communication steps.
+    /// Completed communication steps.
     pub steps: u64,
     /// Simulated time at the end (s).
     pub reached: f64,
     /// Rows in the results.
     pub rows: u64,
-    /// How often the run went on from a checkpoint.
+    /// How often the run was resumed from a checkpoint.
     pub resumed: u64,
-    /// Simulated time over wall time of the stepping.
+    /// Simulated time divided by the wall time of stepping.
     pub real_time_factor: f64,
     /// How units were coupled.
     pub algorithm: AlgorithmSummary,
-    /// Loops solved before the start.
+    /// Algebraic loops solved before the start.
     pub initial_loops: Vec<SolvedLoop>,
     /// Wall times.
     pub wall_time: WallTime,
@@ -181,23 +181,23 @@ pub struct Summary {
     pub units: IndexMap<String, FmuSummary>,
     /// Instances by their name.
     pub instances: IndexMap<String, InstanceSummary>,
-    /// How well the run kept to real time, if it was held to it.
+    /// How well the run kept up with real time, if that was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub real_time: Option<RealTime>,
-    /// Number of events by their kind; events.csv has them all.
+    /// Number of events of each kind. events.csv contains the events.
     pub events: BTreeMap<EventKind, u64>,
     /// Recorded signals.
     pub signals: IndexMap<String, SignalSummary>,
-    /// How the run feels at the points that the scenario names.
+    /// Ride quality at the points of the scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ride_quality: Option<RideQuality>,
-    /// The units' first messages.
+    /// The first messages of the units.
     pub messages: Vec<FmuMessage>,
-    /// Number of the units' messages that are not among these.
+    /// Number of further messages of the units.
     pub omitted_messages: u64,
-    /// Results in the folder.
+    /// File names of the tables.
     pub tables: Vec<String>,
-    /// Pictures in the folder.
+    /// File names of the pictures.
     pub pictures: Vec<String>,
 }
 

@@ -1,29 +1,29 @@
-//! How well a run kept to real time.
+//! How well a run kept up with real time.
 
 use serde::{Deserialize, Serialize};
 
-/// How well a run kept to real time.
+/// How well a run kept up with real time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RealTime {
-    /// Simulated seconds per second of wall time that were asked for.
+    /// Requested simulated seconds per second of wall time.
     pub factor: f64,
-    /// Steps that were held to it.
+    /// Number of steps.
     pub steps: u64,
-    /// Steps that ended later than due.
+    /// Steps that finished late.
     pub overruns: u64,
-    /// By how much the latest one was late (s).
+    /// Largest delay (s).
     pub worst_seconds: f64,
-    /// Mean lateness of the overruns (s).
+    /// Mean delay of the late steps (s).
     pub mean_seconds: f64,
-    /// Overruns by their lateness.
+    /// Late steps by their delay.
     pub distribution: Vec<OverrunClass>,
 }
 
-/// Overruns of about the same lateness.
+/// Number of late steps in a range of delays.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OverrunClass {
-    /// Upper limit (s); none for the last class.
+    /// Upper limit of the delay (s); none for the last range.
     pub below_seconds: Option<f64>,
-    /// Number of overruns.
+    /// Number of late steps.
     pub count: u64,
 }
