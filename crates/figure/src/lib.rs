@@ -1,17 +1,16 @@
-//! Pictures as SVG: panels above each other over a common axis, of time as a rule, each below its legend.
+//! Figures as SVG: panels one above the other over a common axis, usually time, each below its legend.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
 
-/// Points that one picture may have, so that its file stays well below 1 MB.
+/// Most points of a figure, so that its file stays well below 1 MB.
 pub const MAX_POINTS: u64 = 40_000;
 /// Finest reduction of one curve: about one slice per pixel.
 pub const MAX_SLICES: u64 = 1_000;
 
-/// Okabe and Ito's colours, which colour-blind readers can tell apart; black and darker shades come
-/// last.
+/// Palette of Okabe and Ito, which colour-blind readers can distinguish, with further dark colours.
 const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -31,46 +30,46 @@ const PANEL_HEIGHT: u32 = 320;
 const TITLE_HEIGHT: u32 = 44;
 const MARGIN: u32 = 8;
 const RIGHT_MARGIN: u32 = 24;
-/// Width of the labels at the vertical axis.
+/// Width of the labels of the vertical axis.
 const LABELS: u32 = 84;
-/// One row of a legend.
+/// Height of a row of a legend.
 const LEGEND_HEIGHT: u32 = 20;
 const LEGEND_FONT: u32 = 13;
-/// Length of a line in a legend, and its distance to the text.
+/// Length of a line in a legend, and its distance from the text.
 const SAMPLE: u32 = 20;
 const SPACE: u32 = 6;
 
-/// A picture could not be drawn.
+/// A figure could not be drawn.
 #[derive(Debug, Error)]
-#[error("the picture cannot be drawn: {0}")]
+#[error("cannot draw the figure: {0}")]
 pub struct PlotError(String);
 
-/// One curve.
+/// A curve of a panel.
 #[derive(Debug, Clone)]
 pub struct FigureLine {
     /// Text in the legend.
     pub label: String,
-    /// Time, or what is across, and value, already scaled.
+    /// Time, or position along the horizontal axis, and value, both scaled.
     pub points: Vec<(f64, f64)>,
 }
 
-/// One panel.
+/// A panel of a figure.
 #[derive(Debug, Clone)]
 pub struct FigurePanel {
     /// Label of the vertical axis.
     pub ylabel: String,
-    /// Curves, drawn in this order and in the order of the colours.
+    /// Curves in the order of the colours.
     pub lines: Vec<FigureLine>,
 }
 
-/// Slices per curve for a picture with that many curves.
+/// Slices per curve for a figure with a number of curves.
 #[must_use]
 pub fn slices(curves: usize) -> u64 {
     let share = MAX_POINTS / 2 / u64::try_from(curves.max(1)).unwrap_or(u64::MAX);
     share.clamp(100, MAX_SLICES)
 }
 
-/// Draws a picture over time and returns it as SVG text.
+/// Draws a figure over time and returns it as SVG text.
 ///
 /// # Errors
 /// The drawing library fails.
@@ -78,7 +77,7 @@ pub fn draw(title: &str, panels: &[FigurePanel]) -> Result<String, PlotError> {
     draw_over(title, "time (s)", panels)
 }
 
-/// Draws a picture over another axis, which has this label.
+/// Draws a figure over another axis with the label `xlabel`.
 ///
 /// # Errors
 /// The drawing library fails.
@@ -112,14 +111,13 @@ pub fn draw_over(title: &str, xlabel: &str, panels: &[FigurePanel]) -> Result<St
 type DrawArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type DrawResult = Result<(), Box<dyn std::error::Error>>;
 
-/// Width of a legend's entry by the mean width of letters, for no font is at hand to measure.
+/// Width of a legend's entry, estimated from the mean width of letters.
 fn entry_width(label: &str) -> u32 {
     let letters = u32::try_from(label.chars().count()).unwrap_or(u32::MAX);
     letters.saturating_mul(LEGEND_FONT * 3 / 5).saturating_add(SAMPLE + 4 * SPACE)
 }
 
-/// The curves in each row of a panel's legend; none without labels, or with more curves than
-/// colours can tell apart.
+/// The curves in each row of a panel's legend. No rows without labels, or with more curves than colours.
 fn legend(panel: &FigurePanel) -> Vec<Vec<usize>> {
     let lines = &panel.lines;
     let mut rows: Vec<Vec<usize>> = Vec::new();
@@ -208,7 +206,7 @@ fn times(panel: &FigurePanel) -> impl Iterator<Item = f64> {
     panel.lines.iter().flat_map(|line| line.points.iter().map(|point| point.0))
 }
 
-/// Smallest to largest value, widened by a share of the span; never empty.
+/// Smallest to largest value, widened by a fraction of the span; never empty.
 fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64> {
     let (low, high) = values
         .filter(|x| x.is_finite())
@@ -216,7 +214,7 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     if low > high {
         return 0.0..1.0;
     }
-    // a constant still needs an axis: as wide as its value is large
+    // the axis of a constant is as wide as 1 % of its value
     let span = if high - low > 1e-9 * low.abs().max(high.abs()) {
         (high - low) * margin
     } else if low == 0.0 {
@@ -227,7 +225,7 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     low - span..high + span
 }
 
-/// A number as an axis shows it; what rounds to zero has no sign.
+/// A number as an axis label. Zero has no sign.
 fn axis_label(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
@@ -236,7 +234,7 @@ fn axis_label(value: f64, digits: usize) -> String {
     }
 }
 
-/// Decimals that tell neighbouring axis labels apart.
+/// Decimals that distinguish neighbouring axis labels.
 fn decimals(range: &std::ops::Range<f64>) -> usize {
     let tick = (range.end - range.start) / 10.0;
     let magnitude = -tick.log10().floor();
@@ -263,7 +261,7 @@ mod tests {
         assert!(svg.contains("gap (mm)") && svg.contains("time (s)"));
     }
 
-    /// Every label is there once, rows wrap, and the panel below keeps its height.
+    /// Every label occurs once, rows wrap, and the panel below keeps its height.
     #[test]
     fn issue_the_legend_stands_above_the_panel_and_covers_nothing() {
         let line = |k: usize| FigureLine {

@@ -1,4 +1,4 @@
-//! What the page gets to know of one run.
+//! The data of one run in the page.
 
 use rayon::prelude::*;
 use results::modes::{CoupledMode, CoupledModes, Eigenvalue};
@@ -16,19 +16,19 @@ use crate::series::{EmbeddedSeries, SignalClock, SignalClocks};
 use crate::spectra::{self, Frequencies, Spectra};
 use crate::spectrogram::{self, EmbeddedSpectrogram};
 
-/// Values of all signals over time that a page has room for, at 4 bytes each.
+/// Most values of time histories in a page, at 4 bytes each.
 const ROOM: usize = 900_000;
-/// Values of one signal in the scenario's pictures.
+/// Most values of a signal that the scenario plots.
 const ROOM_DRAWN: usize = 80_000;
-/// No signal gets fewer values than that: two per pixel of a wide screen.
+/// Least limit on the values of a signal: two per pixel of a wide screen.
 const LEAST: usize = 2_000;
-/// Bytes of all spectrograms.
+/// Most bytes of all spectrograms.
 const ROOM_SPECTROGRAMS: usize = 2_800_000;
-/// Signals that have spectra at most.
+/// Most signals with spectra, besides those that the scenario plots.
 const MOST_SPECTRA: usize = 400;
-/// Spectrograms reach up to so many times the highest frequency that is known to matter.
+/// Spectrograms end at this multiple of the girder's highest frequency.
 const ABOVE: f64 = 3.0;
-/// Resonances are looked for from this part of the lowest girder frequency up.
+/// The search for resonances starts at this fraction of the girder's lowest frequency.
 const BELOW: f64 = 0.7;
 
 /// Data of one run.
@@ -39,13 +39,13 @@ pub(crate) struct RunData<'a> {
     folder: String,
     description: &'a str,
     summary: &'a Value,
-    /// its text
+    /// text of scenario-as-run.json
     scenario: Option<&'a str>,
     parameters: Vec<InstanceParameters>,
     figures: Vec<KeyFigure>,
     guideway: Option<GuidewayFacts>,
     modes: Option<&'a CoupledModes>,
-    /// marked in spectra
+    /// modes that spectra mark
     coupled: Vec<Eigenvalue>,
     least_damped: Option<&'a CoupledMode>,
     clocks: Vec<SignalClock>,
@@ -54,7 +54,7 @@ pub(crate) struct RunData<'a> {
     plots: Vec<PlotAsRun>,
     irregularity: Option<RecordedIrregularity>,
     scene: Option<Scene>,
-    /// why there is no scene where one was to be expected
+    /// why the scene is missing, if the run has a vehicle
     scene_error: Option<String>,
 }
 
@@ -71,7 +71,7 @@ struct SignalData<'a> {
     spectrogram: Option<EmbeddedSpectrogram>,
 }
 
-/// What is computed of one signal.
+/// A recorded signal with its spectra, before it is embedded.
 struct ComputedSignal {
     times: Vec<f64>,
     values: Vec<f64>,
@@ -80,7 +80,7 @@ struct ComputedSignal {
 }
 
 impl<'a> RunData<'a> {
-    /// Of one run among so many that share the page.
+    /// Collects the data of one of `runs` runs that share the page.
     pub(crate) fn new(run: &'a RunResults, runs: usize, arrays: &mut Arrays) -> Self {
         let table = &run.table;
         let scenario = run.scenario.as_ref();
@@ -89,7 +89,7 @@ impl<'a> RunData<'a> {
         let (mut clocks, mut frequencies) = (SignalClocks::default(), Frequencies::default());
         let signals =
             signals(run, &plots, guideway.as_ref(), runs, (&mut clocks, &mut frequencies), arrays);
-        // a unit that has been moved away since the run costs the view, not the report
+        // the report is complete except for the view if a unit was removed after the run
         let (scene, scene_error) = match scene::build(run, arrays) {
             Ok(scene) => (scene, None),
             Err(error) => (None, Some(error.to_string())),
@@ -177,7 +177,7 @@ fn signals<'a>(
     names.iter().zip(computed).map(signal).collect()
 }
 
-/// Frequency (Hz) up to which spectrograms are of interest; without limit where nothing is known.
+/// Frequency (Hz) at which spectrograms end; infinite if no frequency is known.
 fn top_frequency(guideway: Option<&GuidewayFacts>) -> f64 {
     let Some(it) = guideway else { return f64::INFINITY };
     let modes = it.modes.iter().map(|mode| ABOVE * mode.frequency);

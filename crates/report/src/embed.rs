@@ -1,4 +1,4 @@
-//! Data inside of an HTML page: arrays as compressed binary, all else as JSON.
+//! Data inside an HTML page: arrays as compressed binary data, everything else as JSON.
 
 use std::io::Write as _;
 
@@ -8,18 +8,18 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde::Serialize;
 
-/// Where an array is among the page's [`Arrays`]; `arrays.get(it)` in the page gives it.
+/// Position of an array among the page's [`Arrays`]. In the page, `arrays.get` returns the array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ArrayRef {
-    /// First byte.
+    /// Index of its first byte.
     at: usize,
-    /// Number of elements.
+    /// Number of its elements.
     len: usize,
-    /// Their type.
+    /// Type of its elements.
     kind: ElementType,
 }
 
-/// Types of elements.
+/// Type of the elements of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum ElementType {
@@ -28,23 +28,23 @@ enum ElementType {
     U8,
 }
 
-/// Arrays of numbers that go into the page.
+/// Arrays of numbers in the page.
 ///
-/// Bytes of equal significance stand together: those of the sign, the exponent and the leading
-/// digits hardly change from one value of a signal to the next and compress well.
+/// Bytes of equal significance are stored together: those of sign, exponent and leading digits hardly
+/// change from one value of a signal to the next, and compress well.
 #[derive(Debug, Default)]
 pub struct Arrays {
     bytes: Vec<u8>,
 }
 
 impl Arrays {
-    /// Adds 64-bit floats, for what must keep its digits, such as times.
+    /// Adds 64-bit floats, for values that must keep all digits, such as times.
     pub fn f64(&mut self, values: &[f64]) -> ArrayRef {
         self.add(ElementType::F64, values.iter().map(|value| value.to_le_bytes()))
     }
 
-    /// Adds 32-bit floats: 7 digits, enough for what is drawn or read at a cursor.
-    #[expect(clippy::cast_possible_truncation, reason = "meant")]
+    /// Adds 32-bit floats, whose 7 digits are enough for plots and cursors.
+    #[expect(clippy::cast_possible_truncation, reason = "intended")]
     pub fn f32(&mut self, values: &[f64]) -> ArrayRef {
         self.add(ElementType::F32, values.iter().map(|&value| (value as f32).to_le_bytes()))
     }
@@ -66,7 +66,7 @@ impl Arrays {
         it
     }
 
-    /// The values that a reference, as the page gets it, stands for; 32-bit floats only.
+    /// The values of a reference in the data of the page; 32-bit floats only.
     #[cfg(test)]
     pub(crate) fn read(&self, reference: &serde_json::Value) -> Vec<f64> {
         let number = |key: &str| usize::try_from(reference[key].as_u64().unwrap()).unwrap();
@@ -76,7 +76,7 @@ impl Arrays {
         (0..len).map(|k| f32::from_le_bytes(std::array::from_fn(|i| byte(k, i))).into()).collect()
     }
 
-    /// Everything as base64 of a zlib stream.
+    /// All arrays as a zlib stream in base64.
     #[must_use]
     pub fn pack(&self) -> String {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(6));
@@ -86,14 +86,13 @@ impl Arrays {
     }
 }
 
-/// JSON that may stand in a `<script>` element: whatever texts it holds, none can end the element
-/// or begin a comment in it.
+/// JSON that is safe in a `<script>` element: no text in it can end the element or begin a comment.
 ///
 /// # Errors
 /// The value has no JSON form.
 pub fn script_json(value: &impl Serialize) -> serde_json::Result<String> {
     let text = serde_json::to_string(value)?;
-    // outside of texts these characters do not occur in JSON, so the escapes are always within one
+    // JSON has these characters in strings only, where the escapes are valid
     Ok(text
         .replace('<', "\\u003c")
         .replace('>', "\\u003e")
@@ -102,7 +101,7 @@ pub fn script_json(value: &impl Serialize) -> serde_json::Result<String> {
         .replace('\u{2029}', "\\u2029"))
 }
 
-/// Text that may stand in HTML, also within quotes of an attribute.
+/// Escapes a text for HTML, also in quoted attributes.
 #[must_use]
 pub fn html(text: &str) -> String {
     text.replace('&', "&amp;")

@@ -1,5 +1,5 @@
-//! The irregularity that a magnet met, over the track, and its power spectral density against the
-//! target A/Ω².
+//! The irregularity at a magnet over its position on the track, and its power spectral density compared with
+//! the target A/Ω².
 
 use std::f64::consts::TAU;
 
@@ -11,18 +11,18 @@ use crate::embed::{ArrayRef, Arrays};
 use crate::knowledge::{GuidewayFacts, TargetDensity};
 use crate::names;
 
-/// Distance of the profile's points (m): a tenth of the shortest wave that is usual, 0.5 m.
+/// Distance between points of the profile (m): a tenth of the usual shortest wave of 0.5 m.
 const GRID: f64 = 0.05;
-/// The density is the mean over pieces of a third of the profile, half overlapping.
+/// The density is a mean over segments of a third of the profile that overlap by half.
 const PIECES: usize = 3;
-/// Shorter profiles (m) say nothing of waves of metres.
+/// Shortest profile (m) that has a density.
 const SHORTEST: f64 = 10.0;
 
-/// The profile and its density, in the page.
+/// The profile and its density in the page.
 #[derive(Debug, Serialize)]
 pub struct RecordedIrregularity {
     signal: String,
-    /// Place of the first point and distance of the points (m).
+    /// Position of the first point and distance between points (m).
     start: f64,
     step: f64,
     heights: ArrayRef,
@@ -33,7 +33,7 @@ pub struct RecordedIrregularity {
 }
 
 impl RecordedIrregularity {
-    /// Of the first recorded irregularity whose magnet's position is recorded, too, and moves.
+    /// Uses the first recorded irregularity whose magnet moves and has a recorded position.
     pub fn of(
         run: &RunResults,
         guideway: Option<&GuidewayFacts>,
@@ -65,14 +65,14 @@ impl RecordedIrregularity {
     }
 }
 
-/// The recorded position of the magnet with that number.
+/// The recorded position of a magnet by its number.
 fn position<'a>(run: &'a RunResults, number: &str) -> Option<&'a [f64]> {
     let ending = format!(".{}_{number}", names::POSITION);
     let name = run.table.names.iter().find(|name| name.ends_with(&ending))?;
     run.table.column(name)
 }
 
-/// Heights at even distances, interpolated between the points of a magnet that moves forward.
+/// Heights at equal distances, interpolated between the positions of a magnet that moves forward.
 fn over_track(places: &[f64], heights: &[f64]) -> Option<(f64, Vec<f64>)> {
     let mut points: Vec<(f64, f64)> = Vec::new();
     for (&place, &height) in places.iter().zip(heights) {
@@ -97,7 +97,7 @@ fn over_track(places: &[f64], heights: &[f64]) -> Option<(f64, Vec<f64>)> {
     Some((start, result))
 }
 
-/// Wavenumbers Ω = 2πn (rad/m) and the one-sided density S(Ω) = G(n)/2π, from that over cycles per m.
+/// Wavenumbers Ω = 2πn (rad/m) and the one-sided density S(Ω) = G(n)/2π, where n is in cycles per metre.
 fn density(heights: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     let settings = Welch::of_segment(heights.len() / PIECES);
     let spectrum = welch(heights, 1.0 / GRID, &settings).ok()?;

@@ -1,5 +1,5 @@
-//! What the report knows of this system by name: which signals are gaps and deflections, and what the
-//! guideway's parameters say. A run without these names gets a report without these parts.
+//! What the report knows about maglev trains by the names of variables: which signals are gaps and
+//! deflections, and the parameters of the guideway. Reports of other systems lack these parts.
 
 use results::{RunResults, Statistics};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::layout_fmu::LayoutFmu;
 use crate::names;
 
-/// What a signal is.
+/// The meaning of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SignalRole {
@@ -19,7 +19,7 @@ pub enum SignalRole {
     Quarter,
 }
 
-/// What a signal `instance.variable` is, if it is known.
+/// The meaning of the signal `instance.variable`, if it is known.
 #[must_use]
 pub fn role(signal: &str) -> Option<SignalRole> {
     let (_, variable) = signal.split_once('.')?;
@@ -34,17 +34,17 @@ pub fn role(signal: &str) -> Option<SignalRole> {
 /// A number at the top of the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KeyFigure {
-    /// Text beside the number.
+    /// Label of the number.
     pub label: &'static str,
-    /// In the unit's SI base.
+    /// The number, in SI units.
     pub value: f64,
-    /// Unit of measurement; empty for a ratio.
+    /// Unit of measure; empty for a ratio.
     pub unit: &'static str,
-    /// Which signal, when, or of how many.
+    /// Signal and time of the number, or the number of signals.
     pub note: String,
 }
 
-/// The numbers that are asked for first.
+/// Key figures of a run: deflections and gaps.
 #[must_use]
 pub fn figures(run: &RunResults) -> Vec<KeyFigure> {
     let of = |wanted: SignalRole| {
@@ -84,8 +84,7 @@ pub fn figures(run: &RunResults) -> Vec<KeyFigure> {
     figures
 }
 
-/// The largest deflection in the middle of a span, and that at a quarter where it is larger or there is no
-/// other: each says of which place it is.
+/// The largest deflection at mid-span, and that at quarter span if it is larger or if there is no other.
 fn deflections(
     middle: &[(&String, &Statistics)],
     quarter: &[(&String, &Statistics)],
@@ -115,19 +114,19 @@ fn deflections(
     figures
 }
 
-/// A signal and when; a time n·h with what a decimal fraction lacks in binary left off.
+/// A signal and a time, which is rounded to hide the binary error of n·h.
 fn moment(signal: &str, time: f64) -> String {
     format!("{signal} at {} s", (time * 1e9).round() / 1e9)
 }
 
-/// What the guideway's parameters say.
+/// What the parameters of a guideway define.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GuidewayFacts {
     /// The instance, by its name in the scenario.
     pub instance: String,
     /// Modes of an empty girder: frequency f·√(stiffness/mass) (Hz) and damping ratio.
     pub modes: Vec<GirderMode>,
-    /// The chirp A sin(π (t − t₀)²), if it is on: its frequency is t − t₀ (Hz for s).
+    /// The chirp A sin(π (t − t₀)²), if it is on. Its frequency in Hz is t − t₀ in s.
     pub chirp: Option<ChirpFacts>,
     /// The random profile, if it is on.
     pub irregularity: Option<TargetDensity>,
@@ -145,13 +144,13 @@ pub struct GirderMode {
 /// A force with rising frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ChirpFacts {
-    /// When it begins (s).
+    /// Start time (s).
     pub start: f64,
     /// Frequency at which it ends (Hz).
     pub end_frequency: f64,
 }
 
-/// The one-sided PSD A/Ω² that a random profile is made to have.
+/// The one-sided PSD A/Ω² from which a random profile is generated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TargetDensity {
     /// A (m·rad).
@@ -163,7 +162,7 @@ pub struct TargetDensity {
 }
 
 impl GuidewayFacts {
-    /// Of the first unit that is a guideway; `None` if there is none or its file has gone.
+    /// Reads the first FMU that is a guideway. `None` if there is none, or if it cannot be read.
     #[must_use]
     pub fn of(run: &RunResults) -> Option<Self> {
         let unit = LayoutFmu::find(run.scenario.as_ref()?, names::GUIDEWAY_FILE).ok()??;
@@ -212,8 +211,8 @@ mod tests {
         }
     }
 
-    /// Without the middle the quarter point is no "largest deflection" by that name: the figure says what it
-    /// is, and that the middle is not there. Where both are recorded, the quarter is shown if it is larger.
+    /// If only the quarter point is recorded, the figure names it and says that mid-span is missing. If both
+    /// are recorded, the quarter point is shown if its deflection is larger.
     #[test]
     fn issue_a_deflection_names_its_place() {
         let folder = tempfile::tempdir().unwrap();

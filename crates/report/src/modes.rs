@@ -24,7 +24,7 @@ pub(crate) fn least_damped<'a>(
     oscillating.min_by(|a, b| a.continuous.damping_ratio.total_cmp(&b.continuous.damping_ratio))
 }
 
-/// CoupledModes of the girders that cause peaks, each frequency once.
+/// Modes of the girders that cause peaks, each frequency once.
 pub(crate) fn of_girders(modes: &CoupledModes, guideway: &str) -> Vec<Eigenvalue> {
     let mut found: Vec<Eigenvalue> = Vec::new();
     for mode in &modes.modes {

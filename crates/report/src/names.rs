@@ -1,28 +1,28 @@
-//! Every name of a unit's variable that the report knows, in one place.
+//! All names of variables that the report knows.
 //!
-//! A signal by another name is drawn like any signal, but is no gap and no deflection. That these names
-//! are those of the units is what the test below holds: it reads the units' own descriptions.
+//! Signals with other names are drawn, but not recognised as gaps or deflections. The test below compares the
+//! names with the descriptions of the units.
 
-/// Rows with one variable per magnet, the vehicle's outputs.
+/// Outputs of the vehicle, one per magnet.
 pub(crate) const GAP: &str = "gap";
 pub(crate) const POSITION: &str = "position";
 pub(crate) const LATERAL_OFFSET: &str = "lateral_offset";
-/// Of each observed body, after its name: the vehicle's outputs.
+/// Outputs of the vehicle for each observed body, after its name.
 pub(crate) const VERTICAL_DISPLACEMENT: &str = "vertical_displacement";
 pub(crate) const LATERAL_DISPLACEMENT: &str = "lateral_displacement";
 pub(crate) const ROLL: &str = "roll";
 pub(crate) const PITCH: &str = "pitch";
 pub(crate) const YAW: &str = "yaw";
-/// The vehicle's parameters.
+/// Parameters of the vehicle.
 pub(crate) const INITIAL_POSITION: &str = "initial_position";
 pub(crate) const TRAVEL_SPEED: &str = "travel_speed";
 
-/// Rows with one variable per span, the guideway's outputs.
+/// Outputs of the guideway, one per span.
 pub(crate) const MIDSPAN: &str = "midspan_displacement";
 pub(crate) const QUARTER: &str = "quarter_displacement";
-/// A row with one variable per magnet, the guideway's outputs.
+/// Output of the guideway, one per magnet.
 pub(crate) const IRREGULARITY: &str = "irregularity";
-/// The guideway's parameters.
+/// Parameters of the guideway.
 pub(crate) const MODES: &str = "modes";
 pub(crate) const POLE_LENGTH: &str = "pole_length";
 pub(crate) const STIFFNESS_FACTOR: &str = "stiffness_factor";
@@ -35,21 +35,21 @@ pub(crate) const IRREGULARITY_FILE: &str = "irregularity_file";
 pub(crate) const IRREGULARITY_AMPLITUDE: &str = "irregularity_amplitude";
 pub(crate) const IRREGULARITY_SHORTEST_WAVE: &str = "irregularity_shortest_wave";
 pub(crate) const IRREGULARITY_LONGEST_WAVE: &str = "irregularity_longest_wave";
-/// Rows with one parameter per mode of the guideway.
+/// Parameters of the guideway, one per mode.
 pub(crate) const FREQUENCY: &str = "frequency";
 pub(crate) const DAMPING: &str = "damping";
 
-/// Files that make a unit a vehicle or a guideway.
+/// Layout files of vehicles and guideways, in the resources of an FMU.
 pub(crate) const VEHICLE_FILE: &str = "vehicle.json";
 pub(crate) const GUIDEWAY_FILE: &str = "guideway.json";
 
-/// A variable of a row of `size`, `gap_01` … `gap_64`: as many digits as the last one has, at least 2.
+/// Variable `k` of a row of `size`, such as `gap_01` to `gap_64`: with the digits of the last one, at least 2.
 pub(crate) fn numbered(row: &str, k: usize, size: usize) -> String {
     let digits = size.to_string().len().max(2);
     format!("{row}_{k:0digits$}")
 }
 
-/// The row of a numbered variable.
+/// The row that a numbered variable belongs to.
 pub(crate) fn row(variable: &str) -> Option<&str> {
     let stem = variable.trim_end_matches(|letter: char| letter.is_ascii_digit());
     if stem.len() == variable.len() { None } else { stem.strip_suffix('_') }
@@ -86,7 +86,7 @@ mod tests {
         names.iter().map(|&name| name.to_owned()).collect()
     }
 
-    /// A name changed here or in a unit's table would silence a figure or a part of the 3D view.
+    /// If a name changed here or in a unit, key figures or parts of the 3D view would be missing.
     #[test]
     fn issue_signal_names_are_those_of_the_units() {
         assert_known("vehicle", Causality::Output, &of_row(&[GAP, POSITION, LATERAL_OFFSET], 64));
@@ -115,7 +115,7 @@ mod tests {
         assert_known("guideway", Causality::Parameter, &of_row(&[FREQUENCY, DAMPING], 2));
     }
 
-    /// A wrong name is found out, otherwise the test above proved nothing.
+    /// The test above notices a wrong name.
     #[test]
     #[should_panic(expected = "guideway has no Output middle_displacement_01")]
     fn issue_a_signal_name_that_no_unit_has_is_found() {

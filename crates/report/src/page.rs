@@ -1,4 +1,4 @@
-//! The page: its data, put into the template with styles and scripts.
+//! The page: the template, filled with data, styles and scripts.
 
 use results::RunResults;
 use serde::Serialize;
@@ -14,7 +14,7 @@ const STYLES: [&str; 3] = [
     include_str!("../assets/scene/scene.css"),
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
-/// Run in this order, in one scope.
+/// Scripts in the order in which they run, in one scope.
 const SCRIPTS: [&str; 16] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/axis.js"),
@@ -34,7 +34,7 @@ const SCRIPTS: [&str; 16] = [
     include_str!("../assets/report.js"),
 ];
 
-/// PageData of the page.
+/// Data of the page.
 #[derive(Serialize)]
 struct PageData<'a> {
     version: &'static str,
@@ -54,7 +54,7 @@ pub fn html(runs: &[RunResults]) -> String {
         three: three.then(|| scene::ThreeLibrary::new(&mut arrays)),
         runs: runs_data,
     };
-    // plain data, which always prints
+    // plain data can always be printed
     let data = script_json(&data).unwrap_or_default();
     let title = runs.first().map(|run| escape(&run.title())).unwrap_or_default();
     let scripts = format!("(async () => {{\n\"use strict\";\n{}}})();", SCRIPTS.concat());
@@ -68,7 +68,7 @@ pub fn html(runs: &[RunResults]) -> String {
     ])
 }
 
-/// Puts texts into the template's places, which stand in this order; what is put in is not looked at.
+/// Replaces the placeholders of the template, which occur in this order. Inserted texts are not searched.
 fn fill(places: &[(&str, &str)]) -> String {
     let mut page = String::new();
     let mut rest = TEMPLATE;
@@ -96,7 +96,7 @@ mod tests {
         html(&[RunResults::read(folder.path()).unwrap()])
     }
 
-    /// Names and texts of a run stay what they are: the page has the elements of its template only.
+    /// Names and texts of a run stay texts: the page has only the elements of its template.
     #[test]
     fn issue_hostile_names_add_no_elements() {
         let hostile = "</script><script>alert(1)</script><!-- {{data}} {{scripts}}";
@@ -130,7 +130,7 @@ mod tests {
         }
     }
 
-    /// The table of libraries says which files are there, and they are as published.
+    /// The files are those in the table of libraries, unchanged.
     #[test]
     fn golden_libraries_of_others_are_as_published() {
         use sha2::{Digest as _, Sha256};

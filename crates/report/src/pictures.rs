@@ -1,8 +1,8 @@
-//! The report's curves as files for papers: SVG, or PNG drawn from it.
+//! Figures for papers, as SVG or PNG.
 //!
-//! For each of the scenario's pictures there are the signals over time and their amplitude spectra, with
-//! the curves of several runs in the same panels. A run without pictures has its first signals, one panel
-//! for each unit of measurement.
+//! Each plot of the scenario gives a figure of the signals over time and one of their amplitude spectra, with
+//! the curves of several runs in the same panels. A run without plots shows its first signals, one panel
+//! per unit of measure.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,27 +17,27 @@ use resvg::{tiny_skia, usvg};
 use crate::error::ReportError;
 use crate::series::reduced;
 
-/// The font of PNGs, so that they look alike on all machines.
+/// The font of PNGs, which therefore look the same on all machines.
 const FONT: &[u8] = include_bytes!("../assets/vendor/DejaVuSans.ttf");
 const FAMILY: &str = "DejaVu Sans";
-/// Pixels of a PNG for each of the SVG: 1100 become 2200, a column of a paper at 600 dpi.
+/// Pixels of a PNG per pixel of the SVG: the width of 2200 is a column of a paper at 600 dpi.
 const ZOOM: f32 = 2.0;
-/// Curves in a panel, and panels, of a run without pictures.
+/// Most curves per panel and most panels for a run without plots.
 const CURVES: usize = 6;
 const PANELS: usize = 4;
-/// Spectra end where all are below that share of their largest amplitude.
+/// Spectra end where all curves stay below this fraction of their largest amplitude.
 const ENOUGH: f64 = 0.01;
 
-/// A format of pictures.
+/// A format of figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PictureFormat {
-    /// Lines that stay sharp.
+    /// Vector graphics.
     Svg,
-    /// Pixels, 2200 across.
+    /// Pixels, 2200 wide.
     Png,
 }
 
-/// Draws the figures of some runs into a folder, which is made, and returns their files.
+/// Draws the figures of some runs into a folder, which is created, and returns their paths.
 ///
 /// # Errors
 /// A figure cannot be drawn or written.
@@ -98,7 +98,7 @@ fn draw(runs: &[RunResults]) -> Result<Vec<(String, String)>, ReportError> {
     Ok(figures)
 }
 
-/// The scenario's pictures, or one of the first signals.
+/// The scenario's plots, or one of the first signals.
 fn plots(run: &RunResults) -> Vec<PlotAsRun> {
     let names = &run.table.names;
     let plots = run.scenario.as_ref().map(|it: &ScenarioAsRun| it.plots(names)).unwrap_or_default();
@@ -121,7 +121,7 @@ fn plots(run: &RunResults) -> Vec<PlotAsRun> {
     vec![PlotAsRun { panels, ..PlotAsRun::default() }]
 }
 
-/// The panels of a picture, with what `curve` makes of times and values of each recorded signal.
+/// The panels of a plot, with the curve that `curve` computes from times and values of each recorded signal.
 fn panels(
     runs: &[RunResults],
     plot: &PlotAsRun,
@@ -146,14 +146,14 @@ fn panels(
     plot.panels.iter().map(panel).collect()
 }
 
-/// Frequencies (Hz) and amplitudes of a signal, without the mean; none of a signal that is uneven or short.
+/// Frequencies (Hz) and amplitudes of a signal without its mean; none if its times are uneven or too few.
 fn spectrum(times: &[f64], values: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     let spectrum = amplitude(values, rate(times).ok()?, Window::Hann).ok()?;
     let frequencies = (1..spectrum.values.len()).map(|k| spectrum.frequency(k)).collect();
     Some((frequencies, spectrum.values[1..].to_vec()))
 }
 
-/// Cuts spectra off where nothing is to be seen any more.
+/// Removes the end of spectra in which nothing is visible.
 fn cut(panels: &mut [FigurePanel]) {
     let matters = |line: &FigureLine| {
         let largest = line.points.iter().map(|point| point.1.abs()).fold(0.0, f64::max);
@@ -166,7 +166,7 @@ fn cut(panels: &mut [FigurePanel]) {
     }
 }
 
-/// Draws SVG as PNG.
+/// Renders SVG as PNG.
 fn png(svg: &str) -> Result<Vec<u8>, String> {
     let mut fonts = usvg::fontdb::Database::new();
     fonts.load_font_data(FONT.to_vec());
@@ -235,7 +235,7 @@ mod tests {
         assert!(figures[0].1.contains(&format!("{}: v.gap_1", runs[0].name())));
     }
 
-    /// A PNG of twice the size, with letters: more than curves and axes are dark.
+    /// The PNG has twice the size and dark pixels where the title is.
     #[test]
     fn invariant_pngs_have_size_curves_and_letters() {
         let folder = tempfile::tempdir().unwrap();
@@ -247,7 +247,7 @@ mod tests {
         let bytes = fs::read(&files[1]).unwrap();
         let pixels = tiny_skia::Pixmap::decode_png(&bytes).unwrap();
         assert_eq!(pixels.width(), 2200);
-        // the title's place, left of which and around is white
+        // the title, with white left of it
         let dark = |x: std::ops::Range<u32>, y: std::ops::Range<u32>| {
             let places = y.flat_map(|y| x.clone().map(move |x| (x, y)));
             let all = places.filter_map(|(x, y)| pixels.pixel(x, y));

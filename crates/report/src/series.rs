@@ -1,15 +1,15 @@
-//! Signals over time for the page: all points where there is room, else the smallest and largest
-//! value of each of many equal slices, so that no peak is lost.
+//! Time histories for the page: all points if there is room, otherwise the smallest and the largest value of
+//! equal slices, so that no peak is lost.
 
 use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 
-/// Times of a row of points.
+/// Times of consecutive points.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum SignalClock {
-    /// Equal steps: start + k·step.
+    /// Equally spaced times: start + k·step.
     Uniform {
         /// Time of the first point (s).
         start: f64,
@@ -18,25 +18,25 @@ pub enum SignalClock {
         /// Number of points.
         len: usize,
     },
-    /// Any times.
+    /// Other times.
     Listed {
         /// The times (s).
         times: ArrayRef,
     },
 }
 
-/// One signal over time.
+/// The time history of one signal.
 #[derive(Debug, Clone, Serialize)]
 pub struct EmbeddedSeries {
-    /// Number of its clock among the run's.
+    /// Index of its clock among those of the run.
     pub clock: usize,
     /// Values.
     pub values: ArrayRef,
-    /// Points of the table that stand behind each pair of values; 1: all are here.
+    /// Points of the table per pair of values; 1 if no points are left out.
     pub points_per_pair: usize,
 }
 
-/// SignalClocks and series of one run.
+/// The clocks of one run, without duplicates.
 #[derive(Debug, Default)]
 pub struct SignalClocks {
     list: Vec<SignalClock>,
@@ -62,7 +62,7 @@ impl SignalClocks {
         self.known.len() - 1
     }
 
-    /// Puts a signal into the page with at most so many values.
+    /// Embeds a signal with at most `most` values.
     pub fn embed(
         &mut self,
         times: &[f64],
@@ -80,7 +80,7 @@ impl SignalClocks {
     }
 }
 
-/// A signal reduced to at most so many values, without losing a peak.
+/// Reduces a signal to at most `most` values, without losing a peak.
 pub(crate) fn reduced(times: &[f64], values: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
     match points_per_pair(values.len(), most) {
         1 => (times.to_vec(), values.to_vec()),
@@ -88,13 +88,13 @@ pub(crate) fn reduced(times: &[f64], values: &[f64], most: usize) -> (Vec<f64>, 
     }
 }
 
-/// Points of which each slice keeps two, so that at most `most` values remain; 1: all remain. Even,
-/// so that the middle of a slice is a point and reduced times are equally spaced, too.
+/// Points per slice, of which two are kept, so that at most `most` values remain; 1 if all remain. Even, so
+/// that reduced times are equally spaced, too.
 fn points_per_pair(points: usize, most: usize) -> usize {
     if points <= most { 1 } else { points.div_ceil((most / 2).max(1)).next_multiple_of(2) }
 }
 
-/// The step of equally spaced times, to a millionth of it.
+/// The step of equally spaced times, with a tolerance of a millionth of it.
 #[must_use]
 pub fn uniform(times: &[f64]) -> Option<f64> {
     let (first, last) = (*times.first()?, *times.last()?);
@@ -106,8 +106,8 @@ pub fn uniform(times: &[f64]) -> Option<f64> {
     (grows && times.iter().enumerate().all(fits)).then_some(step)
 }
 
-/// Per slice of so many points its smallest and its largest value in the order in which they came,
-/// at the slice's first time and its middle: so all signals of a table share their times.
+/// The smallest and the largest value of each slice in the order of their times, at the first and the middle
+/// time of the slice, so that all signals of a table share their times.
 fn reduce(times: &[f64], values: &[f64], points: usize) -> (Vec<f64>, Vec<f64>) {
     let mut reduced = (Vec::new(), Vec::new());
     for (time, slice) in times.chunks(points).zip(values.chunks(points)) {

@@ -1,5 +1,5 @@
-//! Spectra of all recorded signals: amplitudes and power spectral densities, reduced without losing
-//! peaks, and their highest peaks.
+//! Amplitude spectra and power spectral densities of the recorded signals, reduced without losing peaks, and
+//! their highest peaks.
 
 use analysis::Error;
 use analysis::series::rate;
@@ -8,21 +8,21 @@ use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 
-/// Bins that are kept one by one, from the lowest up.
+/// Lowest bins, which are kept individually.
 const SINGLE: usize = 1600;
-/// Slices of equal ratio above these.
+/// Slices of equal frequency ratio above these bins.
 const SLICES: usize = 500;
-/// A density is the mean over pieces of a quarter of the record, half overlapping: 7 of them.
+/// A density is the mean over 7 segments of a quarter of the record that overlap by half.
 const PIECES: usize = 4;
-/// Peaks that are listed.
+/// Most peaks in a list.
 const PEAKS: usize = 6;
-/// A peak rises above the valleys beside it by this factor; twice it in amplitude is 6 dB.
+/// Factor by which the amplitude of a peak exceeds the valleys beside it: 6 dB.
 const PROMINENCE: f64 = 2.0;
-/// The lowest amplitude that is listed, as a share of the highest: resonances of a girder are far below
-/// the slow deflection by a train that passes.
+/// Lowest amplitude in the list, as a fraction of the highest. The slow deflection under a passing train
+/// is far higher than the resonances of a girder.
 const FLOOR: f64 = 1e-6;
 
-/// Spectra of one signal, before they go into the page.
+/// Spectra of one signal, before they are embedded.
 #[derive(Debug, Clone)]
 pub struct ComputedSpectra {
     amplitude: Spectrum,
@@ -41,15 +41,15 @@ pub struct Spectra {
 /// One spectrum.
 #[derive(Debug, Serialize)]
 struct SpectrumCurve {
-    /// Distance of two bins (Hz).
+    /// Distance between bins (Hz).
     resolution: f64,
-    /// Number of its frequencies among the run's.
+    /// Index of its frequencies among those of the run.
     frequencies: usize,
     values: ArrayRef,
     peaks: Vec<SpectrumPeak>,
 }
 
-/// A peak.
+/// A peak in the page.
 #[derive(Debug, Serialize)]
 struct SpectrumPeak {
     frequency: f64,
@@ -58,11 +58,11 @@ struct SpectrumPeak {
 }
 
 impl ComputedSpectra {
-    /// Computes them, with the highest peaks of all and, apart from these, those above the frequency
-    /// `resonances` (Hz): a train that passes makes slow deflections that are far higher.
+    /// Computes the spectra with their highest peaks, and in addition the highest peaks above the frequency
+    /// `resonances` (Hz), which the slow deflection under a passing train would hide.
     ///
     /// # Errors
-    /// The times are uneven, the signal is too short or not finite.
+    /// The times are uneven, or the signal is too short or not finite.
     pub fn new(times: &[f64], values: &[f64], resonances: Option<f64>) -> Result<Self, Error> {
         let rate = rate(times)?;
         let amplitude = amplitude(values, rate, Window::Hann)?;
@@ -77,7 +77,7 @@ impl ComputedSpectra {
 /// Peaks by frequency; `power` is 1 for amplitudes and 2 for densities.
 fn highest(spectrum: &Spectrum, power: i32, resonances: Option<f64>) -> Vec<Peak> {
     let search = |from: f64| PeakSearch {
-        // the lowest bins hold what is left of the mean
+        // the lowest bins contain leakage of the mean
         from: from.max(3.0 * spectrum.resolution),
         count: PEAKS,
         prominence: PROMINENCE.powi(power),
@@ -91,7 +91,7 @@ fn highest(spectrum: &Spectrum, power: i32, resonances: Option<f64>) -> Vec<Peak
     found
 }
 
-/// Rows of frequencies that curves share.
+/// Lists of frequencies, without duplicates.
 #[derive(Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Frequencies {
@@ -110,7 +110,7 @@ impl Frequencies {
         self.known.len() - 1
     }
 
-    /// Puts the spectra of one signal into the page.
+    /// Embeds the spectra of one signal.
     pub fn embed(&mut self, it: &ComputedSpectra, arrays: &mut Arrays) -> Spectra {
         let mut curve = |spectrum: &Spectrum, peaks: &[Peak]| {
             let (frequencies, values) = reduce(spectrum);
@@ -133,8 +133,8 @@ impl Frequencies {
     }
 }
 
-/// A spectrum without its first bin, which has no place on a logarithmic axis: low bins as they are,
-/// of the higher ones the largest value in each slice, at the slice's middle.
+/// Reduces a spectrum: keeps the low bins except the first, which a logarithmic axis cannot show, and the
+/// largest value in each slice of higher bins, at the middle of the slice.
 fn reduce(spectrum: &Spectrum) -> (Vec<f64>, Vec<f64>) {
     let count = spectrum.values.len();
     let mut reduced = (Vec::new(), Vec::new());
@@ -150,7 +150,7 @@ fn reduce(spectrum: &Spectrum) -> (Vec<f64>, Vec<f64>) {
     reduced
 }
 
-/// Where the slice that begins with this bin ends.
+/// End of the slice that begins with this bin.
 fn slice_end(first: usize, count: usize) -> usize {
     if first < SINGLE {
         return first + 1;
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_signals_without_a_spectrum_say_so() {
+    fn issue_signals_without_a_spectrum_have_a_reason() {
         let times: Vec<f64> = (0..100).map(f64::from).collect();
         let broken = vec![f64::INFINITY; 100];
         assert!(

@@ -7,23 +7,23 @@ use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 
-/// Columns and rows of a picture.
+/// Most columns and rows of a picture.
 const COLUMNS: usize = 220;
 const ROWS: usize = 150;
-/// A piece of signal is so long that this many lie side by side.
+/// Number of segments, without overlap, in a signal.
 const PIECES: usize = 32;
-/// The brightest shade is the largest density from this bin on; lower ones may exceed it.
+/// The brightest shade is the largest density from this bin on. Lower bins may exceed it.
 const LOWEST: usize = 3;
-/// What the darkest shade is below the brightest (dB).
+/// Difference between the brightest and the darkest shade (dB).
 pub const DEPTH: f64 = 80.0;
 
-/// A spectrogram before it goes into the page.
+/// A spectrogram, before it is embedded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComputedSpectrogram {
-    /// Middle of the first and of the last column (s).
+    /// Times of the middle of the first and the last column (s).
     from: f64,
     to: f64,
-    /// Upper end of the top row (Hz); the lowest row begins at 0.
+    /// Upper end of the top row (Hz). The lowest row begins at 0.
     top: f64,
     rows: usize,
     /// Density of the brightest shade (unit²/Hz).
@@ -44,10 +44,10 @@ pub struct EmbeddedSpectrogram {
 }
 
 impl ComputedSpectrogram {
-    /// Computes it up to the frequency `top` (Hz) or Nyquist's.
+    /// Computes the spectrogram up to the frequency `top` (Hz) or the Nyquist frequency.
     ///
     /// # Errors
-    /// The times are uneven, the signal is too short or not finite.
+    /// The times are uneven, or the signal is too short or not finite.
     pub fn new(times: &[f64], values: &[f64], top: f64) -> Result<Self, Error> {
         let rate = rate(times)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
@@ -60,7 +60,7 @@ impl ComputedSpectrogram {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
         let bins = bins.min(((top / it.resolution).ceil() as usize).saturating_add(1)).max(2);
         let rows = bins.min(ROWS);
-        // what is slower than a piece is long, such as a train passing, outshines all else
+        // slow changes, such as a passing train, have far higher densities than everything else
         let first = LOWEST.min(bins - 1);
         let brightest = it.slices.iter().flat_map(|slice| &slice[first..bins]);
         let brightest = brightest.copied().fold(0.0, f64::max);
@@ -84,20 +84,20 @@ impl ComputedSpectrogram {
         })
     }
 
-    /// Bytes that it takes.
+    /// Size in bytes.
     #[must_use]
     pub fn size(&self) -> usize {
         self.shades.len()
     }
 
-    /// Puts it into the page.
+    /// Embeds the spectrogram.
     pub fn embed(&self, arrays: &mut Arrays) -> EmbeddedSpectrogram {
         let Self { from, to, top, rows, brightest, .. } = *self;
         EmbeddedSpectrogram { from, to, top, rows, brightest, shades: arrays.u8(&self.shades) }
     }
 }
 
-/// A density as a shade: 255 the brightest, 0 what is `DEPTH` decibels below and less.
+/// A density as a shade: 255 for the brightest, 0 for `DEPTH` decibels below it and less.
 fn shade(density: f64, brightest: f64) -> u8 {
     if brightest <= 0.0 {
         return 0;
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// The brightest row of each column of a chirp sin(π t²) is at the frequency t.
+    /// In each column of a chirp sin(π t²), the brightest row is at the frequency t.
     #[test]
     fn analytic_a_chirp_is_a_line() {
         let times: Vec<f64> = (0..40_000).map(|k| f64::from(k) * 1e-3).collect();

@@ -24,7 +24,7 @@ use crate::file::replace;
 use crate::table_writer::RecordedColumn;
 use crate::{PARQUET, TABLE};
 
-/// ColumnValues of one row group: 32 MiB.
+/// Values in a row group: 32 MiB.
 const GROUP_VALUES: usize = 1 << 22;
 
 /// Why results.parquet cannot be written.

@@ -26,7 +26,7 @@ pub struct RunResults {
     pub signals: IndexMap<String, SignalSummary>,
     /// The scenario with the changes of the command line, from scenario-as-run.json.
     pub scenario: Option<ScenarioAsRun>,
-    /// CoupledModes of the coupled system, if `maglev modes` was run for the folder.
+    /// Modes of the coupled system, if `maglev modes` was run for the folder.
     pub modes: Option<CoupledModes>,
     /// Recorded signals over time.
     pub table: Table,

@@ -1,4 +1,4 @@
-//! CoupledModes of a coupled system: small motions about its start, as the equations have them and as the
+//! Modes of a coupled system: small motions about its start, as the equations have them and as the
 //! master steps them.
 //!
 //! Every unit is asked for its linearisation ẋ = A x + B u, y = C x + D u (the report `linear`, which

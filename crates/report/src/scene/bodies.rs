@@ -1,18 +1,18 @@
-//! The vehicle's parts: which bodies move as one, their boxes, and what hangs between them.
+//! The parts of the vehicle: groups of bodies that move together, their boxes, and links between them.
 
 use std::collections::BTreeMap;
 
 use multibody::{Body, Inertia, Joint, JointKind, VehicleDescription};
 use serde::Serialize;
 
-/// What moves, and the shapes on it.
+/// Groups of bodies, and the shapes on them.
 #[derive(Debug, Serialize)]
 pub(super) struct DrawnBodies {
-    /// DrawnBodies that move as one.
+    /// Groups of bodies that move together.
     pub groups: Vec<BodyGroup>,
     /// Boxes on the groups.
     pub boxes: Vec<BodyBox>,
-    /// Bars whose ends sit on two groups: anti-roll beams, couplers.
+    /// Bars between two groups: anti-roll beams, couplers.
     pub rods: Vec<DrawnLink>,
     /// Springs between two groups.
     pub springs: Vec<DrawnLink>,
@@ -20,21 +20,21 @@ pub(super) struct DrawnBodies {
     pub magnets: Vec<DrawnMagnet>,
 }
 
-/// DrawnBodies that move as one.
+/// Bodies that move together.
 #[derive(Debug, Serialize)]
 pub(super) struct BodyGroup {
-    /// Name of its leading body, or of the observed one.
+    /// Name of its observed body, or of its leading body.
     pub name: String,
     pub kind: GroupKind,
-    /// Centre of mass (m) of the leading body, about which the group turns.
+    /// Centre of mass (m) of the leading body, about which the group rotates.
     pub center: [f64; 3],
 }
 
-/// What makes a group move.
+/// Which signals a group moves with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum GroupKind {
-    /// Its own recorded motion.
+    /// The recorded motion of an observed body.
     Car,
     /// The gaps of its magnets.
     Frame,
@@ -47,13 +47,13 @@ pub(super) struct BodyBox {
     pub group: usize,
     /// Whether it is the group's leading body.
     pub lead: bool,
-    /// Middle (m).
+    /// Centre (m).
     pub center: [f64; 3],
     /// Lengths (m) along x, y, z.
     pub size: [f64; 3],
 }
 
-/// Something between two groups.
+/// A rod or a spring between two groups.
 #[derive(Debug, Serialize)]
 pub(super) struct DrawnLink {
     pub name: String,
@@ -73,15 +73,15 @@ pub(super) struct LinkEnd {
 #[derive(Debug, Serialize)]
 pub(super) struct DrawnMagnet {
     pub group: usize,
-    /// Place (m).
+    /// Position (m).
     pub position: [f64; 3],
 }
 
 impl DrawnBodies {
-    /// Sorts a vehicle's bodies.
+    /// Sorts the bodies of a vehicle.
     ///
-    /// A group grows from each observed body and each body with magnets over brackets and slides;
-    /// bodies that hang in other joints between two groups become rods from the one to the other.
+    /// Each observed body and each body with magnets starts a group, which grows over brackets and
+    /// translational joints. Bodies that other joints connect to two groups become rods between them.
     pub(super) fn new(layout: &VehicleDescription) -> Self {
         let index: BTreeMap<&str, usize> =
             layout.bodies.iter().enumerate().map(|(k, body)| (body.name.as_str(), k)).collect();
@@ -112,7 +112,7 @@ impl DrawnBodies {
     }
 }
 
-/// The groups with their leading bodies, and the group of each body so far.
+/// The groups, their leading bodies, and the group of each body, as far as it is known.
 fn lead(
     layout: &VehicleDescription,
     index: &BTreeMap<&str, usize>,
@@ -132,7 +132,7 @@ fn lead(
     (groups, leads, member)
 }
 
-/// Lets bodies without a group join that of their neighbour, until nothing changes.
+/// Adds bodies without a group to the group of their neighbour until nothing changes.
 fn spread(member: &mut [Option<usize>], pairs: impl Iterator<Item = (usize, usize)> + Clone) {
     let mut changed = true;
     while changed {
@@ -147,8 +147,8 @@ fn spread(member: &mut [Option<usize>], pairs: impl Iterator<Item = (usize, usiz
     }
 }
 
-/// Chains of bodies without a group: a rod where a chain ends on two groups; one that hangs on a
-/// single group joins it.
+/// Chains of bodies without a group: one that ends on two groups becomes a rod, one that ends on a single
+/// group joins it.
 fn rods(
     layout: &VehicleDescription,
     pairs: &[(usize, usize, &Joint)],
@@ -177,7 +177,7 @@ fn rods(
     rods
 }
 
-/// Where the chain that begins with body `start` is jointed to groups.
+/// Joints between groups and the chain that begins with body `start`.
 fn ends(
     layout: &VehicleDescription,
     pairs: &[(usize, usize, &Joint)],
@@ -198,8 +198,8 @@ fn ends(
     ends
 }
 
-/// Springs, and bushings that carry vertical load: from the top of the lower body to the bottom of
-/// the upper one.
+/// Springs, and bushings that carry vertical load, from the top of the lower body to the bottom of the upper
+/// one.
 fn springs(
     layout: &VehicleDescription,
     index: &BTreeMap<&str, usize>,
@@ -253,7 +253,7 @@ mod tests {
     use multibody::train;
 
     #[test]
-    fn analytic_a_uniform_box_comes_back_from_its_inertia() {
+    fn analytic_the_size_of_a_uniform_box_follows_from_its_inertia() {
         let bodies = DrawnBodies::new(&train::two_car());
         let car = bodies.boxes.iter().find(|it| it.name == "car_1").unwrap();
         // written as the moments of a box of 12 m x 2.7 m x 2.6 m, to 9 decimals

@@ -1,8 +1,8 @@
-//! The 3D view's data: the train's parts, the girders, and how both move.
+//! The data of the 3D view: the parts of the train, the girders, and their motion.
 //!
-//! The shapes come from the layout files inside of the units, `resources/vehicle.json` and
-//! `resources/guideway.json`; the motion comes from the recorded signals. What is not recorded does
-//! not move, and [`Scene::missing`] says so. The page draws it (`assets/scene.js`).
+//! Shapes come from the layout files in the FMUs, `resources/vehicle.json` and `resources/guideway.json`.
+//! Motion comes from the recorded signals. Parts without recorded signals do not move, and
+//! [`Scene::missing`] lists them. The scripts in `assets/scene` draw the view.
 
 mod bodies;
 mod motion;
@@ -21,12 +21,12 @@ use motion::{RecordedMotion, ViewFrames};
 use results::RunResults;
 use track::DrawnTrack;
 
-/// What the page needs to draw the train on its girders.
+/// The train on its girders, in the page.
 #[derive(Debug, Serialize)]
 pub struct Scene {
     /// Name of the vehicle in its layout file.
     name: String,
-    /// Air gap (m) of every magnet in equilibrium on a flat track.
+    /// Air gap (m) of the magnets in equilibrium on a flat track.
     nominal_gap: f64,
     /// Length (m) of a magnet's pole along the track.
     pole_length: f64,
@@ -36,14 +36,14 @@ pub struct Scene {
     track: DrawnTrack,
     #[serde(flatten)]
     motion: RecordedMotion,
-    /// What is drawn less than it could be, and why: a sentence each.
+    /// Sentences about what is missing in the view, and why.
     pub missing: Vec<String>,
 }
 
-/// Makes the scene of a run, `None` if no unit of it is a vehicle with magnets.
+/// Builds the scene of a run. `None` if no FMU is a vehicle with magnets.
 ///
 /// # Errors
-/// A unit cannot be opened, or its layout file is not as it should be.
+/// An FMU cannot be opened, or its layout file is invalid.
 pub fn build(run: &RunResults, arrays: &mut Arrays) -> Result<Option<Scene>, ReportError> {
     let Some(scenario) = &run.scenario else { return Ok(None) };
     let Some(vehicle) = LayoutFmu::find(scenario, names::VEHICLE_FILE)? else { return Ok(None) };
@@ -70,10 +70,10 @@ pub fn build(run: &RunResults, arrays: &mut Arrays) -> Result<Option<Scene>, Rep
     }))
 }
 
-/// Reference to an array, or none where nothing is recorded.
+/// Reference to the values of a signal; none if it is not recorded.
 type Channel = Option<ArrayRef>;
 
-/// three.js for the page, which needs it only with a scene.
+/// The modules of three.js, which a page with a scene needs.
 #[derive(Debug, Serialize)]
 pub struct ThreeLibrary {
     core: ArrayRef,
@@ -82,7 +82,7 @@ pub struct ThreeLibrary {
 }
 
 impl ThreeLibrary {
-    /// Puts the library's modules among the arrays.
+    /// Embeds the modules.
     pub fn new(arrays: &mut Arrays) -> Self {
         Self {
             core: arrays.u8(include_bytes!("../../assets/vendor/three.core.min.js")),

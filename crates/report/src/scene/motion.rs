@@ -1,4 +1,4 @@
-//! What moves over time: the recorded signals at the view's frames.
+//! Motion over time: the recorded signals at the frames of the view.
 
 use multibody::VehicleDescription;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use crate::layout_fmu::LayoutFmu;
 use crate::names::{self, numbered};
 use results::Table;
 
-/// Most frames of a view: 50 a second for a minute. 4 bytes a frame for each of about 80 channels.
+/// Most frames of a view: 50 per second for a minute, with 4 bytes for each of about 80 channels.
 const MOST_FRAMES: usize = 3000;
 
 /// Rows of the table that the view shows.
@@ -18,7 +18,7 @@ const MOST_FRAMES: usize = 3000;
 pub(super) struct ViewFrames(Vec<usize>);
 
 impl ViewFrames {
-    /// Rows at even distances in time, first and last among them.
+    /// Rows at about equal distances in time, including the first and the last.
     pub(super) fn choose(time: &[f64]) -> Self {
         let Some(last) = time.len().checked_sub(1) else { return Self(Vec::new()) };
         if time.len() <= MOST_FRAMES {
@@ -33,7 +33,7 @@ impl ViewFrames {
         Self(rows)
     }
 
-    /// Nothing recorded at all.
+    /// Whether nothing is recorded.
     pub(super) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -43,14 +43,14 @@ impl ViewFrames {
     }
 }
 
-/// Row whose time is nearest.
+/// Row with the nearest time.
 fn nearest(time: &[f64], t: f64) -> usize {
     let after = time.partition_point(|&it| it < t).min(time.len() - 1);
     let before = after.saturating_sub(1);
     if t - time[before] < time[after] - t { before } else { after }
 }
 
-/// Where signals come from and arrays go to.
+/// The recorded signals, and the arrays and notes of the page.
 pub(super) struct SignalSource<'a> {
     pub table: &'a Table,
     pub frames: &'a ViewFrames,
@@ -59,7 +59,7 @@ pub(super) struct SignalSource<'a> {
 }
 
 impl SignalSource<'_> {
-    /// A signal at the frames; where it was not due its last value before.
+    /// A signal at the frames. Rows at which it was not due have its last value.
     pub(super) fn signal(&self, name: &str) -> Option<Vec<f64>> {
         let values = self.table.column(name)?;
         let first = values.iter().copied().find(|it| !it.is_nan())?;
@@ -74,7 +74,7 @@ impl SignalSource<'_> {
         Some(self.frames.pick(&whole).collect())
     }
 
-    /// A signal at the frames, among the arrays.
+    /// Embeds a signal at the frames.
     fn channel(&mut self, name: &str) -> Channel {
         self.signal(name).map(|values| self.arrays.f32(&values))
     }
@@ -85,21 +85,21 @@ impl SignalSource<'_> {
     }
 }
 
-/// All that moves but the girders.
+/// The motion of everything but the girders.
 #[derive(Debug, Serialize)]
 pub(super) struct RecordedMotion {
     /// Times of the frames (s).
     time: ArrayRef,
-    /// Where x = 0 of the vehicle file is along the track (m).
+    /// Position along the track (m) of x = 0 in the vehicle file.
     position: ArrayRef,
     /// Air gap of each magnet (m).
     gaps: Vec<Channel>,
-    /// RecordedMotion of each group about its place in the vehicle file.
+    /// Displacement of each group from its position in the vehicle file.
     poses: Vec<Pose>,
 }
 
-/// RecordedMotion of a group about its place in the vehicle file, as far as it is recorded. What the page
-/// takes from the gaps is not here.
+/// Displacement of a group from its position in the vehicle file, as far as it is recorded. The page computes
+/// the displacement that follows from the gaps.
 #[derive(Debug, Default, Serialize)]
 struct Pose {
     /// m, left positive
@@ -145,13 +145,13 @@ impl RecordedMotion {
                 GroupKind::Frame => frame(vehicle, layout, bodies, g, source),
             })
             .collect();
-        say_what_stands_still(bodies, &poses, source.missing);
+        note_missing_motion(bodies, &poses, source.missing);
         Self { time: source.arrays.f64(&time), position, gaps, poses }
     }
 }
 
-/// Where x = 0 of the vehicle file is along the track, from any recorded position of a magnet, or
-/// from where the vehicle starts and how fast it shall go.
+/// Position along the track of x = 0 in the vehicle file, from the recorded position of any magnet, or from
+/// initial position and travel speed.
 fn travelled(
     vehicle: &LayoutFmu<'_>,
     layout: &VehicleDescription,
@@ -174,7 +174,7 @@ fn travelled(
     time.iter().map(|t| start + speed * (t - begin)).collect()
 }
 
-/// RecordedMotion of an observed body.
+/// Motion of an observed body.
 fn car(vehicle: &LayoutFmu<'_>, name: &str, source: &mut SignalSource<'_>) -> Pose {
     let mut channel = |what: &str| source.channel(&vehicle.variable(&format!("{name}_{what}")));
     Pose {
@@ -186,7 +186,7 @@ fn car(vehicle: &LayoutFmu<'_>, name: &str, source: &mut SignalSource<'_>) -> Po
     }
 }
 
-/// Sideways motion and yaw of a frame, by the line through its magnets' lateral offsets.
+/// Lateral motion and yaw of a frame, from a line fitted to the lateral offsets of its magnets.
 fn frame(
     vehicle: &LayoutFmu<'_>,
     layout: &VehicleDescription,
@@ -216,7 +216,7 @@ fn frame(
     Pose { lateral: Some(source.arrays.f32(&lateral)), yaw, ..Pose::default() }
 }
 
-fn say_what_stands_still(bodies: &DrawnBodies, poses: &Vec<Pose>, missing: &mut Vec<String>) {
+fn note_missing_motion(bodies: &DrawnBodies, poses: &Vec<Pose>, missing: &mut Vec<String>) {
     let of = |kind| bodies.groups.iter().zip(poses).filter(move |(it, _)| it.kind == kind);
     for (group, pose) in of(GroupKind::Car) {
         let parts = [
@@ -237,7 +237,7 @@ fn say_what_stands_still(bodies: &DrawnBodies, poses: &Vec<Pose>, missing: &mut 
     }
     if of(GroupKind::Frame).any(|(_, pose)| pose.lateral.is_none()) {
         missing.push(
-            "the bogies' sideways motion is drawn only where lateral_offset_NN is recorded"
+            "lateral motion of the bogies is drawn only where lateral_offset_NN is recorded"
                 .to_owned(),
         );
     }

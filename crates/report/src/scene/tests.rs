@@ -1,4 +1,4 @@
-//! The scene of a run whose units are the layout files that ship, in archives of nothing else.
+//! Scenes of runs whose FMUs contain the layout files that ship, and little else.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -147,7 +147,7 @@ fn issue_girders_with_tabulated_shapes_are_drawn_by_interpolation() {
     let (modes, shapes, missing) = drawn(wave, arch, &[middle]);
     assert_eq!((modes.len(), shapes), (1, vec![0.7]));
     assert_close(&modes[0], &u);
-    assert!(missing.contains("1 of 2 modes, those that do not have their nodes"), "{missing}");
+    assert!(missing.contains("1 of 2 modes, because the others have nodes"), "{missing}");
     // both have a node in the middle: the quarter tells the lower one
     let (modes, shapes, _) = drawn(wave, nodes, &[middle, quarter]);
     assert_eq!((modes.len(), shapes), (1, vec![1.0]));

@@ -14,13 +14,13 @@ use crate::names::{self, numbered};
 
 /// Points of a mode shape along a span.
 const POINTS: usize = 65;
-/// A shape is seen at a point where it is this part of its largest value.
+/// Least value of a shape at a recorded point, as a fraction of its largest value, for it to be computed.
 const VISIBLE: f64 = 0.2;
-/// Distance of the points of the drawn irregularity (m): a fifth of the shortest wave.
+/// Distance between points of the drawn irregularity (m): a fifth of the shortest wave.
 const GRID: f64 = 0.1;
-/// Pole length (m) where no guideway tells one.
+/// Pole length (m) if no guideway defines one.
 const POLE_LENGTH: f64 = 0.65;
-/// Where a span's deflection is an output: row of the output, and part of the span's length.
+/// Outputs for the deflection of a span: row, and position as a fraction of the span's length.
 const MEASURED: [(&str, f64); 2] = [(names::MIDSPAN, 0.5), (names::QUARTER, 0.25)];
 
 /// The girders and the surface on them.
@@ -33,16 +33,16 @@ pub(super) struct DrawnTrack {
 /// One span.
 #[derive(Debug, Serialize)]
 struct DrawnSpan {
-    /// Where it begins and ends (m).
+    /// Start and end (m).
     start: f64,
     end: f64,
-    /// Mode shapes at even distances from end to end, of those modes whose coordinates are known.
+    /// Mode shapes at equal distances from end to end, of the modes whose coordinates are known.
     shapes: Vec<Vec<f64>>,
     /// Modal coordinates over time (m).
     modes: Vec<ArrayRef>,
 }
 
-/// Height of the rails' surface (m) as the magnets met it, at even distances from `start`.
+/// Recorded height of the rails' surface (m) at equal distances from `start`.
 #[derive(Debug, Serialize)]
 struct DrawnIrregularity {
     start: f64,
@@ -60,12 +60,13 @@ impl DrawnTrack {
     ) -> Result<(Self, f64), ReportError> {
         let Some(unit) = unit else {
             source.missing.push(
-                "no unit of this run is a guideway of girders: the track is rigid".to_owned(),
+                "no unit of this run is a guideway with girders: the track is drawn rigid"
+                    .to_owned(),
             );
             return Ok((Self { spans: Vec::new(), irregularity: None }, POLE_LENGTH));
         };
         let mut description = unit.layout(guideway::GuidewayDescription::from_json)?;
-        // only shapes are wanted; making a profile takes time
+        // only the shapes are needed; generating a profile takes time
         description.irregularity.on = false;
         let modes = unit.parameter(names::MODES);
         for girder in description.girders.values_mut() {
@@ -84,19 +85,19 @@ impl DrawnTrack {
                     .to_owned(),
             );
         }
-        shapes.say_what_is_left_out(source.missing);
+        shapes.note_missing_modes(source.missing);
         Ok((Self { spans, irregularity }, if pole > 0.0 { pole } else { POLE_LENGTH }))
     }
 }
 
-/// Why a span is drawn with some of its modes only.
+/// Why a span is drawn with only some of its modes.
 #[derive(Debug, Clone, Copy)]
 struct PartialModes {
     drawn: usize,
     there: usize,
-    /// Whether those drawn are the lowest.
+    /// Whether the drawn modes are the lowest.
     lowest: bool,
-    /// Points of it that are recorded.
+    /// Number of recorded points.
     points: usize,
 }
 
@@ -106,9 +107,9 @@ struct SpanShapes<'a> {
     work: Workspace,
     still: Vec<f64>,
     alone: State,
-    /// Spans of which nothing is known, and those of which only some modes are.
+    /// Number of spans without any known mode.
     unknown: usize,
-    /// A span with fewer modes drawn than there are.
+    /// A span with only some modes drawn.
     partly: Option<PartialModes>,
 }
 
@@ -120,7 +121,7 @@ impl<'a> SpanShapes<'a> {
         Self { guideway, work, still, alone, unknown: 0, partly: None }
     }
 
-    /// φₙ of span `k` at a part of its length.
+    /// φₙ of span `k` at a fraction of its length.
     fn shape(&mut self, k: usize, mode: usize, part: f64) -> f64 {
         let i = self.guideway.spans()[k].first_mode + mode;
         self.alone.q[i] = 1.0;
@@ -129,12 +130,12 @@ impl<'a> SpanShapes<'a> {
         y.displacement
     }
 
-    /// φₙ at even distances from end to end of span `k`.
+    /// φₙ at equal distances from end to end of span `k`.
     fn table(&mut self, k: usize, mode: usize) -> Vec<f64> {
         (0..POINTS).map(|n| self.shape(k, mode, n as f64 / (POINTS - 1) as f64)).collect()
     }
 
-    /// A span with as many modes as its recorded points tell apart.
+    /// A span with as many modes as its recorded points determine.
     fn span(&mut self, k: usize, unit: &LayoutFmu<'_>, source: &mut SignalSource<'_>) -> DrawnSpan {
         let place = self.guideway.spans()[k];
         let count = self.guideway.girders()[place.girder].modes().len();
@@ -161,7 +162,7 @@ impl<'a> SpanShapes<'a> {
         DrawnSpan { start: place.start, end: place.end, shapes, modes }
     }
 
-    fn say_what_is_left_out(&self, missing: &mut Vec<String>) {
+    fn note_missing_modes(&self, missing: &mut Vec<String>) {
         if self.unknown > 0 {
             missing.push(format!(
                 "{} of {} spans are drawn straight: their {} is not recorded, or it is a node of all \
@@ -173,26 +174,26 @@ impl<'a> SpanShapes<'a> {
         }
         if let Some(PartialModes { drawn, there, lowest, points }) = self.partly {
             let why = if !lowest {
-                ", those that do not have their nodes at the recorded points".to_owned()
+                ", because the others have nodes at the recorded points".to_owned()
             } else if points < MEASURED.len() {
                 format!("; record {} and {} for two", names::MIDSPAN, names::QUARTER)
             } else {
-                ", as far as mid-span and quarter tell them".to_owned()
+                ", as many as mid-span and quarter point determine".to_owned()
             };
             missing.push(format!("girders are drawn with {drawn} of {there} modes{why}"));
         }
     }
 }
 
-/// Value of an even table at a part of its length, a quarter or a half, where a point of it is.
+/// Value of a table at a fraction of its length, which is a multiple of a quarter.
 fn at(table: &[f64], part: f64) -> f64 {
     table[(part * (POINTS - 1) as f64).round() as usize]
 }
 
-/// The lowest modes that the points tell apart, with their coordinates over time: Σ φₙ(xᵢ)·qₙ = uᵢ.
+/// The lowest modes that the recorded points determine, with their coordinates over time from
+/// Σ φₙ(xᵢ)·qₙ = uᵢ.
 ///
-/// Tabulated shapes may have a node at any point, of which that point then tells nothing: dividing by such a
-/// φ would draw what is not there.
+/// A tabulated shape may have a node at a recorded point, which then does not determine its coordinate.
 fn coordinates(tables: &[Vec<f64>], known: &[(f64, Vec<f64>)]) -> Vec<(usize, Vec<f64>)> {
     let peaks: Vec<f64> =
         tables.iter().map(|table| table.iter().fold(0.0_f64, |m, x| m.max(x.abs()))).collect();
@@ -219,7 +220,7 @@ fn coordinates(tables: &[Vec<f64>], known: &[(f64, Vec<f64>)]) -> Vec<(usize, Ve
     Vec::new()
 }
 
-/// The surface as the magnets with a recorded irregularity met it, at the places where they were.
+/// The surface from recorded irregularities and positions of magnets.
 fn irregularity(
     unit: &LayoutFmu<'_>,
     vehicle: &LayoutFmu<'_>,
@@ -242,7 +243,7 @@ fn irregularity(
     if mean.iter().all(|(_, z)| *z == 0.0) || last - first > 1_000_000 {
         return None;
     }
-    // between cells that no magnet met, straight
+    // interpolates over cells without a magnet
     let mut values = Vec::new();
     for pair in mean.windows(2) {
         let [(k, a), (l, b)] = [pair[0], pair[1]];
