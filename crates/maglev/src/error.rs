@@ -7,7 +7,7 @@ use figure::PlotError;
 use fmi2_conformance::reference::ReferenceError;
 use fmi2_conformance::rules::Unreadable;
 use fmi2_conformance::{CheckError, Defects};
-use fmi2_import::instance::{FmuError, FmuFault};
+use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
 use results::ParquetError;
@@ -106,7 +106,7 @@ impl Error {
         std::iter::successors(first, |error| error.source())
             .find_map(|error| error.downcast_ref::<FmuError>())
             .map(FmuError::fault)
-            .filter(|fault| matches!(fault, FmuFault::GivenUp { .. }))
+            .filter(|fault| matches!(fault, FmuFault::Lost { how: Loss::GivenUp, .. }))
     }
 
     /// 2 for bad usage or input, 1 for a run that failed.

@@ -2,7 +2,7 @@
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::FmuFault;
+use super::{FmuFault, Loss};
 use crate::activity::Activity;
 use crate::functions::Call;
 
@@ -37,25 +37,7 @@ impl FmuFault {
                 "the unit stopped by itself; its messages in events.csv say why, and results after that \
                  time are not valid"
             }
-            Self::Crashed { signal: 9, .. } => {
-                "if nobody ended the process by hand, it probably used too much memory and the system \
-                 ended it"
-            }
-            Self::Crashed { .. } => {
-                "the unit has a bug: report it to the maker of the unit, or run it in a debugger; other \
-                 parameters, other inputs or a smaller step may avoid the crash"
-            }
-            Self::Exited { .. } => {
-                "a unit must not end its process; perhaps its license, its resources or a program that \
-                 it needs is missing"
-            }
-            Self::TimedOut { call: Activity::Call(Call::fmi2DoStep), .. } => {
-                "if the step is slow but not an endless loop, allow more time (--step-timeout)"
-            }
-            Self::TimedOut { .. } => {
-                "if the call is slow but not an endless loop, allow more time (isolation.call_timeout in \
-                 the scenario)"
-            }
+            Self::Lost { how, call, .. } => return of_loss(how, *call),
             Self::Hanging { .. } => "if the unit is still computing the step, allow more time",
             Self::NoProcess { .. } => {
                 "check the limits on processes and memory, or run without --isolate"
@@ -90,4 +72,28 @@ fn of_status(status: Status, call: Call) -> &'static str {
         }
         _ => "check the unit's parameters and inputs; a smaller step may help",
     }
+}
+
+fn of_loss(how: &Loss, call: Activity) -> Option<&'static str> {
+    Some(match how {
+        Loss::Crashed { signal: 9 } => {
+            "if nobody ended the process by hand, it probably used too much memory and the system ended it"
+        }
+        Loss::Crashed { .. } => {
+            "the unit has a bug: report it to the maker of the unit, or run it in a debugger; other \
+             parameters, other inputs or a smaller step may avoid the crash"
+        }
+        Loss::Exited { .. } => {
+            "a unit must not end its process; perhaps its license, its resources or a program that it \
+             needs is missing"
+        }
+        Loss::TimedOut { .. } if call == Activity::Call(Call::fmi2DoStep) => {
+            "if the step is slow but not an endless loop, allow more time (--step-timeout)"
+        }
+        Loss::TimedOut { .. } => {
+            "if the call is slow but not an endless loop, allow more time (isolation.call_timeout in the \
+             scenario)"
+        }
+        Loss::GivenUp | Loss::Broken { .. } => return None,
+    })
 }

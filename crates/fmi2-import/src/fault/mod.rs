@@ -1,6 +1,7 @@
 //! What an FMU can do wrong, with instance, call, time and variables.
 
 mod help;
+mod loss;
 mod words;
 
 use std::time::Duration;
@@ -8,11 +9,11 @@ use std::time::Duration;
 use fmi2_sys::fmi2Status as Status;
 use thiserror::Error;
 
-use self::words::{about, at, logged};
+pub use self::loss::Loss;
+use self::words::{about, at, logged, lost};
 use crate::activity::Activity;
 use crate::functions::Call;
 use crate::logger::Message;
-use crate::signal::signal_name;
 use crate::span::plain;
 
 /// A [`FmuFault`], boxed since it is rare and large.
@@ -136,81 +137,15 @@ pub enum FmuFault {
         /// The limit.
         limit: Duration,
     },
-    /// Its process was ended by a signal.
-    #[error(
-        "unit {instance} crashed: signal {signal} ({}) in {call}{}{}",
-        signal_name(*signal), at(*time), logged(messages)
-    )]
-    Crashed {
+    /// Its process ended or was killed during a call.
+    #[error("unit {instance}{}{}", lost(how, *call, *time), logged(messages))]
+    Lost {
         /// Instance name, as passed to `fmi2Instantiate`.
         instance: String,
+        /// How the process ended.
+        how: Loss,
         /// The code that was running.
         call: Activity,
-        /// Number of the signal.
-        signal: i32,
-        /// Simulated time (s), from the start on.
-        time: Option<f64>,
-        /// What it logged, oldest first.
-        messages: Vec<Message>,
-    },
-    /// Its process exited.
-    #[error(
-        "unit {instance} ended its process with status {code} in {call}{}{}",
-        at(*time), logged(messages)
-    )]
-    Exited {
-        /// Instance name, as passed to `fmi2Instantiate`.
-        instance: String,
-        /// The code that was running.
-        call: Activity,
-        /// Exit status of the process.
-        code: i32,
-        /// Simulated time (s), from the start on.
-        time: Option<f64>,
-        /// What it logged, oldest first.
-        messages: Vec<Message>,
-    },
-    /// A call took too long, and its process was killed.
-    #[error(
-        "unit {instance} was ended: {call}{} took longer than {} s{}",
-        at(*time), limit.as_secs_f64(), logged(messages)
-    )]
-    TimedOut {
-        /// Instance name, as passed to `fmi2Instantiate`.
-        instance: String,
-        /// The code that was running.
-        call: Activity,
-        /// The limit.
-        limit: Duration,
-        /// Simulated time (s), from the start on.
-        time: Option<f64>,
-        /// What it logged, oldest first.
-        messages: Vec<Message>,
-    },
-    /// The user ended the run during a call, and its process was killed.
-    #[error(
-        "unit {instance} was ended: {call}{} had not returned{}", at(*time), logged(messages)
-    )]
-    GivenUp {
-        /// Instance name, as passed to `fmi2Instantiate`.
-        instance: String,
-        /// The code that was running.
-        call: Activity,
-        /// Simulated time (s), from the start on.
-        time: Option<f64>,
-        /// What it logged, oldest first.
-        messages: Vec<Message>,
-    },
-    /// The connection to its process broke.
-    #[error("unit {instance}: the connection to its process broke in {call}{}: {why}{}",
-        at(*time), logged(messages))]
-    Broken {
-        /// Instance name, as passed to `fmi2Instantiate`.
-        instance: String,
-        /// The code that was running.
-        call: Activity,
-        /// What broke the connection, in words.
-        why: String,
         /// Simulated time (s), from the start on.
         time: Option<f64>,
         /// What it logged, oldest first.
@@ -325,14 +260,7 @@ impl FmuFault {
     /// Whether the FMU ended its process, or it was killed.
     #[must_use]
     pub fn is_loss(&self) -> bool {
-        matches!(
-            self,
-            Self::Crashed { .. }
-                | Self::Exited { .. }
-                | Self::TimedOut { .. }
-                | Self::GivenUp { .. }
-                | Self::Broken { .. }
-        )
+        matches!(self, Self::Lost { .. })
     }
 
     /// Whether values that grow without bound may be the cause.

@@ -2,10 +2,30 @@
 
 use fmi2_sys::fmi2Status as Status;
 
+use super::Loss;
+use crate::activity::Activity;
 use crate::logger::Message;
+use crate::signal::signal_name;
 
 pub(super) fn at(time: Option<f64>) -> String {
     time.map(|time| format!(" at {time} s")).unwrap_or_default()
+}
+
+pub(super) fn lost(how: &Loss, call: Activity, time: Option<f64>) -> String {
+    let at = at(time);
+    match how {
+        Loss::Crashed { signal } => {
+            format!(" crashed: signal {signal} ({}) in {call}{at}", signal_name(*signal))
+        }
+        Loss::Exited { code } => format!(" ended its process with status {code} in {call}{at}"),
+        Loss::TimedOut { limit } => {
+            format!(" was ended: {call}{at} took longer than {} s", limit.as_secs_f64())
+        }
+        Loss::GivenUp => format!(" was ended: {call}{at} had not returned"),
+        Loss::Broken { why } => {
+            format!(": the connection to its process broke in {call}{at}: {why}")
+        }
+    }
 }
 
 pub(super) fn about(variables: &[String]) -> String {

@@ -21,7 +21,7 @@ use std::time::Duration;
 use crate::answer::Outcome;
 use crate::component::Component;
 use crate::fault::fail;
-pub use crate::fault::{FmuError, FmuFault};
+pub use crate::fault::{FmuError, FmuFault, Loss};
 use crate::isolate::Worker;
 use crate::logger::{self, Message, Sink};
 use crate::package::Package;

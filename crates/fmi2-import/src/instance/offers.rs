@@ -10,6 +10,7 @@ use fmi2_sys::fmi2Status as Status;
 use super::{FmuError, FmuFault, Instance};
 use crate::activity::Activity;
 use crate::description::ModelDescription;
+use crate::fault::Loss;
 use crate::functions::Call;
 use crate::logger::Message;
 use crate::signal::signal_name;
@@ -59,8 +60,12 @@ impl BrokenPromise {
             FmuFault::Status { instance, call, status: Status::fmi2Error, messages, .. } => {
                 (instance, *call, format!("returned {}", Status::fmi2Error), messages)
             }
-            FmuFault::Crashed {
-                instance, call: Activity::Call(call), signal, messages, ..
+            FmuFault::Lost {
+                instance,
+                how: Loss::Crashed { signal },
+                call: Activity::Call(call),
+                messages,
+                ..
             } => (instance, *call, format!("crashed ({})", signal_name(*signal)), messages),
             _ => return None,
         };

@@ -8,31 +8,20 @@ use std::time::{Duration, Instant};
 
 use super::{NAPS, Worker};
 use crate::activity::Activity;
-use crate::fault::FmuFault;
+use crate::fault::{FmuFault, Loss};
 use crate::interrupt;
 use crate::logger::Message;
 
 /// A call that has taken longer counts as hanging when the user insists on the end.
 const PROMPT: Duration = Duration::from_millis(300);
 
-/// How a worker was lost.
-#[derive(Debug, Clone)]
-pub(super) enum Loss {
-    Ended(ExitStatus),
-    TimedOut(Duration),
-    /// the user ended the run
-    GivenUp,
-    /// the connection broke, though the process lives
-    Broken(String),
-}
-
 impl Worker {
     /// Whether the worker has ended. Kills it if it has taken too long.
     pub(super) fn is_lost(&mut self, begin: Instant, limit: Option<Duration>) -> bool {
         if let Ok(Some(status)) = self.child.try_wait() {
-            self.lose(Loss::Ended(status));
+            self.lose(loss_of(status));
         } else if let Some(limit) = limit.filter(|limit| begin.elapsed() > *limit) {
-            self.lose(Loss::TimedOut(limit));
+            self.lose(Loss::TimedOut { limit });
         } else if interrupt::insisted() && begin.elapsed() > PROMPT {
             self.lose(Loss::GivenUp);
         }
@@ -48,7 +37,7 @@ impl Worker {
     }
 
     pub(super) fn broken<T>(&mut self, why: &str, value: T) -> T {
-        self.lose(Loss::Broken(why.to_owned()));
+        self.lose(Loss::Broken { why: why.to_owned() });
         value
     }
 
@@ -72,23 +61,17 @@ impl Worker {
 
     /// Why the worker has ended.
     pub(crate) fn loss(&self, name: &str, time: Option<f64>, messages: Vec<Message>) -> FmuFault {
-        let (instance, call) = (name.to_owned(), self.lost_in);
-        match &self.loss {
-            Some(Loss::Ended(status)) => match (status.signal(), status.code()) {
-                (Some(signal), _) => FmuFault::Crashed { instance, call, signal, time, messages },
-                (None, code) => {
-                    let code = code.unwrap_or_default();
-                    FmuFault::Exited { instance, call, code, time, messages }
-                }
-            },
-            Some(Loss::TimedOut(limit)) => {
-                FmuFault::TimedOut { instance, call, limit: *limit, time, messages }
-            }
-            Some(Loss::GivenUp) => FmuFault::GivenUp { instance, call, time, messages },
-            Some(Loss::Broken(why)) => {
-                FmuFault::Broken { instance, call, why: why.clone(), time, messages }
-            }
+        let instance = name.to_owned();
+        match self.loss.clone() {
+            Some(how) => FmuFault::Lost { instance, how, call: self.lost_in, time, messages },
             None => FmuFault::Dead { instance },
         }
+    }
+}
+
+fn loss_of(status: ExitStatus) -> Loss {
+    match status.signal() {
+        Some(signal) => Loss::Crashed { signal },
+        None => Loss::Exited { code: status.code().unwrap_or_default() },
     }
 }

@@ -13,7 +13,6 @@ use std::time::{Duration, Instant};
 
 use memmap2::MmapRaw;
 
-use self::loss::Loss;
 use super::Isolation;
 use super::memory::{Area, Control, control_in, part};
 use super::protocol::{Order, Report};
@@ -21,6 +20,7 @@ use crate::activity::Activity;
 use crate::answer::{Answer, Outcome};
 use crate::description::ModelDescription;
 use crate::exchange::{Received, Sent, StepLayout};
+use crate::fault::Loss;
 use crate::functions::Call;
 use crate::logger::{self, Message, expand};
 use crate::request::{Data, Reply, Request};
