@@ -44,7 +44,7 @@ fn issue_files_that_are_not_fmus_are_refused() {
     let bench = Bench::new();
     bench
         .maglev(&["inspect", "."])
-        .fails(2, &["is a directory", "help: give the .fmu file itself"]);
+        .fails(2, &["is a directory", "help: give the path of the .fmu file"]);
     bench.maglev(&["inspect", "none.fmu"]).fails(2, &["none.fmu", "No such file", "help: check"]);
 }
 
@@ -108,8 +108,8 @@ fn issue_other_versions_and_broken_descriptions_are_refused_with_the_reason() {
     let bench = Bench::new();
     bench.scenario(&ring());
     for (old, new, text) in [
-        ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "made for FMI 3.0"),
-        ("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", "made for FMI 1.0; this master runs FMI 2.0"),
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "is for FMI 3.0"),
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", "is for FMI 1.0; only FMI 2.0 is supported"),
         ("<CoSimulation", "<ModelExchange", "model exchange only"),
         ("valueReference=\"0\"", "valueReference=\"x\"", "line 11: valueReference=\"x\""),
         ("name=\"y\"", "name=\"u\"", "duplicate variable \"u\""),
@@ -150,7 +150,8 @@ fn issue_a_missing_or_foreign_binary_is_named() {
     bench.run(&[]).fails(2, &["contains only source code (sources/)", "help:"]);
     let others = [("binaries/linux64/one.so", &b""[..]), ("binaries/linux64/two.so", &b""[..])];
     bench.pack("unit.fmu", &[("modelDescription.xml", text), others[0], others[1]]);
-    let texts = ["unit.so is missing", "binaries/linux64 has one.so, two.so", "modelIdentifier"];
+    let texts =
+        ["unit.so is missing", "binaries/linux64 contains one.so, two.so", "modelIdentifier"];
     bench.run(&[]).fails(2, &texts);
     bench.pack("unit.fmu", &[("modelDescription.xml", text)]);
     bench.run(&[]).fails(2, &["contains no binaries"]);

@@ -280,7 +280,7 @@ fn issue_a_discarded_step_that_cannot_be_made_in_parts_names_what_would_help() {
     scenario["checkpoint"] = Value::Null;
     bench.scenario(&scenario);
     let ran = bench.hostile("b fmi2DoStep coarse 0.35", &[]);
-    ran.fails(1, &["fmi2Discard at 0.4 s", "a unit that can save its state"]);
+    ran.fails(1, &["fmi2Discard at 0.4 s", "the unit cannot save its state"]);
 }
 
 /// A step that stays pending is given up: the unit is asked to cancel, and not freed if it cannot.

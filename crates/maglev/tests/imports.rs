@@ -35,13 +35,13 @@ fn issue_defects_are_tolerated_with_one_warning_each_and_refused_when_strict() {
         (
             "modelName=\"integrator\" ",
             "",
-            "the model has no name",
+            "modelName is missing",
             "lacks the attribute \"modelName\"",
         ),
         (
             "canInterpolateInputs=\"true\"",
             "canInterpolateInputs=\"True\"",
-            "no true or false",
+            "is not true or false",
             "not a Boolean",
         ),
         (
@@ -338,7 +338,7 @@ fn issue_the_resources_are_there_though_they_are_empty() {
     let binary = bench.compile(&["-DNEEDS_RESOURCES=\"/cache/deep\""]);
     let files = [("modelDescription.xml", DESCRIPTION.as_bytes()), (place, &binary[..])];
     bench.pack("unit.fmu", &files);
-    bench.run(&[]).fails(2, &["it says: no folder", "/cache/deep"]);
+    bench.run(&[]).fails(2, &["it logged: no folder", "/cache/deep"]);
     let folders = ["resources/", "resources/cache/deep/"].map(|name| (name, &b""[..]));
     bench.pack("unit.fmu", &[files[0], files[1], folders[0], folders[1]]);
     bench.run(&[]).succeeds();

@@ -130,8 +130,8 @@ fn issue_the_first_of_a_flood_are_kept_and_the_others_counted() {
 fn issue_an_error_quotes_the_first_messages() {
     let bench = chatty(&["-DFLOOD=50"]);
     let ran = bench.run(&["--set", "a.fault=4", "--set", "a.fail_time=0.05"]);
-    ran.fails(1, &["unit a: fmi2DoStep returned fmi2Error", "it says: the model broke"]);
+    ran.fails(1, &["unit a: fmi2DoStep returned fmi2Error", "it logged: the model broke"]);
     let bench = chatty(&["-DFLOOD=50", "-DFLOOD_STATUS=ERROR"]);
     let ran = bench.run(&["--set", "a.fault=4", "--set", "a.fail_time=0.05"]);
-    ran.fails(1, &["it says: message 0; message 1; message 2; and 48 more like these"]);
+    ran.fails(1, &["it logged: message 0; message 1; message 2; and 48 more like these"]);
 }
