@@ -1,9 +1,11 @@
 //! One module per subcommand.
 
+pub mod completions;
 pub mod conformance;
 pub mod coupled_modes;
 pub mod display;
 pub mod inspect;
+pub mod man;
 pub mod modes;
 pub mod reference;
 pub mod report;
@@ -16,8 +18,7 @@ use std::process::ExitCode;
 
 use maglev::Error;
 
-/// Does what runs units, and goes back to the folder that this program was started in, if a unit has
-/// left it.
+/// Does work that runs units, and then returns to the working directory, in case a unit changed it.
 pub fn at_home<T>(work: impl FnOnce() -> T) -> T {
     let home = std::env::current_dir();
     let result = work();
@@ -26,14 +27,19 @@ pub fn at_home<T>(work: impl FnOnce() -> T) -> T {
         && let Err(error) = std::env::set_current_dir(&home)
     {
         let home = home.display();
-        eprintln!("warning: a unit left the working directory {home}, and it is gone: {error}");
+        eprintln!("warning: a unit changed the working directory, and {home} no longer exists: {error}");
     }
     result
 }
 
-/// Prints to stdout; a reader that has gone away is no error.
+/// Prints text to stdout.
 pub fn print(text: &str) -> Result<ExitCode, Error> {
-    match io::stdout().write_all(text.as_bytes()) {
+    print_bytes(text.as_bytes())
+}
+
+/// Prints to stdout. It is no error if the reader has closed the pipe.
+pub fn print_bytes(bytes: &[u8]) -> Result<ExitCode, Error> {
+    match io::stdout().write_all(bytes) {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::Output { path: "the terminal".into(), running: true, source })
         }
@@ -41,12 +47,12 @@ pub fn print(text: &str) -> Result<ExitCode, Error> {
     }
 }
 
-/// Prints an error with its causes and how to mend it.
+/// Prints an error with its causes and a remedy.
 pub fn tell(error: &Error) {
     tell_chain(&error.chain(), error.help());
 }
 
-/// Prints causes, outermost first, and how to mend it.
+/// Prints causes, outermost first, and a remedy.
 pub fn tell_chain(chain: &[String], help: Option<&str>) {
     for (depth, text) in chain.iter().enumerate() {
         match depth {

@@ -1,0 +1,75 @@
+//! The command line, in one declaration: clap parses it, and makes the help, the completions and the
+//! manual pages of it.
+
+use clap::{Parser, Subcommand};
+
+use crate::commands;
+
+const HELP: &str = "\
+Examples:
+  maglev run scenarios/low-speed.json
+  maglev inspect target/fmu/vehicle.fmu
+  maglev schema > schema.json
+
+Exit statuses:
+  0  success: the run reached its stop time, or a unit ended it with
+     fmi2Terminated; all modes decay; validate finds no error; reference
+     results are within tolerance
+  1  a failed run or verdict: the run failed or was interrupted (results
+     until then are kept); a mode grows; validate finds an error; reference
+     results are outside their tolerance; a report cannot be written
+  2  bad usage or input: unknown option, invalid scenario, a unit or file
+     that cannot be read, a folder that is in use or has no results";
+
+/// Runs co-simulations of FMI 2.0 units.
+#[derive(Parser)]
+#[command(
+    name = "maglev",
+    version = env!("MAGLEV_VERSION"),
+    max_term_width = 100,
+    arg_required_else_help = true,
+    after_help = HELP
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run a scenario, or one unit, and write the results
+    #[command(arg_required_else_help = true)]
+    Run(commands::run::Arguments),
+    /// Resume a run from its last checkpoint
+    #[command(arg_required_else_help = true)]
+    Resume(commands::resume::Arguments),
+    /// Make an HTML report of results: plots, spectra, tables
+    #[command(arg_required_else_help = true)]
+    Report(commands::report::Arguments),
+    /// Show parameters, signals and capabilities of a unit
+    #[command(arg_required_else_help = true)]
+    Inspect(commands::inspect::Arguments),
+    /// Show the modes of a coupled system: frequencies, damping, participation
+    #[command(arg_required_else_help = true)]
+    Modes(commands::coupled_modes::Arguments),
+    /// Check a unit against FMI 2.0
+    #[command(arg_required_else_help = true)]
+    Validate(commands::validate::Arguments),
+    /// Repeat the reference experiments that a unit contains, and compare
+    #[command(arg_required_else_help = true)]
+    Reference(commands::reference::Arguments),
+    /// Print the JSON schema of scenarios
+    Schema,
+    /// Print completions for a shell
+    #[command(arg_required_else_help = true)]
+    Completions(commands::completions::Arguments),
+    /// Print the manual pages, or write them into a folder
+    Man(commands::man::Arguments),
+    /// One check of `validate --dynamic`, in a process of its own
+    #[command(hide = true)]
+    ConformanceCheck(commands::conformance::Check),
+    /// Restores a serialized state of `validate --dynamic` in a process of its own
+    #[command(hide = true)]
+    ConformanceResume(commands::conformance::Resume),
+}
