@@ -28,7 +28,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let pages = pages();
     let Some(folder) = &arguments.out else {
-        return super::print_bytes(&pages.into_iter().flat_map(|(_, page)| page).collect::<Vec<u8>>());
+        return super::print_bytes(
+            &pages.into_iter().flat_map(|(_, page)| page).collect::<Vec<u8>>(),
+        );
     };
     let failed = |path: &Path, source| Error::Output { path: path.into(), running: true, source };
     std::fs::create_dir_all(folder).map_err(|source| failed(folder, source))?;

@@ -27,7 +27,9 @@ pub fn at_home<T>(work: impl FnOnce() -> T) -> T {
         && let Err(error) = std::env::set_current_dir(&home)
     {
         let home = home.display();
-        eprintln!("warning: a unit changed the working directory, and {home} no longer exists: {error}");
+        eprintln!(
+            "warning: a unit changed the working directory, and {home} no longer exists: {error}"
+        );
     }
     result
 }
