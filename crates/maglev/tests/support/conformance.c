@@ -10,17 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-typedef unsigned int vref;
-typedef int status; /* OK, Warning, Discard, Error, Fatal, Pending */
-enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING };
-typedef void (*logger)(void *, const char *, status, const char *, const char *, ...);
-typedef struct {
-    logger log;
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, status);
-    void *environment;
-} callbacks;
+#include "fmi2.h"
 
 /* the faults, in the order of the suite's checks; conformance.rs names them */
 enum {

@@ -9,23 +9,11 @@
  *   LAST_WORDS             what it says when it breaks
  * A unit that has broken stands still. One that has returned fmi2Warning to order 2 (not broken) ignores
  * from then on every call that mixes orders. */
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef void *component;
-typedef unsigned int vref;
-typedef int status;
-enum { OK, WARNING, DISCARD, ERROR };
-typedef void (*logger)(void *, const char *, status, const char *, const char *, ...);
-typedef struct {
-    logger log;
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, status);
-    void *environment;
-} callbacks;
+#include "fmi2.h"
 
 #ifndef ORDER1
 #define ORDER1 OK

@@ -5,18 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef void *component;
-typedef unsigned int vref;
-typedef int status;
-enum { OK, WARNING, DISCARD, ERROR };
-typedef void (*logger)(void *, const char *, status, const char *, const char *, ...);
-typedef struct {
-    logger log;
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, status);
-    void *environment;
-} callbacks;
+#include "fmi2.h"
 
 /* Reals, and Strings */
 enum { TOLERANCE, START, STOP, LENGTH, Y, U, CRASH_AT, REALS };
