@@ -1,4 +1,4 @@
-//! Why a command did not do what it was asked to.
+//! Why a command failed, and with which exit status.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use crate::run::CheckpointError;
 
-/// Why a command did not do what it was asked to.
+/// Why a command failed.
 #[derive(Debug, Error)]
 pub enum Error {
     /// The co-simulation: its setup, its start or a step.
@@ -28,33 +28,45 @@ pub enum Error {
     /// A unit's binary.
     #[error("cannot load the unit")]
     Library(#[from] LibraryError),
-    /// A unit that refuses to be instantiated.
+    /// A unit refuses to be instantiated.
     #[error("cannot instantiate the unit")]
     Instantiate(#[source] FmuError),
-    /// A file that cannot be read as a unit.
+    /// A file is not a readable unit.
     #[error("cannot check the unit")]
     Unreadable(#[from] Unreadable),
-    /// Defects of a unit, where none are tolerated.
+    /// A unit has defects, and `--strict` tolerates none.
     #[error("cannot use the unit")]
     Defects(#[from] Defects),
     /// The checks of behaviour.
     #[error(transparent)]
     Check(#[from] CheckError),
-    /// A report that the unit does not give.
-    #[error("the unit does not answer")]
+    /// A unit does not answer a report.
+    #[error("the unit does not provide this report")]
     Report(#[source] FmuError),
     /// Results cannot be written.
     #[error("cannot write the results to {path}")]
     Output {
         /// The folder or file.
         path: PathBuf,
-        /// Whether the run had begun.
+        /// Whether the run had started.
         running: bool,
-        /// The system's reason.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
-    /// The user insisted on the end, and another thread has completed the results.
+    /// A file outside of a run's results, or the standard output, cannot be written.
+    #[error("cannot write {path}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reported.
+        #[source]
+        source: std::io::Error,
+    },
+    /// `validate --dynamic` cannot start itself.
+    #[error("cannot find the path of this program")]
+    Program(#[source] std::io::Error),
+    /// The user ended a hanging step, and another thread has completed the results.
     #[error("the run was abandoned")]
     GivenUp,
     /// The Parquet copy of the results cannot be written.
@@ -66,7 +78,7 @@ pub enum Error {
         #[source]
         source: ParquetError,
     },
-    /// Checkpoints are asked for, and units cannot give their states.
+    /// The run should write checkpoints, but units cannot serialize their states.
     #[error(
         "cannot write checkpoints: {} (canSerializeFMUstate is not true)",
         cannot_serialize(units)
@@ -75,14 +87,14 @@ pub enum Error {
         /// Paths of the .fmu files, as they were given.
         units: Vec<PathBuf>,
     },
-    /// A run cannot continue from its checkpoint.
+    /// A run cannot be resumed from its checkpoint.
     #[error("cannot resume the run")]
     Checkpoint(#[from] CheckpointError),
-    /// Reference results.
+    /// Reference results cannot be read or reproduced.
     #[error("cannot compare the reference results")]
     Reference(#[from] ReferenceError),
     /// A picture cannot be drawn.
-    #[error("{file}")]
+    #[error("cannot draw {file}")]
     Plot {
         /// Its file.
         file: String,
@@ -99,7 +111,7 @@ impl From<ScenarioError> for Error {
 }
 
 impl Error {
-    /// The fault of a unit whose call was given up, as the user insisted on the end of the run.
+    /// The fault of a unit whose call was given up because the user ended a hanging step.
     #[must_use]
     pub fn given_up(&self) -> Option<&FmuFault> {
         let first: Option<&(dyn std::error::Error + 'static)> = Some(self);
@@ -109,7 +121,7 @@ impl Error {
             .filter(|fault| matches!(fault, FmuFault::Lost { how: Loss::GivenUp, .. }))
     }
 
-    /// 2 for bad usage or input, 1 for a run that failed.
+    /// 1 for a failed run, 2 for bad usage or input.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
@@ -117,17 +129,18 @@ impl Error {
             Self::Plot { .. } | Self::GivenUp => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
+            Self::Write { .. } | Self::Program(_) => 1,
             Self::Reference(ReferenceError::Unit(_)) => 1,
             _ => 2,
         }
     }
 
-    /// The same, with the folder of results as it was given.
+    /// The same error, with the results folder as the user wrote it.
     pub(crate) fn with_folder(mut self, absolute: &Path, given: &Path) -> Self {
         if let Self::Output { path, .. } | Self::Parquet { folder: path, .. } = &mut self
             && let Ok(rest) = path.strip_prefix(absolute)
         {
-            // nothing joined would be a slash
+            // joining an empty path would add a slash
             let nothing = rest.as_os_str().is_empty();
             *path = if nothing { given.to_owned() } else { given.join(rest) };
         }
@@ -140,7 +153,7 @@ impl Error {
         results::causes(self)
     }
 
-    /// How to fix it, where that is known.
+    /// How to fix it, if that is known.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
@@ -152,19 +165,19 @@ impl Error {
             Self::Defects(error) => error.help(),
             Self::Check(error) => return error.help(),
             Self::Report(_) => {
-                "reports are not part of the FMI standard: see the documentation of the unit"
+                "reports are not part of the FMI standard; see the unit's documentation"
             }
             Self::Parquet { .. } => "free space on the disk",
             Self::NoCheckpoints { .. } => {
-                "run it without checkpoints, or ask who exported the units for serialized states"
+                "run without checkpoints, or export the units with canSerializeFMUstate"
             }
             Self::Checkpoint(error) => return error.help(),
             Self::Output { source, .. } if source.kind() == ErrorKind::NotFound => {
-                "the folder is gone: do not move or remove it while a run writes to it"
+                "the folder no longer exists; do not move or remove it while a run writes to it"
             }
             Self::Reference(error) => return error.help(),
             Self::Output { .. } => "choose another folder with --out, or free space on the disk",
-            Self::GivenUp => return None,
+            Self::GivenUp | Self::Write { .. } | Self::Program(_) => return None,
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",
         })
     }

@@ -14,7 +14,7 @@
 //!
 //! | layer | crate | what it does |
 //! |---|---|---|
-//! | command | [`maglev`](../maglev/index.html) | subcommands; a run with everything it leaves on the disk (`Job`, `resume`) |
+//! | command | [`maglev`](../maglev/index.html) | subcommands; a run with everything it writes (`Job`, `resume`) |
 //! | stepping | [`master`](../master/index.html) | system, initialization, coupling algorithms, simulation, coupled modes |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |
@@ -36,7 +36,7 @@
 //!
 //! # This crate
 //!
-//! Runs of scenarios with all that they leave on the disk: the library behind the command `maglev`.
+//! Runs of scenarios with everything that they write: the library behind the command `maglev`.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -50,7 +50,7 @@
 //! # Ok::<(), maglev::Error>(())
 //! ```
 //!
-//! A program that steps by hand uses the crate [`master`] alone.
+//! A program that steps by hand only needs the crate [`master`].
 
 #![expect(clippy::result_large_err, reason = "an error ends the command")]
 

@@ -474,7 +474,7 @@ fn issue_a_unit_that_terminated_but_returns_warnings_fails_the_run() {
         let ran = loud.run(more);
         // the fifth step, to 0.5 s, is the first that warns; five more without a change
         ran.fails(1, &["unit b has stopped computing", "since 0.5 s", "simulation terminated"]);
-        assert!(ran.stderr().contains("warning: unit b says that it has terminated"));
+        assert!(ran.stderr().contains("warning: unit b reports that it has terminated"));
         assert_eq!(loud.summary()["status"], "failed");
         assert!((9..=10).contains(&(loud.rows().len() - 1)), "{}", loud.rows().len());
     }

@@ -70,7 +70,7 @@ fn issue_a_run_ends_with_its_report() {
     fs::create_dir(&report).unwrap();
     let ran = bench.run(&[]);
     ran.succeeds();
-    assert!(ran.stderr().contains("warning: there is no report"), "{}", ran.stderr());
+    assert!(ran.stderr().contains("warning: cannot make the report"), "{}", ran.stderr());
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn issue_only_the_formats_asked_for_are_left() {
     let ran = bench.run(&["--format", "csv,parquet"]);
     ran.succeeds();
     assert!(ran.stdout().contains("results.parquet") && there("results.csv"));
-    bench.run(&["--format", "hdf5"]).fails(2, &["no format \"hdf5\""]);
+    bench.run(&["--format", "hdf5"]).fails(2, &["invalid value 'hdf5'"]);
 }
 
 /// Every warning is logged at the end of the step that it arrived in; a unit that only returns
@@ -137,7 +137,7 @@ fn invariant_real_time_is_a_lower_bound() {
     bench.scenario(&ring());
     let ran = bench.run(&["--real-time", "10"]);
     ran.succeeds();
-    assert!(ran.stdout().contains("for 10 times real time"), "{}", ran.stdout());
+    assert!(ran.stdout().contains("late for 10 times real time"), "{}", ran.stdout());
     let summary = bench.summary();
     assert!(summary["wall_time"]["run_seconds"].as_f64().unwrap() >= 0.1);
     let real_time = &summary["real_time"];

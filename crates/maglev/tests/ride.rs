@@ -57,7 +57,7 @@ fn analytic_ride_quality_of_a_sine() {
     ]));
     let ran = bench.run(&[]);
     ran.succeeds();
-    assert!(!ran.stderr().contains("ride_quality"), "{}", ran.stderr());
+    assert!(!ran.stderr().contains("ride quality"), "{}", ran.stderr());
     let quality = &bench.summary()["ride_quality"];
     assert_eq!(quality["units"]["vibration_dose"], "m/s1.75");
     let close = |value: &Value, expected: f64| {
@@ -136,21 +136,40 @@ fn issue_missing_ride_quality_is_explained_and_the_run_succeeds() {
     let summary = bench.summary();
     let points = summary["ride_quality"]["points"].as_array().unwrap();
     for (point, text) in points.iter().zip([
-        "forgotten: a.u is not recorded; add it to record.signals",
-        "coarse: b.y is recorded every 0.01 s: the sampling rate is",
-        "short: a.y: 4.005 s are too short, at least 5 s are needed",
-        "late: a.y: 0.000 s are too short",
-        "metres: m.y is not an acceleration: its unit is m",
+        "a.u is not recorded: add it to record.signals",
+        "signals are recorded every 0.01 s: set record.interval to 0.0055 s or less",
+        "only 4.005 s are in its time span, and 5 s are needed",
+        "only 0.000 s are in its time span, and 5 s are needed",
+        "m.y is not an acceleration: its unit is m",
     ]) {
-        let warning = point["warnings"][0].as_str().unwrap();
-        assert!(warning.starts_with(text), "{warning}");
+        assert_eq!(point["warnings"], json!([text]));
         assert_eq!((&point["vertical"], &point["vibration_total"]), (&Value::Null, &Value::Null));
-        assert!(ran.stderr().contains(text), "{}", ran.stderr());
-        assert!(bench.result("events.csv").contains(text));
+        let note =
+            format!("ride quality is not judged at {}: {text}", point["name"].as_str().unwrap());
+        assert!(ran.stderr().contains(&note), "{}", ran.stderr());
+        assert!(bench.result("events.csv").contains(&note));
     }
     // what could be judged is
     assert!(points[0]["lateral"]["weighted_rms"].is_number());
     assert_eq!(points[0]["comfort"], json!([]));
+}
+
+/// A record interval that is too long for every point, or a run that is too short, is one note.
+#[test]
+fn issue_one_reason_for_many_points_is_one_note() {
+    let points: Vec<Value> = (1..=8)
+        .map(|k| json!({ "name": format!("seat {k}"), "vertical": "a.y", "lateral": "a.y" }))
+        .collect();
+    let bench = bench(&json!(points));
+    for (change, reason) in [
+        (["--record-interval", "0.1"], "signals are recorded every 0.1 s: set record.interval to"),
+        (["--stop", "3"], "only 3.005 s are in its time span"),
+    ] {
+        let report = bench.run(&change).stderr();
+        let notes: Vec<&str> = report.lines().filter(|it| it.contains("ride quality")).collect();
+        let note = format!("note: ride quality is not judged at 8 points: {reason}");
+        assert!(notes.len() == 1 && notes[0].starts_with(&note), "{notes:?}");
+    }
 }
 
 #[test]

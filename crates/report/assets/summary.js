@@ -25,7 +25,7 @@ function statusLine(run) {
 function figuresOf(run) {
   const list = [...run.figures];
   const { summary, least_damped: mode } = run;
-  if (summary?.real_time_factor != null) {
+  if (summary?.real_time_factor > 0) {
     const note = `${number(summary.wall_time?.run_seconds, 3)} s for ${number(summary.steps, 9)} steps`;
     list.push({ label: "Computing speed", value: summary.real_time_factor, unit: "× real time", note });
   }
@@ -123,6 +123,13 @@ function facts(rows) {
     .map(([name, value]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)))));
 }
 
+/** Where the wall time went. The units' time is an estimate, which leaves a rest for the master only on one thread. */
+function wallTime(wall, threads) {
+  const rest = wall.master_seconds == null ? "" : `, master ${number(wall.master_seconds, 3)} s`;
+  const units = rest === "" && threads <= 1 ? "nearly all in the units" : `units ${number(wall.units_seconds, 3)} s${threads > 1 ? ` on ${threads} threads` : ""}`;
+  return `${number(wall.total_seconds, 3)} s: start ${number(wall.start_seconds, 3)} s, ${units}${rest}`;
+}
+
 function runInformation(run) {
   const summary = run.summary ?? {};
   const algorithm = summary.algorithm ?? {};
@@ -135,7 +142,7 @@ function runInformation(run) {
     ["recorded", summary.rows == null ? null : `${number(summary.rows, 9)} rows of ${run.signals.length} signals`],
     ["coupling", algorithm.name ? `${algorithm.name}, extrapolation of degree ${algorithm.extrapolation}${algorithm.derivatives ? " with output derivatives" : ""}` : null],
     ["command line", (summary.overrides ?? []).join(", ")],
-    ["wall time", wall.total_seconds == null ? null : `${number(wall.total_seconds, 3)} s: start ${number(wall.start_seconds, 3)} s, units ${number(wall.units_seconds, 3)} s, master ${number(wall.master_seconds, 3)} s`],
+    ["wall time", wall.total_seconds == null ? null : wallTime(wall, algorithm.threads)],
     ["resumed", summary.resumed ? `${summary.resumed} times` : null],
     ["events", Object.entries(summary.events ?? {}).map(([kind, count]) => `${count} ${kind}`).join(", ")],
     ["master", summary.master_version], ["folder", run.folder],

@@ -1,4 +1,4 @@
-//! The hidden subcommands that `maglev validate --dynamic` starts itself with.
+//! The hidden subcommands with which `maglev validate --dynamic` starts itself.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,15 +12,15 @@ use maglev::Error;
 pub struct Check {
     /// The unit (.fmu).
     unit: PathBuf,
-    /// Name of the check, as `--only` takes it.
+    /// Name of the check, as for `--only`.
     id: String,
-    /// File for what it found.
+    /// File for the findings.
     answer: PathBuf,
-    /// File for the calls that it made.
+    /// File for the calls.
     trace: PathBuf,
 }
 
-/// Arguments of a state that goes on.
+/// Arguments for restoring a state.
 #[derive(Args)]
 pub struct Resume {
     /// The unit (.fmu).
@@ -35,7 +35,7 @@ pub fn check(arguments: &Check) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Goes on from a state; says on stderr what is wrong.
+/// Restores a state and continues; errors go to stderr.
 pub fn resume(arguments: &Resume) -> ExitCode {
     match harness::resume(&arguments.unit, &arguments.file) {
         Ok(()) => ExitCode::SUCCESS,

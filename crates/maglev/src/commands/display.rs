@@ -16,58 +16,56 @@ use results::RunResults;
 use results::summary::{Status, Summary};
 use scenario::LogLevel;
 
-/// How long a step may go on after Ctrl-C before the user is told how to end it.
+use super::closing;
+use super::stdout::Reserved;
+
+/// How long a step may take after Ctrl-C before the command explains how to end it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// What happens at the end of a run.
-pub struct End<'a> {
+/// What a run prints, and where it leaves its results.
+pub struct Terminal<'a> {
     /// The folder with the results.
     pub folder: &'a Path,
-    /// Whether nothing is said unless something goes wrong.
+    /// Whether to print nothing unless something goes wrong.
     pub quiet: bool,
-    /// Whether a report is made.
+    /// Whether stdout is for summary.json only.
+    pub json: bool,
+    /// Whether to make a report.
     pub report: bool,
-    /// Which messages are shown; notes are none of `Error`.
+    /// Messages of units to show. `Error` also hides notes.
     pub level: LogLevel,
 }
 
-/// Runs with progress on the terminal until the end or Ctrl-C, and tells how it went.
+/// Runs with progress on the terminal until the end or Ctrl-C, and prints the outcome.
 pub fn watch(
-    end: &End<'_>,
+    terminal: &Terminal<'_>,
     run: impl FnOnce(&mut dyn Observer) -> Result<Summary, Error>,
 ) -> Result<ExitCode, Error> {
-    let &End { folder, quiet, .. } = end;
+    let &Terminal { folder, quiet, .. } = terminal;
+    let stdout = terminal.json.then(Reserved::new).transpose()?;
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Handler { stop: Arc::clone(&stop), folder: folder.to_owned(), quiet };
-    // without a handler the run still works, only Ctrl-C ends it at once
+    // without a handler the run still works, but Ctrl-C ends it at once
     let handled = ctrlc::set_handler(move || handler.heed()).is_ok();
-    let mut display = Display { bar: None, stop, quiet, level: end.level };
+    let mut display = Display { bar: None, stop, quiet, level: terminal.level };
     if !handled {
-        display.notice("Ctrl-C will lose the results of this run");
+        display.notice("cannot catch Ctrl-C: it will end the run without results");
     }
     let outcome = super::at_home(|| run(&mut display));
     display.close();
-    let again = || {
-        if Checkpoint::path(folder).exists() {
-            eprintln!("to go on from the last checkpoint: maglev resume {}", folder.display());
-        }
-    };
-    let summary = outcome.inspect_err(|error| {
-        if error.exit_status() == 1 {
-            let report = end.report();
-            if !quiet {
-                eprintln!("results until then: {}", report.as_deref().unwrap_or(folder).display());
-                again();
-            }
-        }
-    })?;
-    if summary.status == Status::Interrupted && !quiet {
-        eprintln!("interrupted at {} s; what was recorded is kept", summary.reached);
-        again();
+    if outcome.as_ref().is_err_and(|error| error.exit_status() != 1) {
+        // the run did not start, so there is nothing in the folder
+        return outcome.map(|_| ExitCode::SUCCESS);
     }
-    let report = end.report();
+    let report = terminal.report();
     if !quiet {
-        print_end(&summary, folder, report.as_deref())?;
+        terminal.explain_early_end(&outcome, report.as_deref());
+    }
+    let printed = stdout.map_or(Ok(()), |it| it.print_file(&folder.join(results::SUMMARY)));
+    let summary = outcome?;
+    printed?;
+    if !quiet && !terminal.json {
+        super::print(&closing::text(&summary, folder, report.as_deref()))?;
     }
     Ok(match summary.status {
         Status::Finished | Status::Terminated => ExitCode::SUCCESS,
@@ -83,7 +81,7 @@ struct Handler {
 }
 
 impl Handler {
-    /// The first signal ends the run after its step, the second one also if the step hangs.
+    /// The first signal ends the run after the current step, the second one even if the step hangs.
     fn heed(&self) {
         self.stop.store(true, Ordering::Relaxed);
         let tell = |text: &str| {
@@ -105,8 +103,23 @@ impl Handler {
     }
 }
 
-impl End<'_> {
-    /// Makes the report; what hinders it does not make the run a failed one.
+impl Terminal<'_> {
+    /// Says where the results of a run without a regular end are, and how to continue it.
+    fn explain_early_end(&self, outcome: &Result<Summary, Error>, report: Option<&Path>) {
+        match outcome {
+            Ok(Summary { status: Status::Interrupted, reached, .. }) => {
+                eprintln!("interrupted at {reached} s; the results until then are kept");
+            }
+            Ok(_) => return,
+            Err(_) => eprintln!("results until then: {}", report.unwrap_or(self.folder).display()),
+        }
+        if Checkpoint::path(self.folder).exists() {
+            let folder = self.folder.display();
+            eprintln!("to continue from the last checkpoint: maglev resume {folder}");
+        }
+    }
+
+    /// Makes the report. A run does not fail if its report does.
     fn report(&self) -> Option<PathBuf> {
         if !self.report {
             return None;
@@ -118,44 +131,11 @@ impl End<'_> {
         match made {
             Ok(()) => Some(path),
             Err(error) => {
-                eprintln!("warning: there is no report: {}", error.chain().join(": "));
+                eprintln!("warning: cannot make the report: {}", error.chain().join(": "));
                 None
             }
         }
     }
-}
-
-fn print_end(summary: &Summary, folder: &Path, report: Option<&Path>) -> Result<(), Error> {
-    let wall = summary.wall_time;
-    #[expect(clippy::cast_precision_loss, reason = "for people to read")]
-    let steps = summary.steps.max(1) as f64;
-    let mut text = format!(
-        "{} steps of {} s in {:.2} s ({:.1} times real time; {:.0} % in the units, {:.2} µs per step \
-         in the master)\n",
-        summary.steps,
-        summary.step,
-        wall.run_seconds,
-        summary.real_time_factor,
-        100.0 * wall.units_seconds / wall.run_seconds.max(f64::MIN_POSITIVE),
-        1e6 * wall.master_seconds / steps,
-    );
-    if let Some(real_time) = &summary.real_time {
-        text += &format!(
-            "{} of {} steps were late for {} times real time, by {:.3} ms at worst\n",
-            real_time.overruns,
-            real_time.steps,
-            real_time.factor,
-            1e3 * real_time.worst_seconds
-        );
-    }
-    let files = summary.tables.iter().chain(&summary.pictures).map(String::as_str);
-    for name in files.chain(["events.csv", "summary.json"]) {
-        text += &format!("{}\n", folder.join(name).display());
-    }
-    if let Some(report) = report {
-        text += &format!("{}\n", report.display());
-    }
-    super::print(&text).map(|_| ())
 }
 
 /// Progress on a terminal, notices as lines.

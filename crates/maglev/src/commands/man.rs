@@ -32,7 +32,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             &pages.into_iter().flat_map(|(_, page)| page).collect::<Vec<u8>>(),
         );
     };
-    let failed = |path: &Path, source| Error::Output { path: path.into(), running: true, source };
+    let failed = |path: &Path, source| Error::Write { path: path.into(), source };
     std::fs::create_dir_all(folder).map_err(|source| failed(folder, source))?;
     for (name, page) in pages {
         let path = folder.join(name);

@@ -1,5 +1,7 @@
-//! One module per subcommand.
+//! One module per subcommand, and what they share: progress ([`display`]), the lines at the end of a
+//! run ([`closing`]), [`names`] for options, [`stdout`].
 
+pub mod closing;
 pub mod completions;
 pub mod conformance;
 pub mod coupled_modes;
@@ -7,10 +9,12 @@ pub mod display;
 pub mod inspect;
 pub mod man;
 pub mod modes;
+pub mod names;
 pub mod reference;
 pub mod report;
 pub mod resume;
 pub mod run;
+pub mod stdout;
 pub mod validate;
 
 use std::io::{self, Write as _};
@@ -34,6 +38,9 @@ pub fn at_home<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
+/// What errors call stdout.
+const STDOUT: &str = "the standard output";
+
 /// Prints text to stdout.
 pub fn print(text: &str) -> Result<ExitCode, Error> {
     print_bytes(text.as_bytes())
@@ -43,7 +50,7 @@ pub fn print(text: &str) -> Result<ExitCode, Error> {
 pub fn print_bytes(bytes: &[u8]) -> Result<ExitCode, Error> {
     match io::stdout().write_all(bytes) {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Error::Output { path: "the terminal".into(), running: true, source })
+            Err(Error::Write { path: STDOUT.into(), source })
         }
         _ => Ok(ExitCode::SUCCESS),
     }

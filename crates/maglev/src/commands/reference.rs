@@ -13,11 +13,11 @@ use maglev::Error;
 /// Arguments of `maglev reference`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The unit (.fmu); it carries its experiments as FMI-LS-REF.
+    /// The unit (.fmu), with experiments as FMI-LS-REF.
     unit: PathBuf,
 }
 
-/// Repeats the unit's reference experiments; exit status 1 if a signal leaves its tolerance.
+/// Repeats the unit's reference experiments. The exit status is 1 if a signal is outside its tolerance.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let package = Arc::new(Package::open(&arguments.unit)?);
     let mut text = String::new();
@@ -35,11 +35,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             experiment.tolerance
         );
         for deviation in reference::compare(&experiment.reference, &found) {
-            // so that a NaN is outside
+            // written so that NaN is outside
             let within = deviation.relative <= experiment.tolerance;
             outside += usize::from(!within);
             let place = if deviation.relative == 0.0 {
-                "equal to the bit".to_owned()
+                "identical".to_owned()
+            } else if deviation.relative.is_nan() {
+                format!("NaN at {} s", deviation.time)
             } else {
                 format!("{:.1e} of its largest value, at {} s", deviation.relative, deviation.time)
             };

@@ -7,15 +7,16 @@ use clap::Args;
 use maglev::Error;
 use scenario::LogLevel;
 
-use super::display::{End, watch};
+use super::display::{Terminal, watch};
 
 const EXAMPLES: &str = "\
 Examples:
   maglev run scenarios/low-speed.json --checkpoint-every 10 --out /tmp/low-speed
   maglev resume /tmp/low-speed      # after a crash, a full disk, Ctrl-C
 
-The run goes on from its last checkpoint with the settings that it began with; its results are those
-of a run without the stop, byte for byte. The files of the units must still be where they were.";
+The run continues from its last checkpoint with its original settings. The results are the
+same, byte for byte, as those of a run without the interruption. The units' files must still
+be where they were. --json prints the same as for `maglev run`.";
 
 /// Arguments of `maglev resume`.
 #[derive(Args)]
@@ -26,15 +27,23 @@ pub struct Arguments {
     /// Make no report (report.html) at the end.
     #[arg(long)]
     no_report: bool,
-    /// Say nothing unless something goes wrong.
+    /// Print the content of summary.json on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+    /// Print nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
 }
 
-/// Goes on with the run.
+/// Resumes the run.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
-    let level = LogLevel::default();
-    let end = End { folder, quiet: arguments.quiet, report: !arguments.no_report, level };
-    watch(&end, |observer| maglev::run::resume(folder, observer))
+    let terminal = Terminal {
+        folder,
+        quiet: arguments.quiet,
+        json: arguments.json,
+        report: !arguments.no_report,
+        level: LogLevel::default(),
+    };
+    watch(&terminal, |observer| maglev::run::resume(folder, observer))
 }

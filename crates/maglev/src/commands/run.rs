@@ -9,65 +9,72 @@ use maglev::Error;
 use maglev::run::Job;
 use scenario::{AlgorithmName, Checkpoints, Format, Given, LogLevel, Override, Scenario};
 
-use super::display::{End, watch};
+use super::display::{Terminal, watch};
+use super::names;
 
 const EXAMPLES: &str = "\
 Examples:
   maglev run scenarios/one-bogie.json --stop 5 --out /tmp/bogie
   maglev run scenarios/one-bogie.json --set 'ems_*.gain_gap=6' --set vehicle.travel_speed=2
-
   maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
   maglev run target/fmu/ems.fmu --stop 2 --set gap=0.009
+  maglev run scenarios/low-speed.json --json --no-report | jq .real_time_factor
 
-Writes results.csv or results.parquet (recorded signals), events.csv (warnings, messages), summary.json
-(statistics, times, units), the scenario's pictures and report.html (all of it to look at). Ctrl-C ends a run after its step and keeps what
-was recorded; with checkpoints, `maglev resume` goes on from there. A second Ctrl-C ends a step that hangs.";
+Files in the folder: results.csv or results.parquet (recorded signals), events.csv (warnings
+and messages), summary.json (statistics, times, units), the scenario's pictures, and
+report.html (an interactive overview).
+
+Ctrl-C ends the run after the current step and keeps the results. With checkpoints,
+`maglev resume` continues it. A second Ctrl-C ends a step that hangs.
+
+With --json, stdout has the content of summary.json and nothing else, also for a run that
+fails while it steps. Errors are text on stderr, and the exit status is the same as without.";
 
 /// Arguments of `maglev run`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario: a .json file that names units, connections and what to record; or a unit
-    /// (.fmu) to run alone, with its outputs recorded.
+    /// The scenario (.json): units, connections and signals to record. Or one unit (.fmu), which
+    /// runs alone and has its outputs recorded.
     scenario: PathBuf,
     /// Folder for the results [default: results/ and the name of the scenario or unit].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Set a parameter or start value, of several by a pattern (m_*.gain=7, m_[01..04].gain=7);
-    /// may be given repeatedly. Of a unit alone, VARIABLE=VALUE is enough.
+    /// Set a parameter or start value. A pattern sets several: m_*.gain=7, m_[01..04].gain=7. For
+    /// a unit without a scenario, VARIABLE=VALUE is enough. Can be repeated.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE")]
     set: Vec<Override>,
-    /// Stop time (s) instead of the scenario's.
+    /// Stop time (s), instead of the scenario's.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     stop: Option<f64>,
-    /// Communication step (s) instead of the scenario's.
+    /// Communication step (s), instead of the scenario's.
     #[arg(long, value_name = "H")]
     step: Option<f64>,
-    /// Relative tolerance that units are told for their own integration, instead of the scenario's.
+    /// Relative tolerance for the units' own integration, instead of the scenario's.
     #[arg(long, value_name = "TOL")]
     tolerance: Option<f64>,
-    /// Coupling algorithm instead of the scenario's: jacobi, gauss-seidel, iterated, newton.
-    #[arg(long, value_name = "NAME")]
+    /// Coupling algorithm, instead of the scenario's.
+    #[arg(long, value_name = "NAME", value_parser = names::algorithms())]
     algorithm: Option<AlgorithmName>,
     /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
     extrapolation: Option<u8>,
-    /// Threads that step units at once; the results are the same for any number.
+    /// Threads that step units in parallel. The results are the same for any number.
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
-    /// Interval between recorded rows (s) instead of the scenario's.
+    /// Interval between recorded rows (s), instead of the scenario's.
     #[arg(long, value_name = "T")]
     record_interval: Option<f64>,
-    /// Write a checkpoint every so many simulated seconds; `maglev resume` goes on from the last one.
+    /// Write a checkpoint every T simulated seconds, for `maglev resume`.
     #[arg(long, value_name = "T")]
     checkpoint_every: Option<f64>,
-    /// Hold the run to so many simulated seconds per second.
+    /// Run at most FACTOR simulated seconds per second.
     #[arg(long, value_name = "FACTOR")]
     real_time: Option<f64>,
-    /// Files of results, separated by commas, instead of the scenario's: csv, parquet.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    /// Formats of the results, separated by commas, instead of the scenario's.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = names::formats())]
     format: Vec<Format>,
-    /// Run all units in processes of their own, where crashes are caught.
+    /// Run each unit in a process of its own, so that its crash only ends the run.
     #[arg(long)]
     isolate: bool,
     /// Longest wall time for one step of an isolated unit (s).
@@ -76,10 +83,10 @@ pub struct Arguments {
     /// Refuse units in which `maglev validate` finds an error, instead of warning.
     #[arg(long)]
     strict: bool,
-    /// Messages of units to show: error (status fmi2Error or fmi2Fatal), warning (the first of each
-    /// instance that is worse than fmi2OK; the default), info (all), debug (all, with debug messages
-    /// turned on). events.csv has all that arrive.
-    #[arg(long, value_name = "LEVEL")]
+    /// Messages of units to show. error: those with status fmi2Error or fmi2Fatal. warning (the
+    /// default): the first of each instance with a status worse than fmi2OK. info: all. debug: all,
+    /// with debug messages turned on. events.csv always has all of them.
+    #[arg(long, value_name = "LEVEL", hide_possible_values = true, value_parser = names::log_levels())]
     log_level: Option<LogLevel>,
     /// Write every C call to every unit to this file: time, instance, arguments, status, duration.
     #[arg(long, value_name = "FILE")]
@@ -87,7 +94,10 @@ pub struct Arguments {
     /// Make no report (report.html) at the end.
     #[arg(long)]
     no_report: bool,
-    /// Say nothing unless something goes wrong.
+    /// Print the content of summary.json on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+    /// Print nothing unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
 }
@@ -114,13 +124,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
     let job = Job { scenario: &scenario, name: &name, folder: &folder };
-    let end = End {
+    let terminal = Terminal {
         folder: &folder,
         quiet: arguments.quiet,
+        json: arguments.json,
         report: !arguments.no_report,
         level: scenario.log_level,
     };
-    watch(&end, |observer| job.run(observer))
+    watch(&terminal, |observer| job.run(observer))
 }
 
 /// Whether the file is a unit rather than a scenario.
@@ -128,7 +139,7 @@ fn is_unit(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("fmu"))
 }
 
-/// Puts what the command line says in the place of what the scenario says.
+/// Replaces settings of the scenario by those of the command line.
 fn change(scenario: &mut Scenario, arguments: &Arguments) {
     scenario.strict |= arguments.strict;
     if let Some(tolerance) = arguments.tolerance {

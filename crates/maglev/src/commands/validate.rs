@@ -18,24 +18,24 @@ pub struct Arguments {
     /// The unit (.fmu).
     #[arg(required_unless_present = "rules")]
     unit: Option<PathBuf>,
-    /// Load the unit and drive it through its C functions, instead of reading it only.
+    /// Load the unit and call its C functions, instead of only reading the file.
     #[arg(long)]
     dynamic: bool,
-    /// Run only this check; may be given several times.
+    /// Run only this check. Can be repeated.
     #[arg(long, value_name = "CHECK", requires = "dynamic")]
     only: Vec<String>,
-    /// End a check that takes longer, in seconds.
+    /// Longest wall time of one check (s).
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, requires = "dynamic")]
     time_limit: f64,
     /// Print the findings as JSON.
     #[arg(long)]
     json: bool,
-    /// List all rules, or with --dynamic all checks, instead.
+    /// List all rules, or with --dynamic all checks.
     #[arg(long, conflicts_with = "unit")]
     rules: bool,
 }
 
-/// Checks the unit; exit status 1 if an error is found.
+/// Checks the unit. The exit status is 1 if it finds an error.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     match arguments.unit.as_deref() {
         None if arguments.dynamic => super::print(&checks()),
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
 }
 
-/// The status of a command that found so many errors.
+/// 1 if there are errors.
 fn status(errors: usize) -> ExitCode {
     if errors > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
@@ -91,13 +91,8 @@ fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
         let known: Vec<&str> = harness::checks().map(|check| check.id).collect();
         return Err(CheckError::Unknown { id: id.clone(), known: known.join(", ") }.into());
     }
-    let program = std::env::current_exe().map_err(|source| Error::Output {
-        path: "this program itself".into(),
-        running: false,
-        source,
-    })?;
     let options = Options {
-        program,
+        program: std::env::current_exe().map_err(Error::Program)?,
         only: arguments.only.clone(),
         limit: Duration::try_from_secs_f64(arguments.time_limit).unwrap_or(Duration::MAX),
     };
@@ -123,7 +118,7 @@ fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(status(report.count(Severity::Error)))
 }
 
-/// An outcome as people read it: the verdict, and for findings the calls that show them.
+/// The verdict of a check as text, with the calls that show a finding.
 fn outcome_text(outcome: &Outcome) -> String {
     let mut text = String::new();
     let (check, section, seconds) = (outcome.check, outcome.section, outcome.seconds);
@@ -145,7 +140,7 @@ fn outcome_text(outcome: &Outcome) -> String {
     text
 }
 
-/// The table of rules, as docs/conformance.md has it.
+/// The table of rules in docs/conformance.md.
 fn rules() -> String {
     let mut text = String::from("| rule | severity | FMI 2.0.5 | demands |\n|---|---|---|---|\n");
     for rule in rules::rules() {
@@ -155,7 +150,7 @@ fn rules() -> String {
     text
 }
 
-/// The table of checks, as docs/conformance.md has it.
+/// The table of checks in docs/conformance.md.
 fn checks() -> String {
     let mut text = String::from("| check | severity | FMI 2.0.5 | expects |\n|---|---|---|---|\n");
     for check in harness::checks() {

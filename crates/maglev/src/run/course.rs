@@ -1,13 +1,13 @@
-//! The course of one run: start and steps.
+//! The course of one run: start, steps, checkpoints.
 
 use std::io;
 use std::time::{Duration, Instant};
 
 use super::checkpoint::{CheckpointError, CheckpointOrigin};
-use super::desk::{Desk, Halt};
 use super::journal::Journal;
 use super::output::RunOutput;
 use super::pace::{Pacer, WallClock};
+use super::shared::{Halt, Shared};
 use super::totals::Earlier;
 use super::{Job, Observer};
 use crate::error::Error;
@@ -22,8 +22,8 @@ use results::summary::{Status, Summary};
 /// Time between two reports of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The parts of one run.
-pub(super) struct Run<'a> {
+/// Everything that one run works with, from its start to its end.
+pub(super) struct Course<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) setup: &'a Setup,
     pub(super) observer: &'a mut dyn Observer,
@@ -31,7 +31,7 @@ pub(super) struct Run<'a> {
     pub(super) folder: Folder,
     pub(super) output: RunOutput<'a>,
     pub(super) journal: Journal,
-    /// there if checkpoints are written
+    /// `None` if the run writes no checkpoints
     pub(super) origin: Option<CheckpointOrigin>,
     pub(super) pacer: Option<Pacer<WallClock>>,
     pub(super) earlier: Earlier,
@@ -45,11 +45,11 @@ enum Next {
     End(Status),
 }
 
-/// Wall time of stepping, and what had been done when it began.
+/// Wall time of stepping, and where it began.
 struct Watch {
     begin: Instant,
     /// the last report of progress
-    told: Instant,
+    reported: Instant,
     done: u64,
     time: f64,
 }
@@ -60,7 +60,7 @@ pub(super) struct Progress {
     pub(super) start: Duration,
     pub(super) run: Duration,
     pub(super) loops: Vec<SolvedLoop>,
-    /// who ended the run early, and during what
+    /// who interrupted the run, and during which call
     pub(super) interruption: String,
 }
 
@@ -71,8 +71,8 @@ impl Default for Progress {
     }
 }
 
-impl<'a> Run<'a> {
-    /// Tells what was noticed while the scenario was checked.
+impl<'a> Course<'a> {
+    /// Reports and logs the notes that the check of the scenario made.
     pub(super) fn note_findings(&mut self) -> Result<(), Error> {
         let system = &self.setup.system();
         let mut texts = self.setup.scenario().notes.clone();
@@ -86,23 +86,23 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Starts, steps to the end and writes what belongs to the end.
+    /// Starts, steps to the end and completes the results.
     pub(super) fn complete(self, from: Option<&SimulationState>) -> Result<Summary, Error> {
         let setup = self.setup;
-        let desk = Desk::new(self);
+        let shared = Shared::new(self);
         let run = || {
             let mut simulation = None;
-            let result = match Self::start(&desk, setup, from) {
-                Ok(started) => Self::step_all(&desk, simulation.insert(started)),
+            let result = match Self::start(&shared, setup, from) {
+                Ok(started) => Self::step_all(&shared, simulation.insert(started)),
                 Err(halt) => Err(halt),
             };
-            desk.complete(result, simulation.as_mut())
+            shared.complete(result, simulation.as_mut())
         };
-        interrupt::guard(|| desk.rescue(), run)
+        interrupt::guard(|| shared.rescue(), run)
     }
 
     fn start(
-        desk: &Desk<'a>,
+        shared: &Shared<'a>,
         setup: &'a Setup,
         from: Option<&SimulationState>,
     ) -> Result<Simulation<'a>, Halt> {
@@ -110,19 +110,19 @@ impl<'a> Run<'a> {
         if let Some(state) = from {
             simulation.restore(state).map_err(|error| Error::from(CheckpointError::from(error)))?;
         }
-        desk.with(|run| run.started(&simulation, from.is_some()))?;
+        shared.with(|course| course.started(&simulation, from.is_some()))?;
         if from.is_none() {
-            // a unit that fails to serialize its state shall do so now, not after hours
-            Self::checkpoint(desk, &mut simulation, Duration::ZERO)?;
+            // a unit that fails to serialize its state should fail now, not after hours
+            Self::checkpoint(shared, &mut simulation, Duration::ZERO)?;
         }
-        desk.with(|run| {
-            run.progress.start = run.begin.elapsed();
+        shared.with(|course| {
+            course.progress.start = course.begin.elapsed();
             Ok(())
         })?;
         Ok(simulation)
     }
 
-    /// Takes the values at the start, or notes that the run goes on.
+    /// Records the values at the start, or logs that the run is resumed.
     fn started(&mut self, simulation: &Simulation<'_>, resumed: bool) -> Result<(), Error> {
         self.progress.loops = simulation.loops().to_vec();
         let time = simulation.time();
@@ -140,18 +140,18 @@ impl<'a> Run<'a> {
         taken.map_err(|e| self.failed(e))
     }
 
-    fn step_all(desk: &Desk<'a>, simulation: &mut Simulation<'_>) -> Result<Status, Halt> {
+    fn step_all(shared: &Shared<'a>, simulation: &mut Simulation<'_>) -> Result<Status, Halt> {
         let begin = Instant::now();
         let (now, remaining) = (simulation.time(), simulation.remaining());
-        desk.with(|run| {
-            let real_time = run.setup.scenario().real_time;
-            run.pacer = real_time.map(|factor| Pacer::new(WallClock::new(), factor, now));
-            run.observer.begin(remaining);
+        shared.with(|course| {
+            let real_time = course.setup.scenario().real_time;
+            course.pacer = real_time.map(|factor| Pacer::new(WallClock::new(), factor, now));
+            course.observer.begin(remaining);
             Ok(())
         })?;
-        let status = Self::steps(desk, simulation, begin);
-        desk.with(|run| {
-            run.progress.run = begin.elapsed();
+        let status = Self::steps(shared, simulation, begin);
+        shared.with(|course| {
+            course.progress.run = begin.elapsed();
             Ok(())
         })?;
         let status = status?;
@@ -160,25 +160,25 @@ impl<'a> Run<'a> {
     }
 
     fn steps(
-        desk: &Desk<'a>,
+        shared: &Shared<'a>,
         simulation: &mut Simulation<'_>,
         begin: Instant,
     ) -> Result<Status, Halt> {
         let mut clock =
-            Watch { begin, told: begin, done: simulation.done(), time: simulation.time() };
+            Watch { begin, reported: begin, done: simulation.done(), time: simulation.time() };
         while simulation.remaining() > 0 {
             let before = simulation.rejected();
             let stepped = simulation.step();
             let rejected = simulation.rejected() - before;
-            let next = desk.with(|run| match stepped {
-                Ok(()) => run.take(simulation, rejected, &mut clock),
-                Err(error) => run.ended(error),
+            let next = shared.with(|course| match stepped {
+                Ok(()) => course.take(simulation, rejected, &mut clock),
+                Err(error) => course.ended(error),
             })?;
             match next {
                 Next::Step => {}
-                Next::Checkpoint => Self::checkpoint(desk, simulation, begin.elapsed())?,
+                Next::Checkpoint => Self::checkpoint(shared, simulation, begin.elapsed())?,
                 Next::End(Status::Interrupted) => {
-                    Self::checkpoint(desk, simulation, begin.elapsed())?;
+                    Self::checkpoint(shared, simulation, begin.elapsed())?;
                     return Ok(Status::Interrupted);
                 }
                 Next::End(status) => return Ok(status),
@@ -187,7 +187,7 @@ impl<'a> Run<'a> {
         Ok(Status::Finished)
     }
 
-    /// A step that failed: some failures are the ends of runs.
+    /// Handles a failed step: `fmi2Discard` with `fmi2Terminated` is a regular end of the run.
     fn ended(&mut self, error: master::Error) -> Result<Next, Error> {
         match error {
             master::Error::Step { time, source } if source.asks_to_end() => {
@@ -199,7 +199,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes what a step has brought.
+    /// Records a finished step, and decides what comes next.
     fn take(
         &mut self,
         simulation: &mut Simulation<'_>,
@@ -215,7 +215,7 @@ impl<'a> Run<'a> {
             ended.map_err(|source| master::Error::Step { time, source })?;
         }
         if rejected > 0 {
-            let text = format!("{rejected} steps taken back: their error was too large");
+            let text = format!("{rejected} steps were repeated: their error was too large");
             self.journal.note(time, EventKind::Rejected, text).map_err(|e| self.failed(e))?;
         }
         self.hold(time).map_err(|e| self.failed(e))?;
@@ -223,8 +223,8 @@ impl<'a> Run<'a> {
             return Ok(Next::End(Status::Interrupted));
         }
         let now = Instant::now();
-        if now - clock.told > PROGRESS_INTERVAL {
-            clock.told = now;
+        if now - clock.reported > PROGRESS_INTERVAL {
+            clock.reported = now;
             let factor = (time - clock.time) / (now - clock.begin).as_secs_f64();
             self.observer.progress(done - clock.done, time, factor);
         }
@@ -238,7 +238,7 @@ impl<'a> Run<'a> {
         self.journal.listen(time, simulation.participants_mut(), self.observer)
     }
 
-    /// Waits until the time is due, if the run is held to real time.
+    /// Waits until the time is due, if the run is limited to real time.
     #[inline]
     fn hold(&mut self, time: f64) -> io::Result<()> {
         let Some(pacer) = &mut self.pacer else { return Ok(()) };
@@ -249,17 +249,17 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Writes a checkpoint, if there are to be any.
+    /// Writes a checkpoint, if the run writes any.
     fn checkpoint(
-        desk: &Desk<'a>,
+        shared: &Shared<'a>,
         simulation: &mut Simulation<'_>,
         run_time: Duration,
     ) -> Result<(), Halt> {
-        if !desk.with(|run| Ok(run.origin.is_some()))? {
+        if !shared.with(|course| Ok(course.origin.is_some()))? {
             return Ok(());
         }
         let state = simulation.state()?;
-        desk.with(|run| run.keep(state, simulation, run_time))
+        shared.with(|course| course.keep(state, simulation, run_time))
     }
 
     fn keep(
@@ -280,7 +280,7 @@ impl<'a> Run<'a> {
         written.map_err(|e| self.failed(e))
     }
 
-    /// Notes where the run was when it was interrupted.
+    /// Stores the call in which the run was interrupted, for the log.
     pub(super) fn interrupted_in(&mut self, place: &str) {
         self.progress.interruption = format!("by the user; {place}");
     }

@@ -4,7 +4,7 @@ use std::fs;
 
 use indexmap::IndexMap;
 
-use super::course::Run;
+use super::course::Course;
 use super::journal::Journal;
 use super::output::Files;
 use super::pace::Pacer;
@@ -27,7 +27,7 @@ pub(super) struct RunEnd<'a> {
     outcome: Result<(), Error>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> Course<'a> {
     /// Completes the results, also those of a failed run. They stay complete whatever the units do afterwards.
     pub(super) fn finish(
         mut self,
@@ -88,23 +88,28 @@ impl<'a> Run<'a> {
         let (files, completed) = output.finish(progress.done > 0);
         let reached = setup.time_after(progress.done);
         let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, job.folder));
-        let points = ride_quality.iter().flat_map(|quality| &quality.points);
         let participants = simulation.map_or(&[][..], Simulation::participants);
         for text in totals::warned_steps(participants) {
             observer.notice(&text);
         }
         let mut noted = Ok(());
-        for warning in points.flat_map(|point| &point.warnings) {
-            let text = format!("ride_quality: {warning}");
+        for text in ride_quality.iter().flat_map(ride::notes) {
             observer.notice(&text);
             noted = noted.and(journal.note(reached, EventKind::Note, text));
         }
         let logged = journal.publish();
-        let told = journal.told();
+        let parts = journal.summary();
         let experiment = scenario.experiment;
         let coupling = simulation.map(Simulation::coupling).unwrap_or_default();
-        let instances = totals::instances(setup, participants, &earlier, &told);
+        let instances = totals::instances(setup, participants, &earlier, &parts);
         let run_seconds = earlier.run_seconds + progress.run.as_secs_f64();
+        let wall_time = totals::wall_time(
+            self.begin,
+            progress.start,
+            run_seconds,
+            coupling.threads,
+            &instances,
+        );
         let simulated = reached - experiment.start;
         let summary = Summary {
             run: folder.run().to_owned(),
@@ -122,17 +127,17 @@ impl<'a> Run<'a> {
             real_time_factor: if run_seconds > 0.0 { simulated / run_seconds } else { 0.0 },
             algorithm: totals::algorithm_summary(scenario, system, &setup.layout(), coupling),
             initial_loops: progress.loops,
-            wall_time: totals::wall_time(self.begin, progress.start, run_seconds, &instances),
+            wall_time,
             master_version: env!("CARGO_PKG_VERSION").to_owned(),
             overrides: scenario.overrides.iter().map(ToString::to_string).collect(),
             units: totals::units(scenario, system, &instances),
             instances,
             real_time: self.pacer.as_ref().map(Pacer::statistics),
-            events: told.events,
+            events: parts.events,
             signals: signals(setup, participants, &gatherers),
             ride_quality,
-            messages: told.messages,
-            omitted_messages: told.omitted,
+            messages: parts.messages,
+            omitted_messages: parts.omitted,
             tables: files.tables.clone(),
             pictures: files.pictures.clone(),
         };
@@ -164,18 +169,18 @@ impl RunEnd<'_> {
 
     /// Terminates the units, and returns the outcome of the run. Adds their messages and a failure to events
     /// and summary.
-    pub(super) fn part(
+    pub(super) fn close(
         mut self,
         simulation: Option<&mut Simulation<'_>>,
     ) -> Result<Summary, Error> {
-        let parted = simulation.map_or(Ok(()), |simulation| self.terminate(simulation));
-        self.outcome.and(parted).map(|()| self.summary)
+        let terminated = simulation.map_or(Ok(()), |simulation| self.terminate(simulation));
+        self.outcome.and(terminated).map(|()| self.summary)
     }
 
     fn terminate(&mut self, simulation: &mut Simulation<'_>) -> Result<(), Error> {
         let time = simulation.time();
         let terminated = simulation.terminate().map_err(Error::from);
-        let before = self.journal.told().events;
+        let before = self.journal.summary().events;
         let participants = simulation.participants_mut();
         let mut noted = self.journal.listen(time, participants, self.observer);
         if let Err(error) = &terminated {
@@ -183,11 +188,11 @@ impl RunEnd<'_> {
             noted = noted.and(self.journal.note(time, EventKind::Failed, text));
             self.summary.error.get_or_insert_with(|| failure(error));
         }
-        let told = self.journal.told();
-        if told.events != before {
-            (self.summary.events, self.summary.messages) = (told.events, told.messages);
-            self.summary.omitted_messages = told.omitted;
-            for (instance, sent) in self.summary.instances.values_mut().zip(told.sent) {
+        let logged = self.journal.summary();
+        if logged.events != before {
+            (self.summary.events, self.summary.messages) = (logged.events, logged.messages);
+            self.summary.omitted_messages = logged.omitted;
+            for (instance, sent) in self.summary.instances.values_mut().zip(logged.sent) {
                 instance.messages = sent;
             }
             noted = noted.and(self.journal.publish());

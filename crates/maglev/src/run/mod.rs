@@ -1,18 +1,29 @@
 //! A whole run: from a scenario to results, summary and pictures.
 //!
-//! [`Setup`] checks a scenario, [`Simulation`](master::Simulation) steps it; other programs can use these
-//! two alone. [`Job`] adds what a run leaves on the disk and what keeps it safe: results, events,
-//! checkpoints, real time.
+//! [`Setup`] checks a scenario, and [`Simulation`](master::Simulation) steps it; other programs can use
+//! these two alone. This module adds everything that a run writes, and what keeps it safe:
+//!
+//! | noun | what it is |
+//! |---|---|
+//! | [`Job`] | what to run, and the folder for the results |
+//! | [`Observer`] | whoever watches: progress, notes, warnings, and the wish to end |
+//! | `Course` | everything that one run works with, from its start to its end |
+//! | `Shared` | the course behind a lock, so that a hanging step can be given up |
+//! | `RunOutput` | the recorded signals: table, statistics, curves, pictures |
+//! | `Journal` | messages of units, and events |
+//! | `Pacer` | waits for real time |
+//! | [`Checkpoint`] | the state of a run in a file; `CheckpointOrigin` is what all checkpoints of a run share |
+//! | `RunEnd` | a run whose files are written and whose units are still to be terminated |
 
 mod as_run;
 mod checkpoint;
 mod course;
-mod desk;
 mod end;
 mod journal;
 mod output;
 mod pace;
 mod ride;
+mod shared;
 mod totals;
 
 use std::fs;
@@ -24,7 +35,7 @@ use indexmap::IndexSet;
 
 use checkpoint::CheckpointOrigin;
 pub use checkpoint::{Checkpoint, CheckpointError};
-use course::{Progress, Run};
+use course::{Course, Progress};
 use fmi2_import::witness;
 use journal::Journal;
 use master::Setup;
@@ -35,9 +46,9 @@ use totals::Earlier;
 
 use crate::error::Error;
 
-/// Watches a run, from whichever thread is at work on it.
+/// Watches a run. Its functions are called by the thread that works on the run at that time.
 pub trait Observer: Send {
-    /// Stepping begins, with so many steps to come.
+    /// Stepping begins; so many steps remain.
     fn begin(&mut self, steps: u64) {
         let _ = steps;
     }
@@ -47,28 +58,28 @@ pub trait Observer: Send {
         let _ = (done, time, factor);
     }
 
-    /// Something worth telling that is no error.
+    /// A note, which is no error.
     fn notice(&mut self, text: &str) {
         let _ = text;
     }
 
-    /// A message of a unit, of those that the scenario's `log_level` lets pass.
+    /// A message of a unit that the scenario's `log_level` selects.
     fn message(&mut self, text: &str) {
         self.notice(text);
     }
 
-    /// Something that may mean that results are worth nothing.
+    /// Something that may make the results invalid.
     fn warning(&mut self, text: &str) {
         self.notice(text);
     }
 
-    /// Whether the run shall end now.
+    /// Whether to end the run after this step.
     fn interrupted(&self) -> bool {
         false
     }
 }
 
-/// An observer that looks away.
+/// An observer that ignores everything.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unobserved;
 
@@ -86,8 +97,8 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Runs it. Whatever happens after the start, what was recorded is kept: results, summary and
-    /// pictures are written also for a run that fails or is interrupted.
+    /// Runs the scenario. Results, summary and pictures are also written for a run that fails or is
+    /// interrupted after its start.
     ///
     /// # Errors
     /// Whatever stops the run, see [`Error`].
@@ -117,7 +128,7 @@ impl Job<'_> {
             Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
         as_run::write(folder.run(), self.scenario, setup.system(), self.folder).map_err(failed)?;
         let output = RunOutput::create(&setup, self.folder).map_err(failed)?;
-        let mut run = Run {
+        let mut course = Course {
             job: self,
             setup: &setup,
             observer,
@@ -130,13 +141,13 @@ impl Job<'_> {
             earlier: Earlier::default(),
             progress: Progress::default(),
         };
-        run.note_findings()?;
-        run.complete(None)
+        course.note_findings()?;
+        course.complete(None)
     }
 }
 
-/// Goes on with a run from the checkpoint in its results folder, to the results that it would have
-/// had without the stop.
+/// Continues a run from the checkpoint in its results folder. The results are those of a run without
+/// the interruption.
 ///
 /// # Errors
 /// There is no checkpoint, it does not fit the units or the results, or the run fails.
@@ -146,7 +157,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
     let checkpoint = Checkpoint::read(folder)?;
     let folder = &at_start(folder)?;
     let mut scenario = checkpoint.scenario(folder).map_err(CheckpointError::from)?;
-    // the trace shows how it came to the stop
+    // keep the trace of the interrupted run
     scenario.trace = None;
     let setup = Setup::new(&scenario)?;
     let origin = checkpoint.origin(&scenario, setup.system())?;
@@ -164,7 +175,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
         source,
     })?;
     let job = Job { scenario: &scenario, name: &name, folder };
-    let run = Run {
+    let course = Course {
         job: &job,
         setup: &setup,
         observer,
@@ -177,10 +188,10 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
         earlier,
         progress: Progress::default(),
     };
-    run.complete(Some(&simulation))
+    course.complete(Some(&simulation))
 }
 
-/// A folder as it is meant before any unit has run: a unit may change the working directory.
+/// The absolute path of a folder, taken before a unit can change the working directory.
 fn at_start(folder: &Path) -> Result<PathBuf, Error> {
     let failed = |source| Error::Output { path: folder.to_owned(), running: false, source };
     std::path::absolute(folder).map_err(failed)
@@ -194,7 +205,7 @@ fn planned_files(setup: &Setup) -> Vec<String> {
     pictures.chain(parquet.then(|| results::PARQUET.to_owned())).collect()
 }
 
-/// Checks that all units can give their states.
+/// Checks that all units can serialize their states.
 fn can_serialize(setup: &Setup) -> Result<(), Error> {
     let mut units = IndexSet::new();
     for plan in &setup.system().instances {

@@ -1,26 +1,25 @@
-//! Real time: a run held to the wall clock.
+//! Real time: a run limited by the wall clock.
 //!
-//! Step n is due when (tₙ − t_begin)/factor has passed since the begin. A step that ends earlier
-//! waits: it sleeps until shortly before, and spins the rest, since sleeping is exact to some 50 µs
-//! only. One that ends later is an overrun; the steps after it make up for it, so that the schedule
-//! itself never drifts.
+//! Step n is due (tₙ − t_begin)/factor after the beginning. A step that ends earlier waits: it sleeps
+//! until shortly before, and spins for the rest, because sleeping is only exact to about 50 µs. A step
+//! that ends later is an overrun. The next steps catch up, so the schedule never drifts.
 
 use std::time::{Duration, Instant};
 
 use results::summary::{OverrunClass, RealTime};
 
-/// What is left of a wait after sleeping.
+/// Part of a wait that is spun.
 const SPUN: Duration = Duration::from_micros(200);
-/// Longest sleep at once, so that Ctrl-C is heard.
+/// Longest single sleep, so that Ctrl-C is noticed.
 const NAP: Duration = Duration::from_millis(50);
-/// Upper limits of the classes of overruns (s); one class more is above them.
+/// Upper limits of the classes of overruns (s). One more class is above them.
 const LIMITS: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 
-/// The wall clock, or a test's.
+/// The wall clock, or the clock of a test.
 pub(super) trait Clock {
     /// Time since some fixed moment.
     fn now(&self) -> Duration;
-    /// Lets about that much time pass.
+    /// Waits for about that long.
     fn sleep(&self, time: Duration);
 }
 
@@ -47,7 +46,7 @@ impl Clock for WallClock {
     }
 }
 
-/// Holds the steps of a run to the clock.
+/// Delays the steps of a run until they are due.
 pub(super) struct Pacer<C> {
     clock: C,
     factor: f64,
@@ -75,7 +74,7 @@ impl<C: Clock> Pacer<C> {
         }
     }
 
-    /// Waits until `time` is due, or until the run shall end; returns by how much it is late (s).
+    /// Waits until `time` is due, or until the run is interrupted. Returns by how much it is late (s).
     pub(super) fn hold(&mut self, time: f64, interrupted: impl Fn() -> bool) -> Option<f64> {
         let due = (time - self.start) / self.factor;
         self.steps += 1;
@@ -96,7 +95,7 @@ impl<C: Clock> Pacer<C> {
         Some(late)
     }
 
-    /// How well it went.
+    /// Numbers for the summary.
     pub(super) fn statistics(&self) -> RealTime {
         let overruns: u64 = self.counts.iter().sum();
         let limits = LIMITS.iter().copied().map(Some).chain([None]);

@@ -9,6 +9,7 @@ use std::path::Path;
 use analysis::ride::sperling::{self, Direction};
 use analysis::ride::{Exposure, Weighting, comfort, iso2631};
 use analysis::series;
+use indexmap::IndexMap;
 use results::summary::{DirectionQuality, PointQuality, RideQuality};
 use thiserror::Error;
 
@@ -26,14 +27,14 @@ const ACCELERATION: [i32; 8] = [0, 1, -2, 0, 0, 0, 0, 0];
 /// Why ride quality in a direction cannot be computed.
 #[derive(Debug, Error)]
 enum RideError {
-    #[error("{0} is not recorded; add it to record.signals")]
+    #[error("{0} is not recorded: add it to record.signals")]
     NotRecorded(String),
     #[error("{0} is not an acceleration: its unit is {1}")]
     Unit(String, String),
-    #[error("{0} is recorded every {1} s: {2}; set record.interval to 0.0055 s or less")]
-    Coarse(String, f64, #[source] analysis::Error),
-    #[error("{0}: {1:.3} s are too short, at least {SHORTEST} s are needed")]
-    Short(String, f64),
+    #[error("signals are recorded every {0} s: set record.interval to 0.0055 s or less")]
+    Coarse(f64),
+    #[error("only {0:.3} s are in its time span, and {SHORTEST} s are needed")]
+    Short(f64),
     #[error("{0} is {1} at {2} s")]
     NotFinite(String, f64, f64),
     #[error("{0}: {1}")]
@@ -73,6 +74,21 @@ pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
         units: units.map(|(name, unit)| (name.to_owned(), unit.to_owned())).into_iter().collect(),
         points: points.iter().map(|point| recorded.judge(point)).collect(),
     })
+}
+
+/// Why points are not judged, one line per reason.
+pub(super) fn notes(quality: &RideQuality) -> Vec<String> {
+    let mut reasons: IndexMap<&str, Vec<&str>> = IndexMap::new();
+    for point in &quality.points {
+        for warning in &point.warnings {
+            reasons.entry(warning).or_default().push(&point.name);
+        }
+    }
+    let note = |(reason, points): (&str, Vec<&str>)| match points.as_slice() {
+        [point] => format!("ride quality is not judged at {point}: {reason}"),
+        _ => format!("ride quality is not judged at {} points: {reason}", points.len()),
+    };
+    reasons.into_iter().map(note).collect()
 }
 
 /// The signals that the points name.
@@ -138,11 +154,12 @@ impl RecordedSignals {
                 Some(series) => series.judge(signal, way, point).map_err(|e| e.to_string()),
                 None => Err(self.missing.get(signal).cloned().unwrap_or_default()),
             };
-            result.map_err(|text| warnings.push(format!("{}: {text}", point.name))).ok()
+            result.map_err(|text| warnings.push(text)).ok()
         });
         let [vertical, lateral, longitudinal] = [(); 3].map(|()| judged.next().flatten());
         let rms =
             [&vertical, &lateral, &longitudinal].map(|it| it.as_ref().map(|q| q.weighted_rms));
+        warnings.dedup();
         let total = warnings.is_empty().then(|| iso2631::total(rms.into_iter().flatten()));
         PointQuality {
             name: point.name.clone(),
@@ -187,9 +204,7 @@ impl RideSignal {
         }
         let rate = series::rate(&self.times).map_err(failed)?;
         let weighted = weighting.apply(&self.values, rate).map_err(|error| match error {
-            analysis::Error::Setting { .. } => {
-                RideError::Coarse(signal.to_owned(), 1.0 / rate, error)
-            }
+            analysis::Error::Setting { .. } => RideError::Coarse(1.0 / rate),
             _ => failed(error),
         })?;
         let felt = direction.apply(&self.values, rate).map_err(failed)?;
@@ -201,7 +216,7 @@ impl RideSignal {
             .map_or(self.times.len(), |t| self.times.partition_point(|at| *at <= t + slack));
         let seconds = to.saturating_sub(from) as f64 / rate;
         if seconds < SHORTEST {
-            return Err(RideError::Short(signal.to_owned(), seconds));
+            return Err(RideError::Short(seconds));
         }
         let exposure = Exposure::of(&weighted[from..to], rate).map_err(failed)?;
         let index = sperling::index(&felt[from..to]);

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::journal::Told;
+use super::journal::JournalSummary;
 use master::Setup;
 use master::participant::Participant;
 use master::simulation::Layout;
@@ -61,7 +61,7 @@ pub(super) fn instances(
     setup: &Setup,
     participants: &[Participant],
     earlier: &Earlier,
-    told: &Told,
+    journal: &JournalSummary,
 ) -> IndexMap<String, InstanceSummary> {
     let units: HashMap<&Path, &String> =
         setup.scenario().units.iter().rev().map(|(name, path)| (path.as_path(), name)).collect();
@@ -75,8 +75,8 @@ pub(super) fn instances(
                 steps: work.steps,
                 warned_steps: work.warned_steps,
                 stalled_since: work.stalled_since,
-                discarded_steps: told.discarded.get(k).copied().unwrap_or(0),
-                messages: told.sent.get(k).copied().unwrap_or(0),
+                discarded_steps: journal.discarded.get(k).copied().unwrap_or(0),
+                messages: journal.sent.get(k).copied().unwrap_or(0),
                 step_seconds: work.step_seconds,
                 exchange_seconds: work.exchange_seconds,
             };
@@ -136,6 +136,7 @@ pub(super) fn wall_time(
     begin: Instant,
     start: Duration,
     run_seconds: f64,
+    threads: usize,
     instances: &IndexMap<String, InstanceSummary>,
 ) -> WallTime {
     let units_seconds: f64 =
@@ -145,7 +146,7 @@ pub(super) fn wall_time(
         start_seconds: start.as_secs_f64(),
         run_seconds,
         units_seconds,
-        master_seconds: (run_seconds - units_seconds).max(0.0),
+        master_seconds: Some(run_seconds - units_seconds).filter(|it| threads <= 1 && *it >= 0.0),
     }
 }
 

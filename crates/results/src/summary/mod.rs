@@ -98,10 +98,12 @@ pub struct WallTime {
     pub start_seconds: f64,
     /// Stepping, including recording, checkpoints and waiting for real time; of all parts of a resumed run.
     pub run_seconds: f64,
-    /// Part of `run_seconds` spent in the code of the units.
+    /// Part of `run_seconds` spent in the code of the units: the sum over all instances, extrapolated from
+    /// every seventh step. On several threads it may exceed `run_seconds`.
     pub units_seconds: f64,
-    /// Part of `run_seconds` spent in the master: coupling, recording, showing progress.
-    pub master_seconds: f64,
+    /// Part of `run_seconds` spent in the master: coupling, recording, showing progress. Unknown if units
+    /// stepped on several threads, or if `units_seconds` exceeds `run_seconds`.
+    pub master_seconds: Option<f64>,
 }
 
 /// A recorded signal.
