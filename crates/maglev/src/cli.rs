@@ -52,7 +52,7 @@ pub enum Command {
     Inspect(commands::inspect::Arguments),
     /// Show the modes of a coupled system: frequencies, damping, participation
     #[command(arg_required_else_help = true)]
-    Modes(commands::coupled_modes::Arguments),
+    Modes(commands::modes::Arguments),
     /// Check a unit against FMI 2.0
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),

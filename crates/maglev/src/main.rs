@@ -26,7 +26,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Report(arguments) => commands::report::run(&arguments),
-        Command::Modes(arguments) => commands::coupled_modes::run(&arguments),
+        Command::Modes(arguments) => commands::modes::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
         Command::Reference(arguments) => commands::reference::run(&arguments),

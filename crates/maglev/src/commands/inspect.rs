@@ -11,6 +11,8 @@ use fmi2_import::description::{
 use fmi2_import::package::Package;
 use maglev::Error;
 
+use super::table::table;
+
 /// Arguments of `maglev inspect`.
 #[derive(Args)]
 pub struct Arguments {
@@ -22,10 +24,10 @@ pub struct Arguments {
     /// Refuse a unit in which `maglev validate` finds an error.
     #[arg(long)]
     strict: bool,
-    /// Show the modes of small motions at the start, from units that offer this report.
+    /// Show the modes of small motions about the start, if the unit offers this report.
     #[arg(long)]
     modes: bool,
-    /// Options of the modes as JSON, as the unit's documentation says.
+    /// Options for the modes, as JSON. See the unit's documentation.
     #[arg(long, value_name = "JSON", requires = "modes")]
     options: Option<String>,
 }
@@ -37,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         fmi2_conformance::refuse_defects(&package)?;
     }
     if arguments.modes {
-        return super::modes::run(package, arguments.options.as_deref(), arguments.json);
+        return super::unit_modes::run(package, arguments.options.as_deref(), arguments.json);
     }
     let text = if arguments.json {
         serde_json::to_string_pretty(package.description()).unwrap_or_default() + "\n"
@@ -60,15 +62,15 @@ fn page(package: &Package) -> String {
             variable.causality == causality && variable.variability != Variability::Constant
         }
     };
-    table(&mut text, "Parameters", all.iter().filter(of(Causality::Parameter)), |_, variable| {
+    text += &list("Parameters", all.iter().filter(of(Causality::Parameter)), |_, variable| {
         let tunable = variable.variability == Variability::Tunable;
         let kind = if tunable { " (tunable)" } else { "" };
         vec![start(variable), unit(variable), range(variable) + kind]
     });
-    table(&mut text, "Inputs", all.iter().filter(of(Causality::Input)), |_, variable| {
+    text += &list("Inputs", all.iter().filter(of(Causality::Input)), |_, variable| {
         vec![start(variable), unit(variable), range(variable)]
     });
-    table(&mut text, "Outputs", all.iter().filter(of(Causality::Output)), |name, variable| {
+    text += &list("Outputs", all.iter().filter(of(Causality::Output)), |name, variable| {
         let inputs = description
             .find(name)
             .map(|index| description.step_dependencies(index).len())
@@ -78,7 +80,7 @@ fn page(package: &Package) -> String {
             1 => "1 input".to_owned(),
             n => format!("{n} inputs"),
         };
-        vec![String::new(), unit(variable), format!("depends on {inputs}")]
+        vec![unit(variable), format!("depends on {inputs}")]
     });
     text
 }
@@ -115,7 +117,7 @@ fn identity(package: &Package) -> String {
     text
 }
 
-/// The run that the unit suggests, as far as it does.
+/// The run that the unit suggests, if it suggests one.
 fn experiment(suggested: &DefaultExperiment) -> Option<String> {
     let DefaultExperiment { start_time, stop_time, tolerance, step_size } = *suggested;
     let parts = [
@@ -167,11 +169,9 @@ fn counts(description: &ModelDescription) -> String {
 }
 
 fn constants(description: &ModelDescription) -> String {
-    let mut text = String::new();
     let constants =
         description.variables.iter().filter(|it| it.variability == Variability::Constant);
-    table(&mut text, "Constants", constants, |_, variable| vec![start(variable), unit(variable)]);
-    text
+    list("Constants", constants, |_, variable| vec![start(variable), unit(variable)])
 }
 
 fn start(variable: &Variable) -> String {
@@ -192,39 +192,24 @@ fn range(variable: &Variable) -> String {
 }
 
 /// One line per variable, or per family of variables.
-fn table<'a>(
-    text: &mut String,
+fn list<'a>(
     title: &str,
     variables: impl Iterator<Item = &'a Variable>,
     columns: impl Fn(&str, &Variable) -> Vec<String>,
-) {
+) -> String {
     let rows = collapsed(variables.map(|variable| {
         let mut cells = columns(&variable.name, variable);
         cells.push(variable.description.clone().unwrap_or_default());
         (variable.name.clone(), cells)
     }));
     if rows.is_empty() {
-        return;
+        return String::new();
     }
-    let _ = writeln!(text, "\n{title}");
-    let mut widths = vec![0; rows.iter().map(|row| row.cells.len()).max().unwrap_or(0) + 1];
-    for row in &rows {
-        for (width, cell) in widths.iter_mut().zip(std::iter::once(&row.name()).chain(&row.cells)) {
-            *width = cell.chars().count().max(*width);
-        }
-    }
-    for row in &rows {
-        let mut line = String::from(" ");
-        for (width, cell) in widths.iter().zip(std::iter::once(&row.name()).chain(&row.cells)) {
-            if *width > 0 {
-                let _ = write!(line, " {cell:<width$} ");
-            }
-        }
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
+    let lines = rows.into_iter().map(|row| [vec![row.name()], row.cells].concat());
+    format!("\n{title}\n{}", table(lines, &[]))
 }
 
-/// Rows that differ only by running numbers in name and description become one.
+/// Merges consecutive rows that differ only in the numbers in name and description.
 fn collapsed(variables: impl Iterator<Item = (String, Vec<String>)>) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for (name, mut cells) in variables {
@@ -252,7 +237,7 @@ impl Row {
         }
     }
 
-    /// Lets the description count as the name does: "magnet 1" becomes "magnet 1 … 64".
+    /// Gives the description the range of the name: "magnet 1" becomes "magnet 1 … 64".
     fn count_in_text(&mut self) {
         let (Some((_, last)), Some(first)) = (&self.last, self.cells.last_mut()) else { return };
         let (from, to) = (runs(first), runs(last));
@@ -271,7 +256,7 @@ impl Row {
             && numbered(&self.first)
             && plain(name) == plain(&self.first)
             && match (cells.split_last(), self.cells.split_last()) {
-                // values must be equal, descriptions may count along
+                // values must be equal, descriptions may differ in numbers
                 (Some((text, values)), Some((first, same))) => {
                     values == same && plain(text) == plain(first)
                 }
@@ -280,7 +265,7 @@ impl Row {
     }
 }
 
-/// Cuts a text into its numbers and what is between them.
+/// Splits a text into its numbers and the texts between them.
 fn runs(text: &str) -> Vec<&str> {
     let mut rest = text;
     let mut runs = Vec::new();

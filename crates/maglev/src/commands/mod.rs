@@ -1,10 +1,9 @@
 //! One module per subcommand, and what they share: progress ([`display`]), the lines at the end of a
-//! run ([`closing`]), [`names`] for options, [`stdout`].
+//! run ([`closing`]), [`names`] for options, [`table`]s, [`stdout`].
 
 pub mod closing;
 pub mod completions;
 pub mod conformance;
-pub mod coupled_modes;
 pub mod display;
 pub mod inspect;
 pub mod man;
@@ -15,6 +14,8 @@ pub mod report;
 pub mod resume;
 pub mod run;
 pub mod stdout;
+pub mod table;
+pub mod unit_modes;
 pub mod validate;
 
 use std::io::{self, Write as _};

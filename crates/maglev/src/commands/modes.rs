@@ -1,173 +1,244 @@
-//! `maglev inspect --modes`: a unit's own linearisation, shown as a table.
+//! `maglev modes`: the modes of a whole system.
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
-use fmi2_import::instance::Instance;
-use fmi2_import::library::Functions;
-use fmi2_import::package::Package;
+use clap::Args;
 use maglev::Error;
-use master::initialize::InitializeError;
-use serde_json::Value;
+use master::Setup;
+use master::modes::ModesError;
+use master::system::Plan;
+use results::modes::{
+    CoupledMode, CoupledModes, Eigenvalue, InputFamily, ModesFile, UncoupledStates,
+};
+use results::write_whole;
+use scenario::{AlgorithmName, Given, Override, Scenario};
 
-/// Groups of bodies shown per mode.
-const GROUPS: usize = 3;
-/// Groups with less than this are not worth a place in the table.
-const LEAST_SHARE: f64 = 0.02;
+use super::names;
+use super::table::table;
+use super::unit_modes::{families, root, shown};
 
-/// Initialises an instance with its start values and asks it.
-pub fn run(package: Package, options: Option<&str>, json: bool) -> Result<ExitCode, Error> {
-    let functions = Functions::load(&package)?;
-    let dead = Arc::new(AtomicBool::new(false));
-    let name = package.description().co_simulation.model_identifier.clone();
-    let mut unit =
-        Instance::new(&Arc::new(package), functions, &dead, &name).map_err(Error::Instantiate)?;
-    let started = |e| master::Error::from(InitializeError::from(e));
-    unit.setup_experiment(None, 0.0, 1.0).map_err(started)?;
-    unit.enter_initialization_mode().map_err(started)?;
-    unit.exit_initialization_mode().map_err(started)?;
-    let request = options.map_or_else(|| "modes".to_owned(), |options| format!("modes {options}"));
-    let answer = unit.report(&request).map_err(Error::Report)?;
-    // ended well or not, the answer is here
-    let _ = unit.terminate();
-    match serde_json::from_str::<Value>(&answer) {
-        Ok(report) if !json => super::print(&page(&report)),
-        Ok(report) => {
-            super::print(&(serde_json::to_string_pretty(&report).unwrap_or(answer) + "\n"))
-        }
-        // a text of the unit's own making is shown as it is
-        Err(_) => super::print(&(answer + "\n")),
+const EXAMPLES: &str = "\
+Examples:
+  maglev modes scenarios/one-magnet.json
+  maglev modes scenarios/one-magnet.json --algorithm jacobi --extrapolation 0 --step 0.005
+  maglev modes scenarios/low-speed.json --of guideway --set vehicle.travel_speed=0 \\
+      --set vehicle.initial_position=37.5
+
+The result holds at one point, the start of the scenario. It names the units that are not
+coupled there. The exit status is 0 if all modes decay, both continuous and as stepped, and
+1 if one grows.";
+
+/// Arguments of `maglev modes`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The scenario. It is initialized and linearised, but does not run.
+    scenario: PathBuf,
+    /// Set a parameter or start value, as for `maglev run`.
+    #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE")]
+    set: Vec<Override>,
+    /// Communication step (s), instead of the scenario's.
+    #[arg(long, value_name = "H")]
+    step: Option<f64>,
+    /// Coupling algorithm, instead of the scenario's.
+    #[arg(long, value_name = "NAME", value_parser = names::algorithms())]
+    algorithm: Option<AlgorithmName>,
+    /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
+    extrapolation: Option<u8>,
+    /// Show at most N modes, the least damped first. 0 shows all.
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    count: usize,
+    /// Show only modes up to this frequency.
+    #[arg(long, value_name = "HZ")]
+    below: Option<f64>,
+    /// Show only modes in which instances of this name participate with 10 % or more. `*` stands
+    /// for any text: ems_*.
+    #[arg(long, value_name = "INSTANCE")]
+    of: Option<String>,
+    /// Print everything as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Also write everything to DIR/modes.json, where `maglev report DIR` finds it.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Computes the modes and prints them.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let given = Given { step: arguments.step, ..Given::default() };
+    let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
+    scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
+    let degree = scenario.algorithm.extrapolation;
+    scenario.algorithm.extrapolation = arguments.extrapolation.or(degree);
+    scenario.overrides.clone_from(&arguments.set);
+    let modes = find(&mut scenario, arguments.of.as_deref())?;
+    let algorithm = scenario.algorithm.name.as_str();
+    if let Some(folder) = &arguments.out {
+        write(&modes, &scenario, folder)?;
     }
+    if arguments.json {
+        super::print(&as_json(&modes, &scenario))?;
+    } else {
+        super::print(&page(&modes, algorithm, arguments))?;
+    }
+    let all_decay = modes.stable && modes.stepped_stable;
+    Ok(if all_decay { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The modes of a scenario at its start, if it has instances of that name.
+fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error> {
+    if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
+        let error = ModesError::Slow { instance: name.clone() };
+        return Err(master::Error::from(error).into());
+    }
+    // one step is enough, so the step need not divide the scenario's time
+    scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
+    scenario.record.interval = None;
+    scenario.checkpoint = None;
+    let setup = Setup::new(scenario)?;
+    if let Some(name) = of {
+        let named = |plan: &Plan| patterns::matches(name, &plan.name);
+        if !setup.system().instances.iter().any(named) {
+            return Err(master::Error::from(setup.system().unknown_instance("--of", name)).into());
+        }
+    }
+    Ok(super::at_home(|| master::modes::find(&setup))?)
+}
+
+/// Computes the modes of the scenario that ran and writes them to its results folder.
+pub(super) fn of_results(folder: &Path) -> Result<(), Error> {
+    let mut scenario = Scenario::load(&folder.join(results::AS_RUN))?;
+    let modes = find(&mut scenario, None)?;
+    write(&modes, &scenario, folder)
+}
+
+fn write(modes: &CoupledModes, scenario: &Scenario, folder: &Path) -> Result<(), Error> {
+    let path = folder.join(results::MODES);
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| write_whole(&path, as_json(modes, scenario).as_bytes()))
+        .and_then(|()| results::add_files(folder, [results::MODES]));
+    written.map_err(|source| Error::Write { path, source })
+}
+
+fn as_json(modes: &CoupledModes, scenario: &Scenario) -> String {
+    let algorithm = &scenario.algorithm;
+    let file = ModesFile {
+        algorithm: algorithm.name.as_str().to_owned(),
+        extrapolation: algorithm.degree(),
+        modes: modes.clone(),
+    };
+    // plain data, which always prints
+    serde_json::to_string_pretty(&file).unwrap_or_default() + "\n"
 }
 
 // writing to a String cannot fail, so the results of writeln! are dropped
-fn page(report: &Value) -> String {
+fn page(modes: &CoupledModes, algorithm: &str, arguments: &Arguments) -> String {
     let mut text = String::new();
-    for (name, value) in report.as_object().into_iter().flatten() {
-        match value {
-            Value::Array(_) => {}
-            Value::Object(inner) => {
-                for (name, value) in inner {
-                    let _ = writeln!(text, "{:<28}{}", words(name), plain(value));
-                }
-            }
-            _ => {
-                let _ = writeln!(text, "{:<28}{}", words(name), plain(value));
-            }
-        }
-    }
+    let _ = writeln!(text, "{} states, {} modes", modes.states, modes.modes.len());
     let _ = writeln!(
         text,
-        "\n{:>4} {:>10} {:>10}  {:<26} what moves (share of kinetic energy)",
-        "mode", "freq. Hz", "damping", "eigenvalue 1/s"
+        "linearised at    t = {} s, the start of the scenario",
+        modes.operating_point.time
     );
-    let modes = report["modes"].as_array();
-    for (k, mode) in modes.into_iter().flatten().enumerate() {
-        let frequency =
-            mode["frequency_hz"].as_f64().map_or_else(|| "-".to_owned(), |f| format!("{f:.4}"));
-        let damping = mode["damping_ratio"].as_f64().unwrap_or(f64::NAN);
-        let real = mode["real"].as_f64().unwrap_or(f64::NAN);
-        let imaginary = mode["imaginary"].as_f64().unwrap_or(f64::NAN);
-        let value = if imaginary == 0.0 {
-            format!("{real:.4}")
-        } else {
-            format!("{real:.4} ± {imaginary:.4}i")
-        };
-        let moves = moving(&mode["participation"]);
-        let _ = writeln!(text, "{:>4} {frequency:>10} {damping:>10.4}  {value:<26} {moves}", k + 1);
-    }
-    text
-}
-
-fn words(name: &str) -> String {
-    name.replace('_', " ")
-}
-
-fn plain(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
-}
-
-fn moving(participation: &Value) -> String {
-    let parts = participation.as_array().into_iter().flatten();
-    shown(families(
-        parts.filter_map(|part| Some((part["body"].as_str()?, part["share"].as_f64()?))),
-    ))
-}
-
-/// Names that differ by a number only are counted together: name, how many, their share.
-pub(super) fn families<'a>(
-    parts: impl Iterator<Item = (&'a str, f64)>,
-) -> Vec<(String, usize, f64)> {
-    let mut groups: Vec<(String, usize, f64)> = Vec::new();
-    for (name, share) in parts {
-        let family = family(name);
-        match groups.iter_mut().find(|group| group.0 == family) {
-            Some(group) => (group.1, group.2) = (group.1 + 1, group.2 + share),
-            None => groups.push((family, 1, share)),
+    let _ = writeln!(text, "continuous       {}", verdict(modes.stable, &modes.apart));
+    let _ = writeln!(
+        text,
+        "as stepped       {} ({algorithm}, {} s; largest multiplier of the coupling itself: {:.3})",
+        verdict(modes.stepped_stable, &modes.apart),
+        modes.step,
+        modes.coupling_multiplier
+    );
+    for apart in &modes.apart {
+        let _ = writeln!(text, "\n{}", uncoupled(apart));
+        let received = modes.operating_point.inputs.get(&apart.instance);
+        let inputs: Vec<String> = received.into_iter().flatten().map(span).collect();
+        if !inputs.is_empty() {
+            let _ = writeln!(text, "  inputs of {} here: {}", apart.instance, inputs.join(", "));
         }
     }
-    groups.sort_by(|a, b| b.2.total_cmp(&a.2));
-    groups
+    text + "\n" + &list(modes, arguments)
 }
 
-/// The largest families, as text.
-pub(super) fn shown(groups: Vec<(String, usize, f64)>) -> String {
-    let shown: Vec<String> = groups
-        .iter()
-        .filter(|group| group.2 >= LEAST_SHARE)
-        .take(GROUPS)
-        .map(|(name, count, share)| format!("{name} ({count}) {:.0} %", 100.0 * share))
-        .collect();
-    shown.join(", ")
-}
-
-/// A name with `#` for each run of digits.
-fn family(name: &str) -> String {
-    let mut text = String::new();
-    for c in name.chars() {
-        if !c.is_ascii_digit() {
-            text.push(c);
-        } else if !text.ends_with('#') {
-            text.push('#');
+/// What the eigenvalues show, and the units for which they do not show it.
+fn verdict(stable: bool, apart: &[UncoupledStates]) -> String {
+    let missing: Vec<&str> =
+        apart.iter().filter(|it| it.entirely()).map(|it| it.instance.as_str()).collect();
+    match (stable, missing.as_slice()) {
+        (false, _) => "UNSTABLE at this operating point".to_owned(),
+        (true, []) => "stable at this operating point".to_owned(),
+        (true, _) => {
+            format!("stable at this operating point, WITHOUT {}", missing.join(", "))
         }
     }
-    text
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Most names of uncoupled states shown of a unit that has coupled ones too.
+const NAMED: usize = 6;
 
-    #[test]
-    fn golden_bodies_of_a_family_are_counted_together() {
-        let parts = serde_json::json!([
-            {"body": "bogie_1_left", "share": 0.5},
-            {"body": "bogie_12_left", "share": 0.25},
-            {"body": "car", "share": 0.24},
-            {"body": "dust", "share": 0.01},
-        ]);
-        assert_eq!(moving(&parts), "bogie_#_left (2) 75 %, car (1) 24 %");
-        assert_eq!(moving(&Value::Null), "");
+fn uncoupled(apart: &UncoupledStates) -> String {
+    let UncoupledStates { instance, of, states } = apart;
+    if apart.entirely() {
+        return format!(
+            "{instance} does not participate: none of its {of} states is coupled with another unit at \
+             this point. Its\nmodes below are those of the unit alone, and the result does not \
+             include {instance}. Start the scenario where it is coupled."
+        );
     }
+    let more = if states.len() > NAMED { ", …" } else { "" };
+    let named = &states[..states.len().min(NAMED)];
+    format!(
+        "{} of {of} states of {instance} are coupled with no other unit at this point: {}{more}",
+        states.len(),
+        named.join(", ")
+    )
+}
 
-    #[test]
-    fn golden_a_page_of_modes() {
-        let report = serde_json::json!({
-            "vehicle": "toy", "options": {"at": "equilibrium"}, "degrees_of_freedom": 2,
-            "modes": [
-                {"real": -1.0, "imaginary": 2.0, "frequency_hz": 0.35588, "damping_ratio": 0.44721,
-                 "participation": [{"body": "mass", "share": 1.0}]},
-                {"real": -3.0, "imaginary": 0.0, "frequency_hz": null, "damping_ratio": 1.0,
-                 "participation": []},
-            ],
-        });
-        let page = page(&report);
-        let lines: Vec<&str> = page.lines().collect();
-        assert!(lines.iter().any(|line| line.split_whitespace().eq(["at", "equilibrium"])));
-        assert!(lines[lines.len() - 2].contains("0.3559     0.4472  -1.0000 ± 2.0000i"));
-        assert!(lines[lines.len() - 2].ends_with("mass (1) 100 %"));
-        assert!(lines[lines.len() - 1].contains("-     1.0000  -3.0000"));
+/// A family of inputs with the range of its values.
+fn span(family: &InputFamily) -> String {
+    let InputFamily { name, min, max, unit, .. } = family;
+    let unit = unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    if min == max {
+        format!("{name} {min:.4}{unit}")
+    } else {
+        format!("{name} {min:.4} … {max:.4}{unit}")
     }
+}
+
+/// The table of modes.
+fn list(modes: &CoupledModes, arguments: &Arguments) -> String {
+    let wanted = |mode: &&CoupledMode| {
+        let low = arguments.below.is_none_or(|limit| mode.continuous.frequency_hz <= limit);
+        low && arguments.of.as_ref().is_none_or(|name| {
+            let named = mode.participation.iter().filter(|(key, _)| patterns::matches(name, key));
+            named.map(|(_, share)| share).sum::<f64>() >= 0.1
+        })
+    };
+    let count = if arguments.count == 0 { usize::MAX } else { arguments.count };
+    let head =
+        ["Hz", "damping", "as stepped", "damping", "error", "eigenvalue 1/s", "participation"];
+    let rows = modes.modes.iter().filter(wanted).take(count).map(|mode| {
+        let Eigenvalue { frequency_hz, damping_ratio, real, imaginary } = mode.continuous;
+        let stepped = mode.stepped.as_ref();
+        let number = |value: Option<f64>| digits(value, |it| format!("{it:.4}"));
+        let parts = mode.participation.iter().map(|(name, share)| (name.as_str(), *share));
+        vec![
+            number(Some(frequency_hz)),
+            number(Some(damping_ratio)),
+            number(stepped.map(|it| it.frequency_hz)),
+            number(stepped.map(|it| it.damping_ratio)),
+            digits(mode.relative_error, |it| format!("{:.1e} %", 100.0 * it)),
+            root(real, imaginary),
+            shown(families(parts)),
+        ]
+    });
+    let head = head.map(str::to_owned).to_vec();
+    table(std::iter::once(head).chain(rows), &[0, 1, 2, 3, 4])
+}
+
+/// A number as text, or a dash where there is none.
+fn digits(value: Option<f64>, text: impl Fn(f64) -> String) -> String {
+    value.filter(|it| it.is_finite()).map_or_else(|| "-".to_owned(), text)
 }

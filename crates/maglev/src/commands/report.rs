@@ -8,7 +8,7 @@ use maglev::Error;
 use report::{ReportError, pictures};
 use results::RunResults;
 
-use super::coupled_modes;
+use super::modes;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -17,11 +17,10 @@ Examples:
   maglev report /tmp/a /tmp/b --out compared.html
   maglev report results/low-speed --format svg,png      # results/low-speed/figures/
 
-Writes one HTML file that needs no network: 3D view, time histories, spectra with the modes marked,
-tables, what ran. Several folders are compared in one report. With --format svg or png, the scenario's
-pictures and their spectra as files for papers, in the folder figures beside the report.
-
-Exit status: 0 all is well, 1 the report cannot be written, 2 a folder has no results or damaged ones.";
+Writes one HTML file that needs no network: 3D view, time histories, spectra with the modes
+marked, tables, and what ran. Several folders are compared in one report. With --format svg
+or png it writes the scenario's pictures and their spectra as files for papers, into the
+folder figures beside the report.";
 
 /// Arguments of `maglev report`.
 #[derive(Args)]
@@ -30,37 +29,34 @@ pub struct Arguments {
     /// Folders with results.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Find the modes of the coupled system first, if they are not there yet (3 s for a train).
+    /// Compute the modes of the coupled system first, if modes.json is missing (4 s for a train).
     #[arg(long)]
     modes: bool,
-    /// The report [default: report.html in the first folder].
+    /// File of the report [default: report.html in the first folder].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// What to write, separated by commas.
+    /// Formats to write, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "html")]
-    format: Vec<Format>,
+    format: Vec<ReportFormat>,
 }
 
-/// What a report is written as.
+/// Format of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// The interactive page, report.html.
+enum ReportFormat {
     Html,
-    /// Figures as lines.
     Svg,
-    /// Figures as pixels.
     Png,
 }
 
-/// Makes the report, or figures, and names them.
+/// Writes the report or the figures and prints their paths.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.modes {
-        // a folder without results is named below
+        // make() reports a folder without results
         let without = |folder: &&PathBuf| {
             RunResults::exist_in(folder) && !folder.join(results::MODES).exists()
         };
         for folder in arguments.folders.iter().filter(without) {
-            coupled_modes::of_results(folder)?;
+            modes::of_results(folder)?;
         }
     }
     match make(arguments) {
@@ -83,7 +79,7 @@ fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
     let path = arguments.out.clone().unwrap_or_else(|| first.join(results::REPORT));
     let figures = path.with_file_name("figures");
     let mut written = Vec::new();
-    if arguments.format.contains(&Format::Html) {
+    if arguments.format.contains(&ReportFormat::Html) {
         report::write(&runs, &path)?;
         written.push(path);
     }
@@ -91,9 +87,9 @@ fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
         .format
         .iter()
         .filter_map(|format| match format {
-            Format::Html => None,
-            Format::Svg => Some(pictures::PictureFormat::Svg),
-            Format::Png => Some(pictures::PictureFormat::Png),
+            ReportFormat::Html => None,
+            ReportFormat::Svg => Some(pictures::PictureFormat::Svg),
+            ReportFormat::Png => Some(pictures::PictureFormat::Png),
         })
         .collect();
     if !formats.is_empty() {
