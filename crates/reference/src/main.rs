@@ -12,7 +12,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use fmi2_conformance::reference::{self, Experiment, Table};
+use fmi2_conformance::reference::{self, ReferenceExperiment, ReferenceTable};
 use fmi2_import::package::Package;
 
 /// Simulates an FMU alone and writes its outputs where they differ from those in the file
@@ -53,16 +53,16 @@ fn main() -> Result<()> {
     let results = &arguments.results;
     let wanted = empty(&arguments)?;
     // Results for other times, or none at all, are replaced.
-    let known = Table::read(results).ok().filter(|table| table.times == wanted.times);
+    let known = ReferenceTable::read(results).ok().filter(|table| table.times == wanted.times);
     let found = reference::simulate(
         &Arc::new(Package::open(&arguments.fmu)?),
-        &Experiment {
+        &ReferenceExperiment {
             name: arguments.fmu.display().to_string(),
             start: arguments.start,
             stop: arguments.stop,
             step: arguments.step,
             tolerance: arguments.tolerance,
-            inputs: Table::read(&arguments.inputs)?,
+            inputs: ReferenceTable::read(&arguments.inputs)?,
             reference: known.clone().unwrap_or(wanted),
         },
     )?;
@@ -77,13 +77,13 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn equal(known: &Table, found: &Table, tolerance: f64) -> bool {
+fn equal(known: &ReferenceTable, found: &ReferenceTable, tolerance: f64) -> bool {
     // "all at most", so that NaN counts as different
     reference::compare(known, found).iter().all(|deviation| deviation.relative <= tolerance)
 }
 
 /// The table of results with its names and times, and without values.
-fn empty(arguments: &Arguments) -> Result<Table> {
+fn empty(arguments: &Arguments) -> Result<ReferenceTable> {
     let names = names(&arguments.results)?;
     let &Arguments { start, stop, interval, .. } = arguments;
     let count = ((stop - start) / interval).round();
@@ -92,7 +92,7 @@ fn empty(arguments: &Arguments) -> Result<Table> {
     }
     let times: Vec<f64> = (0..=count as u32).map(|k| start + f64::from(k) * interval).collect();
     let rows = vec![vec![f64::NAN; names.len()]; times.len()];
-    Ok(Table { names, times, rows })
+    Ok(ReferenceTable { names, times, rows })
 }
 
 /// The outputs that the first line of a file of results names, after the time.
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn invariant_results_are_equal_up_to_the_tolerance_and_nan_never_is() {
-        let table = |value| Table {
+        let table = |value| ReferenceTable {
             names: vec!["a".into()],
             times: vec![0.0, 1.0],
             rows: vec![vec![1.0], vec![value]],

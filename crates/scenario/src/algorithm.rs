@@ -49,7 +49,8 @@ impl std::str::FromStr for AlgorithmName {
 /// How the units are coupled.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Algorithm {
+#[schemars(rename = "Algorithm")]
+pub struct AlgorithmSettings {
     /// The coupling algorithm.
     pub name: AlgorithmName,
     /// Degree of the polynomials that inputs are extrapolated with: 0 holds them. Left out: 2, and 0 in
@@ -73,11 +74,11 @@ pub struct Algorithm {
     pub iteration: IterationSettings,
     /// Instances with an algorithm of their own. Groups step one after the other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub groups: Vec<Group>,
+    pub groups: Vec<AlgorithmGroup>,
     /// Choose the step by an estimate of the coupling error; `experiment.step` is then the largest
     /// step, at whose multiples signals are recorded. Left out: all steps are equal.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub variable: Option<Variable>,
+    pub variable: Option<VariableStep>,
     /// What tolerances of signals are relative to, by `instance.output` (patterns allowed) in the
     /// output's unit of measurement. Left out: the value or the nominal value, whichever is larger.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
@@ -87,7 +88,7 @@ pub struct Algorithm {
     pub power: Vec<PowerPair>,
 }
 
-impl Default for Algorithm {
+impl Default for AlgorithmSettings {
     fn default() -> Self {
         Self {
             name: AlgorithmName::default(),
@@ -108,7 +109,7 @@ impl Default for Algorithm {
 /// Degree of the extrapolation where nothing else is said and it is safe.
 const DEGREE: u8 = 2;
 
-impl Algorithm {
+impl AlgorithmSettings {
     /// Degree of the extrapolation of signals that have no other.
     #[must_use]
     pub fn degree(&self) -> usize {
@@ -168,7 +169,8 @@ pub enum OnDiscard {
 /// Instances with an algorithm of their own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Group {
+#[schemars(rename = "Group")]
+pub struct AlgorithmGroup {
     /// Instance names, patterns allowed.
     pub instances: Vec<String>,
     /// The coupling algorithm.
@@ -246,7 +248,7 @@ pub enum Estimate {
 /// Steps of variable size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Variable {
+pub struct VariableStep {
     /// Largest error of a signal in a step, as a part of its size.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: f64,

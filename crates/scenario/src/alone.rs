@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::{Given, Override, Scenario, ScenarioError, suggestions};
+use crate::{GivenTimes, Override, Scenario, ScenarioError, suggestions};
 use fmi2_import::description::{Causality, ModelDescription};
 
 /// Makes a scenario of one unit: an instance named after the file, with its outputs recorded, and those
@@ -16,7 +16,7 @@ use fmi2_import::description::{Causality, ModelDescription};
 pub fn alone(
     path: &Path,
     unit: &ModelDescription,
-    given: Given,
+    given: GivenTimes,
     set: &[Override],
 ) -> Result<Scenario, ScenarioError> {
     let name = instance_name(path);

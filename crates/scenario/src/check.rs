@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::{Instance, Recorded, Scenario, ScenarioError};
+use crate::{InstanceSettings, Recorded, Scenario, ScenarioError};
 
 impl Scenario {
     /// Checks what the types cannot: ranges and multiples.
@@ -112,8 +112,8 @@ impl Scenario {
     }
 
     /// Checks that the communication steps are whole steps of a slow instance.
-    fn check_every(&self, name: &str, instance: &Instance) -> Result<(), ScenarioError> {
-        let Instance { every, steps, .. } = *instance;
+    fn check_every(&self, name: &str, instance: &InstanceSettings) -> Result<(), ScenarioError> {
+        let InstanceSettings { every, steps, .. } = *instance;
         let refuse =
             |why: String| Err(ScenarioError::Every { instance: name.to_owned(), every, why });
         let count = self.experiment.steps()?;

@@ -2,22 +2,22 @@
 
 use serde_json::Value;
 
-use crate::json::Step;
+use crate::json::PathStep;
 
 /// Key of remarks, which every object may have.
 pub(crate) const COMMENT: &str = "$comment";
 
 /// Takes all comments out of a value; on an error, where a comment is that is no text.
-pub(crate) fn strip(value: &mut Value) -> Result<(), Vec<Step>> {
+pub(crate) fn strip(value: &mut Value) -> Result<(), Vec<PathStep>> {
     let mut here = Vec::new();
     strip_at(value, &mut here)
 }
 
-fn strip_at(value: &mut Value, here: &mut Vec<Step>) -> Result<(), Vec<Step>> {
+fn strip_at(value: &mut Value, here: &mut Vec<PathStep>) -> Result<(), Vec<PathStep>> {
     match value {
         Value::Array(items) => {
             for (k, item) in items.iter_mut().enumerate() {
-                here.push(Step::Index(k));
+                here.push(PathStep::Index(k));
                 strip_at(item, here)?;
                 here.pop();
             }
@@ -25,11 +25,11 @@ fn strip_at(value: &mut Value, here: &mut Vec<Step>) -> Result<(), Vec<Step>> {
         Value::Object(map) => {
             // shift_remove: the other members stay in their order
             if map.shift_remove(COMMENT).is_some_and(|comment| !is_text(&comment)) {
-                here.push(Step::Key(COMMENT.to_owned()));
+                here.push(PathStep::Key(COMMENT.to_owned()));
                 return Err(std::mem::take(here));
             }
             for (key, member) in map {
-                here.push(Step::Key(key.clone()));
+                here.push(PathStep::Key(key.clone()));
                 strip_at(member, here)?;
                 here.pop();
             }
@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn issue_a_comment_that_is_no_text_is_named_by_its_place() {
         let mut value = json!({ "b": [{}, { "$comment": { "hidden": 1 } }] });
-        let key = |name: &str| Step::Key(name.to_owned());
-        assert_eq!(strip(&mut value), Err(vec![key("b"), Step::Index(1), key(COMMENT)]));
+        let key = |name: &str| PathStep::Key(name.to_owned());
+        assert_eq!(strip(&mut value), Err(vec![key("b"), PathStep::Index(1), key(COMMENT)]));
     }
 }

@@ -23,7 +23,8 @@ impl Default for Initialization {
 /// Units in processes of their own, where a crash, an exit or a step without end is caught.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Isolation {
+#[schemars(rename = "Isolation")]
+pub struct IsolationSettings {
     /// Isolate all instances that do not say otherwise.
     pub all: bool,
     /// Longest wall time for one step of an isolated instance (s); left out: no limit.

@@ -12,7 +12,8 @@ use crate::DebugLog;
 /// One instance of a unit, or an array of equal ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Instance {
+#[schemars(rename = "Instance")]
+pub struct InstanceSettings {
     /// Key in `units`.
     pub unit: String,
     /// Values of the unit's parameters. Names may be patterns (`gain_[1..5]`).

@@ -71,7 +71,7 @@ impl<'de> Visitor<'de> for StrictVisitor {
 
 /// One step into a JSON value.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Step {
+pub(crate) enum PathStep {
     /// The member of an object.
     Key(String),
     /// The item of an array.
@@ -79,23 +79,23 @@ pub(crate) enum Step {
 }
 
 /// The steps of a path as far as they lead through objects and arrays.
-pub(crate) fn steps(path: &Path) -> Vec<Step> {
+pub(crate) fn steps(path: &Path) -> Vec<PathStep> {
     path.iter()
         .map_while(|segment| match segment {
-            Segment::Map { key } => Some(Step::Key(key.clone())),
-            Segment::Seq { index } => Some(Step::Index(*index)),
+            Segment::Map { key } => Some(PathStep::Key(key.clone())),
+            Segment::Seq { index } => Some(PathStep::Index(*index)),
             Segment::Enum { .. } | Segment::Unknown => None,
         })
         .collect()
 }
 
 /// How many of the steps a value has.
-pub(crate) fn depth(value: &Value, steps: &[Step]) -> usize {
+pub(crate) fn depth(value: &Value, steps: &[PathStep]) -> usize {
     let mut at = value;
     for (k, step) in steps.iter().enumerate() {
         let next = match step {
-            Step::Key(key) => at.get(key),
-            Step::Index(index) => at.get(index),
+            PathStep::Key(key) => at.get(key),
+            PathStep::Index(index) => at.get(index),
         };
         match next {
             Some(inner) => at = inner,
@@ -109,7 +109,7 @@ pub(crate) fn depth(value: &Value, steps: &[Step]) -> usize {
 ///
 /// The text is read once more by a visitor that follows the steps and gives up at their end:
 /// `serde_json` says where that was.
-pub(crate) fn position(text: &str, steps: &[Step]) -> Option<(usize, usize)> {
+pub(crate) fn position(text: &str, steps: &[PathStep]) -> Option<(usize, usize)> {
     if steps.is_empty() {
         return None;
     }
@@ -119,7 +119,7 @@ pub(crate) fn position(text: &str, steps: &[Step]) -> Option<(usize, usize)> {
 }
 
 /// Goes the steps, and fails at their end.
-struct Walk<'a>(&'a [Step]);
+struct Walk<'a>(&'a [PathStep]);
 
 impl<'de> DeserializeSeed<'de> for Walk<'_> {
     type Value = ();
@@ -138,7 +138,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut access: A) -> Result<(), A::Error> {
-        let Some((Step::Index(index), rest)) = self.0.split_first() else { return arrived() };
+        let Some((PathStep::Index(index), rest)) = self.0.split_first() else { return arrived() };
         for _ in 0..*index {
             access.next_element::<IgnoredAny>()?;
         }
@@ -147,7 +147,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut access: A) -> Result<(), A::Error> {
-        let Some((Step::Key(wanted), rest)) = self.0.split_first() else { return arrived() };
+        let Some((PathStep::Key(wanted), rest)) = self.0.split_first() else { return arrived() };
         while let Some(key) = access.next_key::<String>()? {
             match key == *wanted {
                 true if rest.is_empty() => return arrived(),
@@ -171,11 +171,11 @@ mod tests {
 
     #[test]
     fn analytic_positions_are_lines_of_the_text() {
-        let key = |name: &str| Step::Key(name.to_owned());
-        let line = |steps: &[Step]| position(TEXT, steps).map(|(line, _)| line);
+        let key = |name: &str| PathStep::Key(name.to_owned());
+        let line = |steps: &[PathStep]| position(TEXT, steps).map(|(line, _)| line);
         assert_eq!(line(&[key("a")]), Some(2));
-        assert_eq!(line(&[key("a"), Step::Index(0)]), Some(3));
-        assert_eq!(line(&[key("a"), Step::Index(1), key("b")]), Some(4));
+        assert_eq!(line(&[key("a"), PathStep::Index(0)]), Some(3));
+        assert_eq!(line(&[key("a"), PathStep::Index(1), key("b")]), Some(4));
         assert_eq!(line(&[key("c")]), Some(6));
         // what is not there is where its object ends
         assert_eq!(line(&[key("c"), key("d")]), Some(6));
@@ -190,6 +190,9 @@ mod tests {
         }
         let Strict(value) = serde_json::from_str(TEXT).unwrap();
         assert_eq!(value, serde_json::from_str::<Value>(TEXT).unwrap());
-        assert_eq!(depth(&value, &[Step::Key("a".into()), Step::Index(1), Step::Index(0)]), 2);
+        assert_eq!(
+            depth(&value, &[PathStep::Key("a".into()), PathStep::Index(1), PathStep::Index(0)]),
+            2
+        );
     }
 }

@@ -30,20 +30,20 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use algorithm::{
-    Acceleration, Algorithm, AlgorithmName, Estimate, Group, IterationSettings, JacobianSource,
-    OnDiscard, PowerPair, Variable,
+    Acceleration, AlgorithmGroup, AlgorithmName, AlgorithmSettings, Estimate, IterationSettings,
+    JacobianSource, OnDiscard, PowerPair, VariableStep,
 };
 pub use alone::alone;
-pub use conditions::{Checkpoints, Initialization, Isolation};
+pub use conditions::{Checkpoints, Initialization, IsolationSettings};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
 pub use error::ScenarioError;
 pub use experiment::Experiment;
-pub use instance::{FileSetting, Instance, Setting};
+pub use instance::{FileSetting, InstanceSettings, Setting};
 pub use log::{DebugLog, LogLevel};
 pub use overrides::Override;
-pub use record::{Format, Panel, Plot, Record, Recorded, RecordedGroup};
+pub use record::{Plot, PlotPanel, Record, Recorded, RecordedGroup, ResultFormat};
 pub use ride::{RidePoint, VerticalWeighting};
-pub use suggestions::Given;
+pub use suggestions::GivenTimes;
 
 /// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,7 +62,7 @@ pub struct Scenario {
     /// The .fmu files by the names that instances use; relative to the scenario file.
     pub units: IndexMap<String, PathBuf>,
     /// Instances by name; `ems_[01..64]` makes 64 alike.
-    pub instances: IndexMap<String, Instance>,
+    pub instances: IndexMap<String, InstanceSettings>,
     /// From outputs to inputs.
     #[serde(default)]
     pub connections: Vec<Connection>,
@@ -70,13 +70,13 @@ pub struct Scenario {
     pub experiment: Experiment,
     /// How the units are coupled.
     #[serde(default)]
-    pub algorithm: Algorithm,
+    pub algorithm: AlgorithmSettings,
     /// How loops between units are solved before the start.
     #[serde(default)]
     pub initialization: Initialization,
     /// Units in processes of their own, where their crashes are caught.
     #[serde(default)]
-    pub isolation: Isolation,
+    pub isolation: IsolationSettings,
     /// What is written to the results, and as which files.
     #[serde(default)]
     pub record: Record,

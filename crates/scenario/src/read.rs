@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf, absolute};
 
 use serde_json::Value;
 
-use crate::json::{self, Step, Strict};
+use crate::json::{self, PathStep, Strict};
 use crate::merge::merge;
-use crate::suggestions::{Given, LeftOut};
-use crate::{Instance, Scenario, ScenarioError, Setting, comment};
+use crate::suggestions::{GivenTimes, LeftOut};
+use crate::{InstanceSettings, Scenario, ScenarioError, Setting, comment};
 
 /// The member that names the file which is extended.
 const EXTENDS: &str = "extends";
@@ -18,7 +18,7 @@ const EXTENDS: &str = "extends";
 const MARK: char = '\u{feff}';
 
 /// One file on its own.
-struct Source {
+struct ScenarioFile {
     path: PathBuf,
     text: String,
     /// Its content without comments and without `extends`.
@@ -34,7 +34,7 @@ impl Scenario {
     /// # Errors
     /// A file cannot be read, or the whole is no valid scenario.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
-        Self::load_with(path, Given::default())
+        Self::load_with(path, GivenTimes::default())
     }
 
     /// The same with times that count instead of those in the file. What the experiment leaves out
@@ -42,7 +42,7 @@ impl Scenario {
     ///
     /// # Errors
     /// A file cannot be read, the whole is no valid scenario, or no unit suggests what is left out.
-    pub fn load_with(path: &Path, given: Given) -> Result<Self, ScenarioError> {
+    pub fn load_with(path: &Path, given: GivenTimes) -> Result<Self, ScenarioError> {
         let chain = chain(path)?;
         let mut whole = whole(&chain);
         let left_out = LeftOut::fill(&mut whole);
@@ -59,7 +59,7 @@ impl Scenario {
             *trace = folder.join(&*trace);
         }
         scenario.resolve_files(|instance, list, variable| {
-            let given = |source: &&Source| {
+            let given = |source: &&ScenarioFile| {
                 source.value["instances"][instance][list][variable]["path"].is_string()
             };
             chain.iter().find(given).and_then(|source| source.path.parent())
@@ -73,7 +73,7 @@ impl Scenario {
     /// # Errors
     /// The text is no valid scenario.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ScenarioError> {
-        let source = Source::new(text.to_owned(), path)?;
+        let source = ScenarioFile::new(text.to_owned(), path)?;
         if source.extends.is_some() {
             return Err(ScenarioError::ExtendsInText { path: path.to_owned() });
         }
@@ -87,7 +87,7 @@ impl Scenario {
     /// instance, list and variable.
     fn resolve_files<'a>(&mut self, folder: impl Fn(&str, &str, &str) -> Option<&'a Path>) {
         for (name, instance) in &mut self.instances {
-            let Instance { parameters, start, .. } = instance;
+            let InstanceSettings { parameters, start, .. } = instance;
             for (list, settings) in [("parameters", parameters), ("start", start)] {
                 for (variable, setting) in settings {
                     let Setting::File(file) = setting else { continue };
@@ -102,10 +102,10 @@ impl Scenario {
 }
 
 /// The file and those that it extends, it first.
-fn chain(path: &Path) -> Result<Vec<Source>, ScenarioError> {
+fn chain(path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
-    let mut chain = vec![Source::new(text, path)?];
+    let mut chain = vec![ScenarioFile::new(text, path)?];
     // by their canonical paths, for a file can be named in many ways
     let mut seen = HashSet::from([canonical(path)]);
     while let Some((source, extends)) =
@@ -122,7 +122,7 @@ fn chain(path: &Path) -> Result<Vec<Source>, ScenarioError> {
             base: base.clone(),
             source: error,
         })?;
-        chain.push(Source::new(text, &base)?);
+        chain.push(ScenarioFile::new(text, &base)?);
     }
     Ok(chain)
 }
@@ -133,7 +133,7 @@ fn canonical(path: &Path) -> PathBuf {
 }
 
 /// The files as one: the last is what the others change.
-fn whole(chain: &[Source]) -> Value {
+fn whole(chain: &[ScenarioFile]) -> Value {
     let mut whole = Value::Null;
     for (k, source) in chain.iter().rev().enumerate() {
         if k == 0 {
@@ -146,7 +146,7 @@ fn whole(chain: &[Source]) -> Value {
 }
 
 /// The scenario that the files make as a whole.
-fn scenario(chain: &[Source], whole: Value) -> Result<Scenario, ScenarioError> {
+fn scenario(chain: &[ScenarioFile], whole: Value) -> Result<Scenario, ScenarioError> {
     serde_path_to_error::deserialize(whole).map_err(|error| {
         let steps = json::steps(error.path());
         let at = error.path().to_string();
@@ -156,8 +156,8 @@ fn scenario(chain: &[Source], whole: Value) -> Result<Scenario, ScenarioError> {
 
 /// The error at a place of the whole, in the file that it comes from: the first that goes furthest on
 /// the way to it.
-fn blame(chain: &[Source], steps: &[Step], at: &str, message: &str) -> ScenarioError {
-    let depth = |source: &Source| json::depth(&source.value, steps);
+fn blame(chain: &[ScenarioFile], steps: &[PathStep], at: &str, message: &str) -> ScenarioError {
+    let depth = |source: &ScenarioFile| json::depth(&source.value, steps);
     let deepest = chain.iter().map(depth).max().unwrap_or(0);
     match chain.iter().find(|source| depth(source) == deepest) {
         Some(source) => source.error(steps, at, message),
@@ -170,7 +170,7 @@ fn blame(chain: &[Source], steps: &[Step], at: &str, message: &str) -> ScenarioE
     }
 }
 
-impl Source {
+impl ScenarioFile {
     fn new(mut text: String, path: &Path) -> Result<Self, ScenarioError> {
         // some editors begin UTF-8 with a byte order mark
         if text.starts_with(MARK) {
@@ -188,13 +188,13 @@ impl Source {
             Some(Value::String(file)) => Some(file),
             Some(other) => {
                 let message = format!("{other} is not the path of a scenario file");
-                return Err(source.error(&[Step::Key(EXTENDS.to_owned())], EXTENDS, &message));
+                return Err(source.error(&[PathStep::Key(EXTENDS.to_owned())], EXTENDS, &message));
             }
         };
         Ok(source)
     }
 
-    fn error(&self, steps: &[Step], at: &str, message: &str) -> ScenarioError {
+    fn error(&self, steps: &[PathStep], at: &str, message: &str) -> ScenarioError {
         let mut message = message.to_owned();
         if let Some((line, column)) = json::position(&self.text, steps) {
             // writing to a String cannot fail
@@ -227,14 +227,14 @@ fn read(text: &str, path: &Path) -> Result<Value, ScenarioError> {
 }
 
 /// Steps as messages write them: `plots[0].panels`.
-fn shown(steps: &[Step]) -> String {
+fn shown(steps: &[PathStep]) -> String {
     let mut text = String::new();
     for step in steps {
         // writing to a String cannot fail
         let _ = match step {
-            Step::Index(index) => write!(text, "[{index}]"),
-            Step::Key(key) if text.is_empty() => write!(text, "{key}"),
-            Step::Key(key) => write!(text, ".{key}"),
+            PathStep::Index(index) => write!(text, "[{index}]"),
+            PathStep::Key(key) if text.is_empty() => write!(text, "{key}"),
+            PathStep::Key(key) => write!(text, ".{key}"),
         };
     }
     text

@@ -14,12 +14,12 @@ pub struct Record {
     /// signal that several entries name is recorded as the first of them says.
     pub signals: Vec<Recorded>,
     /// Files to write: csv for results.csv, parquet for results.parquet.
-    pub format: Vec<Format>,
+    pub format: Vec<ResultFormat>,
 }
 
 impl Default for Record {
     fn default() -> Self {
-        Self { interval: None, signals: Vec::new(), format: vec![Format::Csv] }
+        Self { interval: None, signals: Vec::new(), format: vec![ResultFormat::Csv] }
     }
 }
 
@@ -49,14 +49,15 @@ pub struct RecordedGroup {
 /// A format of results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Format {
+#[schemars(rename = "Format")]
+pub enum ResultFormat {
     /// results.csv
     Csv,
     /// results.parquet
     Parquet,
 }
 
-impl std::str::FromStr for Format {
+impl std::str::FromStr for ResultFormat {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -78,13 +79,14 @@ pub struct Plot {
     #[serde(default)]
     pub title: String,
     /// From top to bottom.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<PlotPanel>,
 }
 
 /// One panel of a picture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Panel {
+#[schemars(rename = "Panel")]
+pub struct PlotPanel {
     /// Label of the vertical axis, with the unit after `scale`.
     #[serde(default)]
     pub ylabel: String,

@@ -17,7 +17,7 @@ const STEPS: f64 = 500.0;
 
 /// Times that are given besides the file, and count instead of those in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Given {
+pub struct GivenTimes {
     /// Stop time (s).
     pub stop: Option<f64>,
     /// Communication step (s).
@@ -53,7 +53,7 @@ impl LeftOut {
     pub(crate) fn complete(
         mut self,
         scenario: &mut Scenario,
-        given: Given,
+        given: GivenTimes,
     ) -> Result<(), ScenarioError> {
         self.take(&mut scenario.experiment, given);
         if !self.stop && !self.step {
@@ -72,7 +72,7 @@ impl LeftOut {
     }
 
     /// Takes what is given; the rest is still left out.
-    fn take(&mut self, experiment: &mut Experiment, given: Given) {
+    fn take(&mut self, experiment: &mut Experiment, given: GivenTimes) {
         if let Some(stop) = given.stop {
             experiment.stop = stop;
             self.stop = false;
@@ -183,7 +183,7 @@ impl Suggested<'_> {
 pub(crate) fn alone(
     path: &Path,
     unit: &ModelDescription,
-    given: Given,
+    given: GivenTimes,
 ) -> (Experiment, Vec<String>) {
     let (mut notes, mut left) = (Vec::new(), LeftOut { start: true, stop: true, step: true });
     let mut experiment = Experiment { start: 0.0, stop: 0.0, step: 0.0, tolerance: None };
@@ -224,7 +224,7 @@ mod tests {
         .unwrap()
     }
 
-    fn span(attributes: &str, vary: bool, given: Given) -> [f64; 3] {
+    fn span(attributes: &str, vary: bool, given: GivenTimes) -> [f64; 3] {
         let (it, notes) = alone(Path::new("u.fmu"), &unit(attributes, vary), given);
         assert!(!notes.is_empty());
         it.steps().unwrap();
@@ -233,14 +233,14 @@ mod tests {
 
     #[test]
     fn analytic_a_unit_alone_runs_as_it_suggests() {
-        let none = Given::default();
+        let none = GivenTimes::default();
         let all = "startTime=\"1\" stopTime=\"3\" stepSize=\"0.25\"";
         assert_eq!(span(all, false, none), [1.0, 3.0, 0.25]);
         assert_eq!(span("stopTime=\"10\"", false, none), [0.0, 10.0, 0.02]);
         assert_eq!(span("", false, none), [0.0, 1.0, 0.002]);
-        let stop = Given { stop: Some(2.0), step: None };
+        let stop = GivenTimes { stop: Some(2.0), step: None };
         assert_eq!(span(all, false, stop), [1.0, 2.0, 0.25]);
-        let early = Given { stop: Some(0.5), step: None };
+        let early = GivenTimes { stop: Some(0.5), step: None };
         assert_eq!(span(all, false, early), [0.0, 0.5, 0.25]);
     }
 
@@ -248,18 +248,21 @@ mod tests {
     #[test]
     fn analytic_suggestions_that_do_not_divide_are_fitted() {
         let odd = "stopTime=\"1\" stepSize=\"0.3\"";
-        assert_eq!(span(odd, true, Given::default()), [0.0, 1.0, 0.25]);
-        assert_eq!(span(odd, false, Given::default()), [0.0, 0.3 * 3.0, 0.3]);
-        let given = Given { stop: None, step: Some(0.4) };
+        assert_eq!(span(odd, true, GivenTimes::default()), [0.0, 1.0, 0.25]);
+        assert_eq!(span(odd, false, GivenTimes::default()), [0.0, 0.3 * 3.0, 0.3]);
+        let given = GivenTimes { stop: None, step: Some(0.4) };
         assert_eq!(span(odd, true, given), [0.0, 0.8, 0.4]);
         // longer than the span
-        assert_eq!(span("stopTime=\"1\" stepSize=\"7\"", false, Given::default()), [0.0, 1.0, 1.0]);
+        assert_eq!(
+            span("stopTime=\"1\" stepSize=\"7\"", false, GivenTimes::default()),
+            [0.0, 1.0, 1.0]
+        );
     }
 
     #[test]
     fn invariant_what_is_given_is_not_changed() {
         let odd = unit("stopTime=\"1\" stepSize=\"0.3\"", true);
-        let given = Given { stop: Some(1.0), step: Some(0.3) };
+        let given = GivenTimes { stop: Some(1.0), step: Some(0.3) };
         let (it, _) = alone(Path::new("u.fmu"), &odd, given);
         assert_eq!((it.stop, it.step), (1.0, 0.3));
         assert!(it.steps().is_err());

@@ -19,7 +19,7 @@ use results::summary::ControlReport;
 
 use super::{CONTROL, Coupling, Exchange, ExchangeState, SignalId, Unit};
 use fmi2_import::span::{between, parts};
-use scenario::algorithm::{Estimate, Variable};
+use scenario::algorithm::{Estimate, VariableStep};
 
 /// Ticks in a span.
 const TICKS: u32 = 1 << 20;
@@ -29,7 +29,7 @@ const SAFETY: f64 = 0.9;
 
 /// Chooses the step.
 pub struct Control {
-    settings: Variable,
+    settings: VariableStep,
     degree: usize,
     signals: Vec<SignalId>,
     /// size of the next step in ticks
@@ -50,7 +50,7 @@ struct Piece {
 impl Control {
     /// Controls the error of these signals, which are extrapolated with that degree.
     #[must_use]
-    pub fn new(settings: Variable, degree: usize, signals: Vec<SignalId>) -> Self {
+    pub fn new(settings: VariableStep, degree: usize, signals: Vec<SignalId>) -> Self {
         Self {
             settings,
             degree,

@@ -12,13 +12,13 @@ use super::{Overridden, Plan, Port, Result, System, SystemError};
 use crate::graph::SignalGraph;
 use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
 use fmi2_import::package::Package;
-use scenario::{DebugLog, Instance, LogLevel, Override, Setting};
+use scenario::{DebugLog, InstanceSettings, LogLevel, Override, Setting};
 
 impl System {
     pub(super) fn add(
         &mut self,
         pattern: &str,
-        instance: &Instance,
+        instance: &InstanceSettings,
         packages: &IndexMap<&str, Arc<Package>>,
         level: LogLevel,
     ) -> Result<()> {
@@ -74,7 +74,7 @@ impl System {
     }
 
     /// Takes the values that the scenario gives an instance.
-    fn set_all(&mut self, place: &str, index: usize, instance: &Instance) -> Result<()> {
+    fn set_all(&mut self, place: &str, index: usize, instance: &InstanceSettings) -> Result<()> {
         for (list, settings) in [("parameters", &instance.parameters), ("start", &instance.start)] {
             let place = format!("{place}.{list}");
             for (names, setting) in settings {
@@ -293,7 +293,7 @@ impl System {
 /// The categories of an instance's debug messages, which its unit must declare.
 fn debug_log(
     place: &str,
-    instance: &Instance,
+    instance: &InstanceSettings,
     package: &Package,
     level: LogLevel,
 ) -> Result<Option<Vec<String>>> {

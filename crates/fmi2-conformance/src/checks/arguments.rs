@@ -8,10 +8,10 @@ use fmi2_sys::{fmi2Status as Status, fmi2Type};
 
 use super::lifecycle::as_fresh;
 use super::table;
-use crate::harness::bench::{Bench, Input, carried};
+use crate::harness::bench::{Bench, RealInput, carried};
 use crate::harness::drive::c_string;
 use crate::harness::raw::{Making, Raw, name, passed, refused};
-use crate::harness::{Verdict, skip};
+use crate::harness::{CheckResult, skip};
 use fmi2_import::description::{Causality, Initial, Type, Variability, Variable};
 use fmi2_import::library::Functions;
 
@@ -28,7 +28,7 @@ table! {
     "status-kinds", "4.2.3", Error, "statuses that a unit cannot give are answered with fmi2Discard", status_kinds;
 }
 
-fn zero_length(bench: &Bench) -> Verdict {
+fn zero_length(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
     unit.run(0, 1)?;
     let (c, f) = (unit.component(), bench.functions());
@@ -105,7 +105,7 @@ const NO_INSTANCE: [Attempt; 4] = [
     ("fmi2GetReal(NULL)", |f, c| f.get_real.map(|it| unsafe { it(c, place(), 1, place()) })),
 ];
 
-fn null_arguments(bench: &Bench) -> Verdict {
+fn null_arguments(bench: &Bench) -> CheckResult {
     let fresh = bench.initialized("fresh")?.record(0, 2)?;
     let states = bench.description().co_simulation.can_get_and_set_fmu_state;
     let attempt = |(call, attempt): Attempt, component| {
@@ -137,7 +137,7 @@ fn unknown(bench: &Bench, kind: Type) -> u32 {
     known.last().map_or(7, |last| last.saturating_add(1_000_000))
 }
 
-fn wrong_reference(bench: &Bench) -> Verdict {
+fn wrong_reference(bench: &Bench) -> CheckResult {
     let fresh = bench.initialized("fresh")?.record(0, 2)?;
     type Wrong = (&'static str, Type, fn(&Raw, u32) -> Status);
     let attempts: [Wrong; 8] = [
@@ -169,15 +169,15 @@ fn wrong_reference(bench: &Bench) -> Verdict {
 }
 
 /// Sets Reals that must not be set, each on an instance of its own.
-fn forbidden(bench: &Bench, what: &str, test: impl Fn(&Variable) -> bool) -> Verdict {
+fn forbidden(bench: &Bench, what: &str, test: impl Fn(&Variable) -> bool) -> CheckResult {
     // many variables of one kind are treated alike: the first few tell
     const TRIED: usize = 5;
     let fresh = bench.initialized("fresh")?.record(0, 2)?;
     let settable = bench.references(Type::Real, |it| it.causality == Causality::Input);
-    let all: Vec<Input> = bench
+    let all: Vec<RealInput> = bench
         .variables(|it| carried(it.kind) == Type::Real && test(it))
         .filter(|it| !settable.contains(&it.value_reference))
-        .map(Input::of)
+        .map(RealInput::of)
         .take(TRIED)
         .collect();
     if all.is_empty() {
@@ -197,13 +197,13 @@ fn forbidden(bench: &Bench, what: &str, test: impl Fn(&Variable) -> bool) -> Ver
     Ok(())
 }
 
-fn read_only(bench: &Bench) -> Verdict {
+fn read_only(bench: &Bench) -> CheckResult {
     forbidden(bench, "constant or independent", |it| {
         it.variability == Variability::Constant || it.causality == Causality::Independent
     })
 }
 
-fn calculated(bench: &Bench) -> Verdict {
+fn calculated(bench: &Bench) -> CheckResult {
     forbidden(bench, "calculated", |it| {
         matches!(it.causality, Causality::Output | Causality::Local)
             && it.variability == Variability::Continuous
@@ -211,7 +211,7 @@ fn calculated(bench: &Bench) -> Verdict {
     })
 }
 
-fn fixed_late(bench: &Bench) -> Verdict {
+fn fixed_late(bench: &Bench) -> CheckResult {
     forbidden(bench, "a fixed parameter", |it| {
         it.causality == Causality::Parameter && it.variability == Variability::Fixed
     })
@@ -231,7 +231,7 @@ fn refuse(bench: &Bench, what: &str, change: impl FnOnce(&mut Making)) -> Option
     }
 }
 
-fn guid_wrong(bench: &Bench) -> Verdict {
+fn guid_wrong(bench: &Bench) -> CheckResult {
     let messages = refuse(bench, "another GUID", |it| it.guid = Some(c_string("{another}")));
     if messages == Some(0) {
         bench.find("fmi2Instantiate refused another GUID without a message to the logger");
@@ -239,14 +239,14 @@ fn guid_wrong(bench: &Bench) -> Verdict {
     bench.initialized("afterwards")?.run(0, 2)
 }
 
-fn name_null(bench: &Bench) -> Verdict {
+fn name_null(bench: &Bench) -> CheckResult {
     refuse(bench, "a null name", |it| it.name = None);
     refuse(bench, "an empty name", |it| it.name = Some(c_string("")));
     refuse(bench, "a null GUID", |it| it.guid = None);
     Ok(())
 }
 
-fn model_exchange(bench: &Bench) -> Verdict {
+fn model_exchange(bench: &Bench) -> CheckResult {
     if bench.offers_model_exchange() {
         return skip("the unit offers model exchange");
     }
@@ -254,7 +254,7 @@ fn model_exchange(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn status_kinds(bench: &Bench) -> Verdict {
+fn status_kinds(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
     unit.run(0, 1)?;
     // kinds 0 to 3 are of the types Status, String, Real and Boolean; 77 is none

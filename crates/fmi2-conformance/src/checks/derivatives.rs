@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use fmi2_sys::fmi2Status as Status;
 
 use super::table;
-use crate::harness::bench::{Bench, Input};
-use crate::harness::drive::Selection;
+use crate::harness::bench::{Bench, RealInput};
+use crate::harness::drive::ReadList;
 use crate::harness::raw::{Raw, name, ok, passed, refused};
-use crate::harness::{Stop, Verdict, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip};
 use fmi2_import::description::{Causality, Initial, Severity, Type, Variability};
 use fmi2_import::per_type::CType;
 
@@ -32,7 +32,12 @@ enum Course {
 }
 
 /// The Real outputs after one communication step in `parts` parts.
-fn along(bench: &Bench, inputs: &[Input], parts: u32, course: Course) -> Result<Vec<f64>, Stop> {
+fn along(
+    bench: &Bench,
+    inputs: &[RealInput],
+    parts: u32,
+    course: Course,
+) -> Result<Vec<f64>, Stop> {
     let unit = bench.initialized("unit")?;
     let references: Vec<u32> = inputs.iter().map(|input| input.reference).collect();
     let h = bench.step() / f64::from(parts);
@@ -41,7 +46,7 @@ fn along(bench: &Bench, inputs: &[Input], parts: u32, course: Course) -> Result<
             Course::Stairs => (f64::from(part) + 0.5) / f64::from(parts),
             Course::Held | Course::Line => 0.0,
         };
-        let at = |input: &Input| input.start + input.small * share;
+        let at = |input: &RealInput| input.start + input.small * share;
         let values: Vec<f64> = inputs.iter().map(at).collect();
         ok(unit.set_real(&references, &values), "fmi2SetReal")?;
         if course == Course::Line {
@@ -52,13 +57,13 @@ fn along(bench: &Bench, inputs: &[Input], parts: u32, course: Course) -> Result<
         }
         ok(unit.do_step(bench.start() + f64::from(part) * h, h), "fmi2DoStep")?;
     }
-    Ok(unit.read(&Selection::outputs(bench))?.numbers())
+    Ok(unit.read(&ReadList::outputs(bench))?.numbers())
 }
 
 /// Outputs that do not follow an input directly.
 fn indirect(bench: &Bench) -> Vec<bool> {
     let description = bench.description();
-    let of = Selection::outputs(bench).reals;
+    let of = ReadList::outputs(bench).reals;
     of.iter()
         .map(|reference| {
             description.with_causality(Causality::Output).any(|index| {
@@ -72,7 +77,7 @@ fn indirect(bench: &Bench) -> Vec<bool> {
         .collect()
 }
 
-fn inputs(bench: &Bench) -> Verdict {
+fn inputs(bench: &Bench) -> CheckResult {
     const PARTS: u32 = 64;
     if !bench.description().co_simulation.can_interpolate_inputs {
         return skip("canInterpolateInputs is false");
@@ -86,7 +91,7 @@ fn inputs(bench: &Bench) -> Verdict {
     let held_parts = along(bench, &inputs, PARTS, Course::Held)?;
     let stairs = along(bench, &inputs, PARTS, Course::Stairs)?;
     let line = along(bench, &inputs, 1, Course::Line)?;
-    let of = Selection::outputs(bench).reals;
+    let of = ReadList::outputs(bench).reals;
     for index in (0..of.len()).filter(|&index| indirect[index]) {
         let effect = (stairs[index] - held[index]).abs();
         // below that, rounding and what the unit's solver gains by smaller steps hide the effect
@@ -105,7 +110,7 @@ fn inputs(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn wrong(bench: &Bench) -> Verdict {
+fn wrong(bench: &Bench) -> CheckResult {
     if !bench.description().co_simulation.can_interpolate_inputs {
         return skip("canInterpolateInputs is false");
     }
@@ -129,7 +134,7 @@ fn wrong(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn outputs(bench: &Bench) -> Verdict {
+fn outputs(bench: &Bench) -> CheckResult {
     if bench.description().co_simulation.max_output_derivative_order == 0 {
         return skip("maxOutputDerivativeOrder is 0");
     }
@@ -201,7 +206,7 @@ fn first_derivatives(bench: &Bench, unit: &Raw, of: &[u32]) -> Result<Vec<f64>, 
     Ok(slopes)
 }
 
-fn directional(bench: &Bench) -> Verdict {
+fn directional(bench: &Bench) -> CheckResult {
     const LIMIT: Duration = Duration::from_secs(2);
     let description = bench.description();
     if !description.co_simulation.provides_directional_derivative {
@@ -227,7 +232,7 @@ fn directional(bench: &Bench) -> Verdict {
             continue;
         }
         // a vehicle has thousands of pairs: some of each unknown tell
-        for known in knowns.take(2).map(Input::of) {
+        for known in knowns.take(2).map(RealInput::of) {
             slope(bench, &unit, (&of.name, of.value_reference), &known)?;
             tested += 1;
             if tested > 200 || begin.elapsed() > LIMIT {
@@ -238,7 +243,7 @@ fn directional(bench: &Bench) -> Verdict {
     if tested == 0 { skip("no Real unknown depends on a Real known") } else { Ok(()) }
 }
 
-fn slope(bench: &Bench, unit: &Raw, of: (&str, u32), known: &Input) -> Verdict {
+fn slope(bench: &Bench, unit: &Raw, of: (&str, u32), known: &RealInput) -> CheckResult {
     let (name_of, reference) = of;
     let mut told = [f64::NAN];
     let status = unit.directional(&[reference], known.reference, &mut told);

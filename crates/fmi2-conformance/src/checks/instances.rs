@@ -5,21 +5,21 @@ use std::sync::Barrier;
 use super::table;
 use crate::harness::bench::{Bench, STEPS};
 use crate::harness::drive::same;
-use crate::harness::{Stop, Verdict, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip};
 
 table! {
     "many-instances", "2.1.5", Error, "instances that take turns do not disturb each other", many;
     "threads", "2.1.5", Error, "instances in threads of their own have the values of one alone, bit for bit", threads;
 }
 
-fn several(bench: &Bench) -> Verdict {
+fn several(bench: &Bench) -> CheckResult {
     if bench.description().co_simulation.can_be_instantiated_only_once_per_process {
         return skip("canBeInstantiatedOnlyOncePerProcess is true");
     }
     Ok(())
 }
 
-fn many(bench: &Bench) -> Verdict {
+fn many(bench: &Bench) -> CheckResult {
     const COUNT: usize = 12;
     several(bench)?;
     let wanted = bench.initialized("alone")?.record(0, STEPS)?;
@@ -36,13 +36,13 @@ fn many(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn threads(bench: &Bench) -> Verdict {
+fn threads(bench: &Bench) -> CheckResult {
     const THREADS: usize = 4;
     const ROUNDS: usize = 6;
     several(bench)?;
     let wanted = bench.initialized("alone")?.record(0, STEPS)?;
     let start = Barrier::new(THREADS);
-    let work = |thread: usize| -> Verdict {
+    let work = |thread: usize| -> CheckResult {
         start.wait();
         for _ in 0..ROUNDS {
             let unit = bench.initialized(&format!("thread {thread}"))?;

@@ -4,9 +4,9 @@ use fmi2_sys::fmi2Status as Status;
 
 use super::table;
 use crate::harness::bench::{Bench, STEPS};
-use crate::harness::drive::{Selection, Values, same};
+use crate::harness::drive::{ReadList, ReadValues, same};
 use crate::harness::raw::{Raw, name, ok, passed};
-use crate::harness::{Stop, Verdict, fault};
+use crate::harness::{CheckResult, Stop, fault};
 use fmi2_import::description::Severity;
 use fmi2_import::per_type::CType;
 
@@ -22,7 +22,7 @@ table! {
     "start-time", "2.1.6", Error, "a run may begin at any time", start_time;
 }
 
-fn load(bench: &Bench) -> Verdict {
+fn load(bench: &Bench) -> CheckResult {
     for (symbol, found) in bench.functions().found() {
         if !found {
             bench.find(format!("the binary lacks {symbol}"));
@@ -31,7 +31,7 @@ fn load(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn run(bench: &Bench) -> Verdict {
+fn run(bench: &Bench) -> CheckResult {
     let unit = bench.instance("unit")?;
     let mut warned = false;
     let mut call = |status: Status, what: &str| {
@@ -43,10 +43,10 @@ fn run(bench: &Bench) -> Verdict {
     call(unit.exit_initialization(), "fmi2ExitInitializationMode")?;
     for step in 0..STEPS {
         call(unit.do_step(bench.time(step), bench.step()), "fmi2DoStep")?;
-        unit.read(&Selection::all(bench))?;
+        unit.read(&ReadList::all(bench))?;
     }
     call(unit.terminate(), "fmi2Terminate")?;
-    unit.read(&Selection::all(bench))?;
+    unit.read(&ReadList::all(bench))?;
     if warned {
         let text = "a call of an ordinary run returned fmi2Warning, which some importers stop at";
         bench.observe(Severity::Warning, text);
@@ -54,9 +54,9 @@ fn run(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn finite(bench: &Bench) -> Verdict {
+fn finite(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
-    let of = Selection::all(bench);
+    let of = ReadList::all(bench);
     for step in 0..STEPS {
         unit.run(step, step + 1)?;
         let values = unit.read(&of)?.numbers();
@@ -69,14 +69,14 @@ fn finite(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn repeatable(bench: &Bench) -> Verdict {
+fn repeatable(bench: &Bench) -> CheckResult {
     let record = |name| bench.initialized(name)?.record(0, STEPS);
     let first = record("first")?;
     same(bench, &record("second")?, &first, "the second instance")
 }
 
 /// A state of an instance, and how a new one gets there.
-type Place = (&'static str, fn(&Raw) -> Verdict);
+type Place = (&'static str, fn(&Raw) -> CheckResult);
 
 /// Brings a new instance to each state in turn.
 pub(super) const PLACES: [Place; 6] = [
@@ -98,7 +98,7 @@ pub(super) const PLACES: [Place; 6] = [
     }),
 ];
 
-fn free(bench: &Bench) -> Verdict {
+fn free(bench: &Bench) -> CheckResult {
     for (place, go) in PLACES {
         bench.part(&format!("fmi2FreeInstance when {place}"));
         let unit = bench.instance("unit")?;
@@ -109,7 +109,7 @@ fn free(bench: &Bench) -> Verdict {
     other.run(0, 2)
 }
 
-fn free_null(bench: &Bench) -> Verdict {
+fn free_null(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
     let before = bench.initialized("undisturbed")?.record(0, 2)?;
     if let Some(function) = bench.functions().free_instance {
@@ -120,7 +120,7 @@ fn free_null(bench: &Bench) -> Verdict {
     same(bench, &unit.record(0, 2)?, &before, "an instance after fmi2FreeInstance(NULL)")
 }
 
-fn terminate(bench: &Bench) -> Verdict {
+fn terminate(bench: &Bench) -> CheckResult {
     for (place, go) in PLACES {
         bench.part(&format!("fmi2Terminate twice when {place}"));
         let unit = bench.instance("unit")?;
@@ -137,7 +137,7 @@ fn terminate(bench: &Bench) -> Verdict {
 }
 
 /// After fmi2Reset an instance must run as a fresh one.
-pub(super) fn as_fresh(unit: &Raw, fresh: &[Values], what: &str) -> Verdict {
+pub(super) fn as_fresh(unit: &Raw, fresh: &[ReadValues], what: &str) -> CheckResult {
     ok(unit.reset(), &format!("fmi2Reset {what}"))?;
     unit.initialize().map_err(|stop| in_words(stop, what))?;
     let record = unit.record(0, fresh.len()).map_err(|stop| in_words(stop, what))?;
@@ -151,7 +151,7 @@ fn in_words(stop: Stop, what: &str) -> Stop {
     }
 }
 
-fn reset(bench: &Bench) -> Verdict {
+fn reset(bench: &Bench) -> CheckResult {
     let fresh = bench.initialized("fresh")?.record(0, 3)?;
     for (place, go) in PLACES {
         bench.part(&format!("fmi2Reset when {place}"));
@@ -171,7 +171,7 @@ fn reset(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn start_time(bench: &Bench) -> Verdict {
+fn start_time(bench: &Bench) -> CheckResult {
     let begin = bench.start() + 1000.0 * bench.step();
     let unit = bench.instance("unit")?;
     ok(unit.setup(begin, None), "fmi2SetupExperiment with a later start")?;

@@ -5,9 +5,9 @@ use std::ffi::CString;
 use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::c_string;
-use crate::harness::log::{Log, Record};
+use crate::harness::log::{InstanceLog, LogMessage};
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{Stop, Verdict, skip};
+use crate::harness::{CheckResult, Stop, skip};
 use fmi2_import::description::Type;
 
 table! {
@@ -20,7 +20,7 @@ table! {
 }
 
 /// Everything that an instance with debug logging says in a run with some errors.
-fn provoke(bench: &Bench, name: &str) -> Result<Vec<Record>, Stop> {
+fn provoke(bench: &Bench, name: &str) -> Result<Vec<LogMessage>, Stop> {
     let mut making = bench.making(name);
     making.logging = true;
     let mut records = Vec::new();
@@ -42,10 +42,10 @@ fn provoke(bench: &Bench, name: &str) -> Result<Vec<Record>, Stop> {
     Ok(records)
 }
 
-fn caller(bench: &Bench) -> Verdict {
-    Log::take_stray();
+fn caller(bench: &Bench) -> CheckResult {
+    InstanceLog::take_stray();
     let records = provoke(bench, "the caller's name")?;
-    let stray = Log::take_stray();
+    let stray = InstanceLog::take_stray();
     if stray > 0 {
         bench.find(format!("{stray} messages came with another componentEnvironment"));
     }
@@ -60,7 +60,7 @@ fn caller(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn category(bench: &Bench) -> Verdict {
+fn category(bench: &Bench) -> CheckResult {
     let declared = &bench.description().log_categories;
     for record in provoke(bench, "unit")? {
         match record.category {
@@ -81,7 +81,7 @@ fn category(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn off(bench: &Bench) -> Verdict {
+fn off(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
     unit.run(0, 4)?;
     unit.terminate();
@@ -93,7 +93,7 @@ fn off(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn format(bench: &Bench) -> Verdict {
+fn format(bench: &Bench) -> CheckResult {
     const TRAP: &str = "100%s%d%n";
     let mut making = bench.making(&format!("unit {TRAP}"));
     making.logging = true;
@@ -129,7 +129,7 @@ fn format(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn error(bench: &Bench) -> Verdict {
+fn error(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
     ok(unit.debug_logging(true, &[]), "fmi2SetDebugLogging")?;
     unit.logged();
@@ -140,7 +140,7 @@ fn error(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn control(bench: &Bench) -> Verdict {
+fn control(bench: &Bench) -> CheckResult {
     let categories: Vec<CString> =
         bench.description().log_categories.iter().map(|name| c_string(name)).collect();
     let unit = bench.initialized("unit")?;

@@ -8,10 +8,10 @@ use fmi2_sys::fmi2Status as Status;
 
 use super::lifecycle::{PLACES, as_fresh};
 use super::table;
-use crate::harness::bench::{Bench, Input, is_start};
-use crate::harness::drive::{Selection, same};
+use crate::harness::bench::{Bench, RealInput, is_start};
+use crate::harness::drive::{ReadList, same};
 use crate::harness::raw::{LACKING, Raw, name, passed};
-use crate::harness::{Verdict, fault};
+use crate::harness::{CheckResult, fault};
 use fmi2_import::description::{Causality, CoSimulation, Severity, Type};
 
 table! {
@@ -45,25 +45,25 @@ const fn with(probe: Probe, needs: fn(&CoSimulation) -> bool) -> Probe {
 }
 
 fn get_real(unit: &Raw, _: &str) -> Option<Status> {
-    let references = Selection::outputs(unit.bench()).reals;
+    let references = ReadList::outputs(unit.bench()).reals;
     let mut values = vec![0.0; references.len()];
     (!references.is_empty()).then(|| unit.get_real(&references, &mut values))
 }
 
 fn get_integer(unit: &Raw, _: &str) -> Option<Status> {
-    let references = Selection::outputs(unit.bench()).integers;
+    let references = ReadList::outputs(unit.bench()).integers;
     let mut values = vec![0; references.len()];
     (!references.is_empty()).then(|| unit.get_integer(&references, &mut values))
 }
 
 fn get_boolean(unit: &Raw, _: &str) -> Option<Status> {
-    let references = Selection::outputs(unit.bench()).booleans;
+    let references = ReadList::outputs(unit.bench()).booleans;
     let mut values = vec![0; references.len()];
     (!references.is_empty()).then(|| unit.get_boolean(&references, &mut values))
 }
 
 fn get_string(unit: &Raw, _: &str) -> Option<Status> {
-    let references = Selection::outputs(unit.bench()).strings;
+    let references = ReadList::outputs(unit.bench()).strings;
     (!references.is_empty()).then(|| unit.get_string(&references).0)
 }
 
@@ -74,7 +74,7 @@ fn set_real(unit: &Raw, place: &str) -> Option<Status> {
         variable.kind == Type::Real
             && if early { is_start(variable) } else { variable.causality == Causality::Input }
     });
-    let input = Input::of(settable.next()?);
+    let input = RealInput::of(settable.next()?);
     Some(unit.set_real(&[input.reference], &[input.start]))
 }
 
@@ -122,7 +122,7 @@ fn input_derivatives(unit: &Raw, _: &str) -> Option<Status> {
 }
 
 fn output_derivatives(unit: &Raw, _: &str) -> Option<Status> {
-    let reference = *Selection::outputs(unit.bench()).reals.first()?;
+    let reference = *ReadList::outputs(unit.bench()).reals.first()?;
     Some(unit.get_output_derivatives(&[reference], &[1], &mut [0.0]))
 }
 
@@ -182,8 +182,8 @@ struct Tried<'a> {
 fn each(
     bench: &Bench,
     wanted: &[char],
-    mut judge: impl FnMut(Tried, Raw, Status) -> Verdict,
-) -> Verdict {
+    mut judge: impl FnMut(Tried, Raw, Status) -> CheckResult,
+) -> CheckResult {
     for probe in PROBES {
         if !(probe.needs)(&bench.description().co_simulation) {
             continue;
@@ -203,7 +203,7 @@ fn each(
     Ok(())
 }
 
-fn allowed(bench: &Bench) -> Verdict {
+fn allowed(bench: &Bench) -> CheckResult {
     each(bench, &['x'], |Tried { call, place, .. }, _, status| {
         if !passed(status) {
             bench.find(format!("{call} when {place} returned {}", name(status)));
@@ -212,7 +212,7 @@ fn allowed(bench: &Bench) -> Verdict {
     })
 }
 
-fn forbidden(bench: &Bench) -> Verdict {
+fn forbidden(bench: &Bench) -> CheckResult {
     let fresh = bench.initialized("fresh")?.record(0, 2)?;
     each(bench, &['.', ','], |Tried { call, place, mark }, unit, status| {
         let told = format!("{call} when {place}, which is not allowed, returned {}", name(status));
@@ -228,7 +228,7 @@ fn forbidden(bench: &Bench) -> Verdict {
     })
 }
 
-fn after_error(bench: &Bench) -> Verdict {
+fn after_error(bench: &Bench) -> CheckResult {
     let capable = bench.description().co_simulation.can_get_and_set_fmu_state;
     let wanted = bench.initialized("undisturbed")?.record(0, 6)?;
     let (unit, other) = (bench.initialized("unit")?, bench.initialized("other")?);

@@ -8,9 +8,9 @@ use fmi2_sys::fmi2Status as Status;
 
 use super::table;
 use crate::harness::bench::Bench;
-use crate::harness::drive::Selection;
+use crate::harness::drive::ReadList;
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{Stop, Verdict, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip};
 
 table! {
     "silent", "2.1.5", Warning, "nothing is written to the standard output", silent;
@@ -21,7 +21,7 @@ table! {
 }
 
 /// The runner looks at what was written.
-fn silent(bench: &Bench) -> Verdict {
+fn silent(bench: &Bench) -> CheckResult {
     let mut making = bench.making("unit");
     making.logging = true;
     let Ok(unit) = Raw::make(bench, &making) else {
@@ -69,7 +69,7 @@ impl Process {
     }
 }
 
-fn state(bench: &Bench) -> Verdict {
+fn state(bench: &Bench) -> CheckResult {
     let before = Process::now();
     let judge = |what: &str| {
         let now = Process::now();
@@ -81,7 +81,7 @@ fn state(bench: &Bench) -> Verdict {
     judge("initialization")?;
     unit.run(0, 4)?;
     judge("fmi2DoStep")?;
-    unit.read(&Selection::all(bench))?;
+    unit.read(&ReadList::all(bench))?;
     judge("fmi2GetXXX")?;
     unit.free();
     judge("fmi2FreeInstance")
@@ -96,7 +96,7 @@ fn resident() -> Option<u64> {
 
 /// Repeats something and asks whether the second half of it needs more memory than rounding to
 /// pages explains: 64 bytes in each turn and a quarter of a megabyte at all.
-fn growth(bench: &Bench, what: &str, mut turn: impl FnMut() -> Result<(), Stop>) -> Verdict {
+fn growth(bench: &Bench, what: &str, mut turn: impl FnMut() -> Result<(), Stop>) -> CheckResult {
     /// Turns of a half, unless they take longer than [`LIMIT`].
     const TURNS: u64 = 200;
     const LIMIT: Duration = Duration::from_secs(1);
@@ -124,16 +124,16 @@ fn growth(bench: &Bench, what: &str, mut turn: impl FnMut() -> Result<(), Stop>)
     Ok(())
 }
 
-fn instances(bench: &Bench) -> Verdict {
+fn instances(bench: &Bench) -> CheckResult {
     growth(bench, "instance made, initialized, stepped and freed", || {
         let unit = bench.initialized("unit")?;
         unit.run(0, 1)
     })
 }
 
-fn steps(bench: &Bench) -> Verdict {
+fn steps(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
-    let all = Selection::all(bench);
+    let all = ReadList::all(bench);
     let mut step = 0;
     let inputs = bench.inputs();
     growth(bench, "step with get and set", || {
@@ -150,7 +150,7 @@ fn steps(bench: &Bench) -> Verdict {
     })
 }
 
-fn states(bench: &Bench) -> Verdict {
+fn states(bench: &Bench) -> CheckResult {
     if !bench.description().co_simulation.can_get_and_set_fmu_state {
         return skip("canGetAndSetFMUstate is false");
     }

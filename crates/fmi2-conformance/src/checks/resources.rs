@@ -7,7 +7,7 @@ use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::{c_string, same};
 use crate::harness::raw::Raw;
-use crate::harness::{Stop, Verdict, fault};
+use crate::harness::{CheckResult, Stop, fault};
 use fmi2_import::package::file_uri;
 
 table! {
@@ -15,7 +15,7 @@ table! {
     "location-odd", "2.1.5", Warning, "a missing, null, empty or foreign location ends in an instance or in null, without a crash", odd;
 }
 
-fn forms(bench: &Bench) -> Verdict {
+fn forms(bench: &Bench) -> CheckResult {
     let own = bench.package().resource_location();
     let path = own.trim_start_matches("file://").to_owned();
     let wanted = bench.initialized("usual")?.record(0, 2)?;
@@ -64,7 +64,7 @@ fn copy(from: &Path, to: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-fn odd(bench: &Bench) -> Verdict {
+fn odd(bench: &Bench) -> CheckResult {
     for location in [
         None,
         Some(""),

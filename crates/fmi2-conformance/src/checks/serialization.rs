@@ -9,7 +9,7 @@ use crate::harness::bench::Bench;
 use crate::harness::drive::same;
 use crate::harness::raw::{Raw, name, ok, refused};
 use crate::harness::resume::{self, Continuation};
-use crate::harness::{Stop, Verdict, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip};
 use fmi2_import::description::Severity;
 
 table! {
@@ -18,7 +18,7 @@ table! {
     "serialized-damaged", "2.1.8", Warning, "bytes of another length are refused, and damaged ones do not crash", damaged;
 }
 
-fn capable(bench: &Bench) -> Verdict {
+fn capable(bench: &Bench) -> CheckResult {
     if bench.description().co_simulation.can_serialize_fmu_state {
         return Ok(());
     }
@@ -36,7 +36,7 @@ fn bytes(unit: &Raw) -> Result<Vec<u8>, Stop> {
     Ok(bytes)
 }
 
-fn serialized(bench: &Bench) -> Verdict {
+fn serialized(bench: &Bench) -> CheckResult {
     capable(bench)?;
     for (place, go) in PLACES.into_iter().filter(|(place, _)| *place != "terminated") {
         bench.part(&format!("a state serialized when {place}"));
@@ -53,7 +53,7 @@ fn serialized(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn process(bench: &Bench) -> Verdict {
+fn process(bench: &Bench) -> CheckResult {
     capable(bench)?;
     let unit = bench.initialized("unit")?;
     unit.run(0, 3)?;
@@ -62,7 +62,7 @@ fn process(bench: &Bench) -> Verdict {
     resume::elsewhere(bench, &Continuation { bytes, from: 3, wanted })
 }
 
-fn damaged(bench: &Bench) -> Verdict {
+fn damaged(bench: &Bench) -> CheckResult {
     capable(bench)?;
     let unit = bench.initialized("unit")?;
     unit.run(0, 1)?;

@@ -5,9 +5,9 @@ use std::ptr::null_mut;
 use super::lifecycle::PLACES;
 use super::table;
 use crate::harness::bench::Bench;
-use crate::harness::drive::{Values, same};
-use crate::harness::raw::{Raw, Saved, name, ok, passed};
-use crate::harness::{Stop, Verdict, fault, skip};
+use crate::harness::drive::{ReadValues, same};
+use crate::harness::raw::{Raw, SavedState, name, ok, passed};
+use crate::harness::{CheckResult, Stop, fault, skip};
 
 table! {
     "state-restored", "2.1.8", Error, "from a restored state a run goes on with the same bits, wherever it was saved", restored;
@@ -17,21 +17,21 @@ table! {
 }
 
 /// Skips units without saved states.
-fn capable(bench: &Bench) -> Verdict {
+fn capable(bench: &Bench) -> CheckResult {
     if bench.description().co_simulation.can_get_and_set_fmu_state {
         return Ok(());
     }
     skip("canGetAndSetFMUstate is false")
 }
 
-pub(super) fn save(unit: &Raw) -> Result<Saved, Stop> {
+pub(super) fn save(unit: &Raw) -> Result<SavedState, Stop> {
     let mut saved = null_mut();
     ok(unit.get_state(&mut saved), "fmi2GetFMUstate")?;
     if saved.is_null() { fault("fmi2GetFMUstate gave a null pointer") } else { Ok(saved) }
 }
 
 /// Goes on from one of [`PLACES`] to three steps later.
-pub(super) fn onward(unit: &Raw, place: &str) -> Result<Vec<Values>, Stop> {
+pub(super) fn onward(unit: &Raw, place: &str) -> Result<Vec<ReadValues>, Stop> {
     match place {
         "instantiated" => unit.initialize()?,
         "set up" => {
@@ -47,7 +47,7 @@ pub(super) fn onward(unit: &Raw, place: &str) -> Result<Vec<Values>, Stop> {
     unit.record(from, from + 3)
 }
 
-fn restored(bench: &Bench) -> Verdict {
+fn restored(bench: &Bench) -> CheckResult {
     capable(bench)?;
     for (place, go) in PLACES.into_iter().filter(|(place, _)| *place != "terminated") {
         bench.part(&format!("a state saved when {place}"));
@@ -65,7 +65,7 @@ fn restored(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn with_inputs(bench: &Bench) -> Verdict {
+fn with_inputs(bench: &Bench) -> CheckResult {
     capable(bench)?;
     let inputs = bench.inputs();
     let slopes = bench.continuous_inputs();
@@ -103,7 +103,7 @@ fn with_inputs(bench: &Bench) -> Verdict {
     same(bench, &got, &wanted, "after a state that was saved with inputs set")
 }
 
-fn independent(bench: &Bench) -> Verdict {
+fn independent(bench: &Bench) -> CheckResult {
     capable(bench)?;
     let wanted = bench.initialized("undisturbed")?.record(0, 6)?;
     let unit = bench.initialized("unit")?;
@@ -123,7 +123,7 @@ fn independent(bench: &Bench) -> Verdict {
     ok(unit.free_state(&mut early), "fmi2FreeFMUstate")
 }
 
-fn memory(bench: &Bench) -> Verdict {
+fn memory(bench: &Bench) -> CheckResult {
     capable(bench)?;
     let unit = bench.initialized("unit")?;
     unit.run(0, 1)?;

@@ -7,9 +7,9 @@ use fmi2_sys::fmi2Status as Status;
 use super::lifecycle::as_fresh;
 use super::table;
 use crate::harness::bench::Bench;
-use crate::harness::drive::Selection;
+use crate::harness::drive::ReadList;
 use crate::harness::raw::{Raw, name, ok, passed, refused};
-use crate::harness::{Stop, Verdict, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip};
 use fmi2_import::per_type::CType;
 
 table! {
@@ -28,7 +28,7 @@ fn variable(bench: &Bench) -> bool {
     bench.description().co_simulation.can_handle_variable_communication_step_size
 }
 
-fn varying(bench: &Bench) -> Verdict {
+fn varying(bench: &Bench) -> CheckResult {
     if !variable(bench) {
         return skip("canHandleVariableCommunicationStepSize is false");
     }
@@ -37,7 +37,7 @@ fn varying(bench: &Bench) -> Verdict {
     for factor in [1.0, 0.5, 1e-3, 3.0, 0.37, 1.0, 2.0, 0.01, 1.0] {
         let size = factor * bench.step();
         ok(unit.do_step(time, size), &format!("fmi2DoStep at {time} s over {size} s"))?;
-        unit.read(&Selection::all(bench))?;
+        unit.read(&ReadList::all(bench))?;
         time += size;
     }
     Ok(())
@@ -61,7 +61,7 @@ fn survives(
     Ok(status)
 }
 
-fn extreme(bench: &Bench) -> Verdict {
+fn extreme(bench: &Bench) -> CheckResult {
     for factor in [1e-9, 300.0] {
         let size = factor * bench.step();
         survives(bench, &format!("a step of {size} s"), |unit| {
@@ -92,16 +92,16 @@ fn after(bench: &Bench, sizes: &[f64]) -> Result<Vec<f64>, Stop> {
         ok(unit.do_step(time, h), &format!("fmi2DoStep at {time} s over {h} s"))?;
         done += size;
     }
-    Ok(unit.read(&Selection::outputs(bench))?.numbers())
+    Ok(unit.read(&ReadList::outputs(bench))?.numbers())
 }
 
-fn split(bench: &Bench) -> Verdict {
+fn split(bench: &Bench) -> CheckResult {
     // solvers of units may differ by what they promise, not by a part of what happened
     const SHARE: f64 = 0.02;
     if !variable(bench) {
         return skip("canHandleVariableCommunicationStepSize is false");
     }
-    let of = Selection::outputs(bench);
+    let of = ReadList::outputs(bench);
     if of.reals.is_empty() {
         return skip("there are no Real outputs");
     }
@@ -125,7 +125,7 @@ fn split(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn rounded(bench: &Bench) -> Verdict {
+fn rounded(bench: &Bench) -> CheckResult {
     const COUNT: usize = 1000;
     let unit = bench.initialized("unit")?;
     let mut time = bench.start();
@@ -142,16 +142,16 @@ fn rounded(bench: &Bench) -> Verdict {
     })
 }
 
-fn invalid(bench: &Bench) -> Verdict {
+fn invalid(bench: &Bench) -> CheckResult {
     refuse(bench, [0.0, -bench.step()])
 }
 
-fn not_finite(bench: &Bench) -> Verdict {
+fn not_finite(bench: &Bench) -> CheckResult {
     refuse(bench, [f64::NAN, f64::INFINITY])
 }
 
 /// Steps of sizes that must be refused.
-fn refuse(bench: &Bench, sizes: [f64; 2]) -> Verdict {
+fn refuse(bench: &Bench, sizes: [f64; 2]) -> CheckResult {
     for size in sizes {
         let what = format!("a step of {size} s");
         let status = survives(bench, &what, |unit| Ok(unit.do_step(bench.time(1), size)))?;
@@ -162,7 +162,7 @@ fn refuse(bench: &Bench, sizes: [f64; 2]) -> Verdict {
     Ok(())
 }
 
-fn elsewhere(bench: &Bench) -> Verdict {
+fn elsewhere(bench: &Bench) -> CheckResult {
     for from in [0, 3] {
         let time = bench.time(from);
         let what = format!("a step at {time} s, where the last ended at {} s", bench.time(1));
@@ -174,7 +174,7 @@ fn elsewhere(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn past_stop(bench: &Bench) -> Verdict {
+fn past_stop(bench: &Bench) -> CheckResult {
     let unit = bench.instance("unit")?;
     ok(unit.setup(bench.start(), Some(bench.time(2))), "fmi2SetupExperiment with a stop time")?;
     ok(unit.enter_initialization(), "fmi2EnterInitializationMode")?;
@@ -187,7 +187,7 @@ fn past_stop(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn inputs(bench: &Bench) -> Verdict {
+fn inputs(bench: &Bench) -> CheckResult {
     let inputs = bench.inputs();
     if inputs.is_empty() {
         return skip("there are no Real inputs");

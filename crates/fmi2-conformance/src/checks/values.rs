@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use super::table;
-use crate::harness::bench::{Bench, Input, STEPS, is_start};
-use crate::harness::drive::{Selection, c_string};
+use crate::harness::bench::{Bench, RealInput, STEPS, is_start};
+use crate::harness::drive::{ReadList, c_string};
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{Verdict, fault, skip};
+use crate::harness::{CheckResult, fault, skip};
 use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
 use fmi2_import::per_type::CType;
 
@@ -28,7 +28,7 @@ fn initializing<'b>(bench: &'b Bench, name: &str) -> Result<Raw<'b>, crate::harn
     Ok(unit)
 }
 
-fn start_values(bench: &Bench) -> Verdict {
+fn start_values(bench: &Bench) -> CheckResult {
     let unit = initializing(bench, "unit")?;
     let known = bench.variables(|it| {
         it.kind == Type::Real
@@ -48,11 +48,11 @@ fn start_values(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn set_then_get(bench: &Bench) -> Verdict {
+fn set_then_get(bench: &Bench) -> CheckResult {
     let unit = initializing(bench, "unit")?;
-    let settable: Vec<Input> = bench
+    let settable: Vec<RealInput> = bench
         .variables(|it| it.kind == Type::Real && (it.causality == Causality::Input || is_start(it)))
-        .map(Input::of)
+        .map(RealInput::of)
         .collect();
     if settable.is_empty() {
         return skip("there is no Real to set");
@@ -70,7 +70,7 @@ fn set_then_get(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn strings(bench: &Bench) -> Verdict {
+fn strings(bench: &Bench) -> CheckResult {
     let of = bench.references(Type::String, |_| true);
     if of.is_empty() {
         return skip("there are no Strings");
@@ -102,8 +102,8 @@ fn strings(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn booleans(bench: &Bench) -> Verdict {
-    let of = Selection::all(bench);
+fn booleans(bench: &Bench) -> CheckResult {
+    let of = ReadList::all(bench);
     if of.booleans.is_empty() {
         return skip("there are no Booleans");
     }
@@ -117,7 +117,7 @@ fn booleans(bench: &Bench) -> Verdict {
     fault(format!("the Boolean {name} is {value}"))
 }
 
-fn value_range(bench: &Bench) -> Verdict {
+fn value_range(bench: &Bench) -> CheckResult {
     let limited = |bench: &Bench| {
         let real = |it: &&fmi2_import::description::Variable| {
             it.kind == Type::Real && (it.min.is_some() || it.max.is_some())
@@ -144,7 +144,7 @@ fn value_range(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn independent(bench: &Bench) -> Verdict {
+fn independent(bench: &Bench) -> CheckResult {
     let mut variables = bench.variables(|it| it.causality == Causality::Independent);
     let Some(time) = variables.next() else { return skip("time is no variable") };
     let unit = bench.initialized("unit")?;
@@ -164,7 +164,7 @@ fn independent(bench: &Bench) -> Verdict {
     Ok(())
 }
 
-fn dependencies(bench: &Bench) -> Verdict {
+fn dependencies(bench: &Bench) -> CheckResult {
     const LIMIT: Duration = Duration::from_secs(2);
     let description = bench.description();
     let inputs: Vec<usize> = description
@@ -189,7 +189,7 @@ fn dependencies(bench: &Bench) -> Verdict {
     let (mut before, mut after) = (vec![0.0; outputs.len()], vec![0.0; outputs.len()]);
     let begin = Instant::now();
     for index in inputs {
-        let input = Input::of(&description.variables[index]);
+        let input = RealInput::of(&description.variables[index]);
         ok(unit.get_real(&references, &mut before), "fmi2GetReal")?;
         ok(unit.set_real(&[input.reference], &[input.start + input.small]), "fmi2SetReal")?;
         ok(unit.get_real(&references, &mut after), "fmi2GetReal")?;

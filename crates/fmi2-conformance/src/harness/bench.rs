@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use fmi2_sys::fmi2Type;
 
 use super::raw::{Making, Raw};
-use super::trace::Trace;
+use super::trace::CallTrace;
 use super::{Observation, Stop};
 use crate::CheckError;
 use fmi2_import::description::{
@@ -26,7 +26,7 @@ const STEP: f64 = 1e-3;
 pub struct Bench {
     package: Package,
     functions: Functions,
-    trace: Trace,
+    trace: CallTrace,
     severity: Severity,
     found: Mutex<Vec<Observation>>,
 }
@@ -46,7 +46,7 @@ impl Bench {
         let package = Package::open(&unit)?;
         let functions = Functions::load(&package)?;
         let found = Mutex::default();
-        Ok(Self { package, functions, trace: Trace::new(trace), severity, found })
+        Ok(Self { package, functions, trace: CallTrace::new(trace), severity, found })
     }
 
     pub(crate) fn package(&self) -> &Package {
@@ -61,7 +61,7 @@ impl Bench {
         &self.functions
     }
 
-    pub(crate) fn trace(&self) -> &Trace {
+    pub(crate) fn trace(&self) -> &CallTrace {
         &self.trace
     }
 
@@ -162,18 +162,18 @@ impl Bench {
     }
 
     /// Real inputs with what they start from and how far they may be moved.
-    pub(crate) fn inputs(&self) -> Vec<Input> {
+    pub(crate) fn inputs(&self) -> Vec<RealInput> {
         self.variables(|variable| {
             variable.causality == Causality::Input && variable.kind == Type::Real
         })
-        .map(Input::of)
+        .map(RealInput::of)
         .collect()
     }
 
     /// Reals that may be set before the initialization.
-    pub(crate) fn starts(&self) -> Vec<Input> {
+    pub(crate) fn starts(&self) -> Vec<RealInput> {
         self.variables(|variable| variable.kind == Type::Real && is_start(variable))
-            .map(Input::of)
+            .map(RealInput::of)
             .collect()
     }
 
@@ -183,13 +183,13 @@ impl Bench {
     }
 
     /// Real inputs that vary continuously.
-    pub(crate) fn continuous_inputs(&self) -> Vec<Input> {
+    pub(crate) fn continuous_inputs(&self) -> Vec<RealInput> {
         self.variables(|variable| {
             variable.causality == Causality::Input
                 && variable.kind == Type::Real
                 && variable.variability == Variability::Continuous
         })
-        .map(Input::of)
+        .map(RealInput::of)
         .collect()
     }
 }
@@ -207,7 +207,7 @@ pub(crate) fn is_start(variable: &Variable) -> bool {
 
 /// A Real that can be set.
 #[derive(Debug, Clone)]
-pub(crate) struct Input {
+pub(crate) struct RealInput {
     pub(crate) name: String,
     pub(crate) reference: u32,
     pub(crate) start: f64,
@@ -215,7 +215,7 @@ pub(crate) struct Input {
     pub(crate) small: f64,
 }
 
-impl Input {
+impl RealInput {
     pub(crate) fn of(variable: &Variable) -> Self {
         let start = match variable.start {
             Some(Value::Real(start)) => start,

@@ -5,7 +5,7 @@ use std::ffi::CString;
 use fmi2_sys::fmi2Status as Status;
 use serde::{Deserialize, Serialize};
 
-use super::bench::{Bench, Input};
+use super::bench::{Bench, RealInput};
 use super::raw::{Raw, ok};
 use super::{Stop, fault};
 use fmi2_import::description::{Causality, Type};
@@ -13,7 +13,7 @@ use fmi2_import::per_type::CType;
 
 /// Values of variables, bit for bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Values {
+pub(crate) struct ReadValues {
     /// Bits of the Reals, so that a NaN equals itself and 0 is not -0.
     reals: Vec<u64>,
     integers: Vec<i32>,
@@ -21,7 +21,7 @@ pub(crate) struct Values {
     strings: Vec<Option<Vec<u8>>>,
 }
 
-impl Values {
+impl ReadValues {
     /// The Reals as numbers.
     pub(crate) fn numbers(&self) -> Vec<f64> {
         self.reals.iter().map(|bits| f64::from_bits(*bits)).collect()
@@ -32,7 +32,7 @@ impl Values {
     }
 
     /// The first difference to other values of the same selection.
-    pub(crate) fn differs(&self, other: &Self, bench: &Bench, of: &Selection) -> Option<String> {
+    pub(crate) fn differs(&self, other: &Self, bench: &Bench, of: &ReadList) -> Option<String> {
         let name = |kind, reference| {
             bench.description().name_of(kind, reference).unwrap_or("?").to_owned()
         };
@@ -60,14 +60,14 @@ impl Values {
 
 /// Value references to read, by type.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Selection {
+pub(crate) struct ReadList {
     pub(crate) reals: Vec<u32>,
     pub(crate) integers: Vec<u32>,
     pub(crate) booleans: Vec<u32>,
     pub(crate) strings: Vec<u32>,
 }
 
-impl Selection {
+impl ReadList {
     fn of(
         bench: &Bench,
         test: impl Fn(&fmi2_import::description::Variable) -> bool + Copy,
@@ -92,7 +92,7 @@ impl Selection {
 }
 
 /// Where an input is at a communication point: it moves a little, differently for each input.
-pub(crate) fn moved(input: &Input, index: usize, step: usize) -> f64 {
+pub(crate) fn moved(input: &RealInput, index: usize, step: usize) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "0 to 4")]
     let pattern = ((step * 7 + index * 3) % 5) as f64;
     input.start + input.small * pattern / 4.0
@@ -111,7 +111,7 @@ impl Raw<'_> {
     }
 
     /// Sets the Real inputs for a communication point.
-    pub(crate) fn move_inputs(&self, inputs: &[Input], step: usize) -> Result<(), Stop> {
+    pub(crate) fn move_inputs(&self, inputs: &[RealInput], step: usize) -> Result<(), Stop> {
         if inputs.is_empty() {
             return Ok(());
         }
@@ -133,8 +133,8 @@ impl Raw<'_> {
     }
 
     /// As [`Raw::run`], reading everything after each step.
-    pub(crate) fn record(&self, from: usize, to: usize) -> Result<Vec<Values>, Stop> {
-        let all = Selection::all(self.bench());
+    pub(crate) fn record(&self, from: usize, to: usize) -> Result<Vec<ReadValues>, Stop> {
+        let all = ReadList::all(self.bench());
         (from..to)
             .map(|step| {
                 self.run(step, step + 1)?;
@@ -144,7 +144,7 @@ impl Raw<'_> {
     }
 
     /// Reads a selection.
-    pub(crate) fn read(&self, of: &Selection) -> Result<Values, Stop> {
+    pub(crate) fn read(&self, of: &ReadList) -> Result<ReadValues, Stop> {
         let mut reals = vec![0.0; of.reals.len()];
         let mut integers = vec![0; of.integers.len()];
         let mut booleans = vec![0; of.booleans.len()];
@@ -164,18 +164,18 @@ impl Raw<'_> {
             strings = texts;
         }
         let reals = reals.into_iter().map(f64::to_bits).collect();
-        Ok(Values { reals, integers, booleans, strings })
+        Ok(ReadValues { reals, integers, booleans, strings })
     }
 }
 
 /// Ends the check where two records differ.
 pub(crate) fn same(
     bench: &Bench,
-    got: &[Values],
-    wanted: &[Values],
+    got: &[ReadValues],
+    wanted: &[ReadValues],
     what: &str,
 ) -> Result<(), Stop> {
-    let all = Selection::all(bench);
+    let all = ReadList::all(bench);
     for (step, (a, b)) in got.iter().zip(wanted).enumerate() {
         if let Some(text) = a.differs(b, bench, &all) {
             return fault(format!("{what}: after step {} {text}", step + 1));

@@ -12,7 +12,7 @@ const KEPT: usize = 1000;
 
 /// One call of the logger.
 #[derive(Debug, Clone)]
-pub(crate) struct Record {
+pub(crate) struct LogMessage {
     /// The instance's name, as the unit gave it.
     pub(crate) instance: Option<String>,
     pub(crate) status: c_int,
@@ -25,8 +25,8 @@ pub(crate) struct Record {
 
 /// Where an instance's messages arrive; its address is the `componentEnvironment`.
 #[derive(Debug, Default)]
-pub(crate) struct Log {
-    records: Mutex<Vec<Record>>,
+pub(crate) struct InstanceLog {
+    records: Mutex<Vec<LogMessage>>,
 }
 
 /// Addresses of the logs that live: others are never followed.
@@ -71,11 +71,11 @@ extern "C" fn conformance_log_sink(
         STRAY.fetch_add(1, Ordering::Relaxed);
         return;
     }
-    // SAFETY: the address of a Log that is listed as alive, and cannot be unlisted meanwhile
-    let log = unsafe { &*environment.cast::<Log>() };
+    // SAFETY: the address of an `InstanceLog` that is listed as alive, and cannot be unlisted meanwhile
+    let log = unsafe { &*environment.cast::<InstanceLog>() };
     let mut records = log.records.lock().unwrap_or_else(PoisonError::into_inner);
     if records.len() < KEPT {
-        records.push(Record {
+        records.push(LogMessage {
             instance: text(instance),
             status,
             category: text(category),
@@ -85,7 +85,7 @@ extern "C" fn conformance_log_sink(
     }
 }
 
-impl Log {
+impl InstanceLog {
     /// A log that messages can arrive at.
     pub(crate) fn new() -> Box<Self> {
         let log = Box::new(Self::default());
@@ -106,7 +106,7 @@ impl Log {
     }
 
     /// Takes what has arrived.
-    pub(crate) fn take(&self) -> Vec<Record> {
+    pub(crate) fn take(&self) -> Vec<LogMessage> {
         std::mem::take(&mut *self.records.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -116,7 +116,7 @@ impl Log {
     }
 }
 
-impl Drop for Log {
+impl Drop for InstanceLog {
     fn drop(&mut self) {
         let address = std::ptr::from_ref(self).addr();
         LIVE.lock().unwrap_or_else(PoisonError::into_inner).remove(&address);

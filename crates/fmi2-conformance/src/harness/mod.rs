@@ -22,7 +22,7 @@ pub use crate::checks::checks;
 pub use bench::Bench;
 use fmi2_import::description::Severity;
 pub use resume::resume;
-pub use runner::{Options, Outcome, Report, child, run};
+pub use runner::{CheckOutcome, ConformanceOptions, ConformanceReport, child, run};
 
 /// One check.
 pub struct Check {
@@ -35,7 +35,7 @@ pub struct Check {
     /// What it does and expects.
     pub expects: &'static str,
     /// Runs it.
-    pub run: fn(&Bench) -> Verdict,
+    pub run: fn(&Bench) -> CheckResult,
 }
 
 /// Why a check ended before its end.
@@ -48,7 +48,7 @@ pub enum Stop {
 }
 
 /// End of a check; findings so far are with the bench.
-pub type Verdict = Result<(), Stop>;
+pub type CheckResult = Result<(), Stop>;
 
 /// A finding of a check, with the calls that lead to it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

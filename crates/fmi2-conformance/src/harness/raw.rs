@@ -9,7 +9,7 @@ use fmi2_sys as sys;
 use sys::fmi2Status as Status;
 
 use super::bench::Bench;
-use super::log::{Log, Record};
+use super::log::{InstanceLog, LogMessage};
 use super::{Stop, fault};
 
 /// Stands for a function that the binary lacks; no unit returns it.
@@ -26,14 +26,14 @@ pub(crate) struct Making {
 }
 
 /// A saved state.
-pub(crate) type Saved = sys::fmi2FMUstate;
+pub(crate) type SavedState = sys::fmi2FMUstate;
 
 /// An instance. Freed when dropped.
 pub(crate) struct Raw<'b> {
     bench: &'b Bench,
     label: String,
     component: *mut c_void,
-    log: Box<Log>,
+    log: Box<InstanceLog>,
     // the unit holds its address as long as it lives
     _callbacks: Box<sys::fmi2CallbackFunctions>,
     freed: Cell<bool>,
@@ -97,8 +97,8 @@ fn pointer(text: Option<&CString>) -> *const c_char {
 
 impl<'b> Raw<'b> {
     /// Calls fmi2Instantiate; `Err` has what was logged when it returned null.
-    pub(crate) fn make(bench: &'b Bench, making: &Making) -> Result<Self, Vec<Record>> {
-        let log = Log::new();
+    pub(crate) fn make(bench: &'b Bench, making: &Making) -> Result<Self, Vec<LogMessage>> {
+        let log = InstanceLog::new();
         let callbacks = Box::new(log.callbacks());
         let label = making.name.as_deref().unwrap_or_default().to_string_lossy().into_owned();
         bench.trace().call(
@@ -131,7 +131,7 @@ impl<'b> Raw<'b> {
     }
 
     /// What was logged since the last question.
-    pub(crate) fn logged(&self) -> Vec<Record> {
+    pub(crate) fn logged(&self) -> Vec<LogMessage> {
         self.log.take()
     }
 
@@ -203,28 +203,28 @@ impl<'b> Raw<'b> {
     }
 
     /// Takes a state, into the memory of an older one where there is one.
-    pub(crate) fn get_state(&self, saved: &mut Saved) -> Status {
+    pub(crate) fn get_state(&self, saved: &mut SavedState) -> Status {
         call!(self, get_fmu_state(&raw mut *saved), "fmi2GetFMUstate")
     }
 
-    pub(crate) fn set_state(&self, saved: Saved) -> Status {
+    pub(crate) fn set_state(&self, saved: SavedState) -> Status {
         call!(self, set_fmu_state(saved), "fmi2SetFMUstate")
     }
 
-    pub(crate) fn free_state(&self, saved: &mut Saved) -> Status {
+    pub(crate) fn free_state(&self, saved: &mut SavedState) -> Status {
         call!(self, free_fmu_state(&raw mut *saved), "fmi2FreeFMUstate")
     }
 
-    pub(crate) fn state_size(&self, saved: Saved, size: &mut usize) -> Status {
+    pub(crate) fn state_size(&self, saved: SavedState, size: &mut usize) -> Status {
         call!(self, serialized_fmu_state_size(saved, &raw mut *size), "fmi2SerializedFMUstateSize")
     }
 
-    pub(crate) fn serialize(&self, saved: Saved, bytes: &mut [u8]) -> Status {
+    pub(crate) fn serialize(&self, saved: SavedState, bytes: &mut [u8]) -> Status {
         let (n, out) = (bytes.len(), bytes.as_mut_ptr().cast());
         call!(self, serialize_fmu_state(saved, out, n), "fmi2SerializeFMUstate({n} bytes)")
     }
 
-    pub(crate) fn deserialize(&self, bytes: &[u8], saved: &mut Saved) -> Status {
+    pub(crate) fn deserialize(&self, bytes: &[u8], saved: &mut SavedState) -> Status {
         let (n, from) = (bytes.len(), bytes.as_ptr().cast());
         call!(
             self,

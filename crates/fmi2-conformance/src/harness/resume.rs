@@ -7,9 +7,9 @@ use std::ptr::null_mut;
 use serde::{Deserialize, Serialize};
 
 use super::bench::Bench;
-use super::drive::{Values, same};
+use super::drive::{ReadValues, same};
 use super::raw::ok;
-use super::{Stop, Verdict, fault};
+use super::{CheckResult, Stop, fault};
 use fmi2_import::description::Severity;
 
 /// Name of the hidden subcommand.
@@ -22,11 +22,11 @@ pub(crate) struct Continuation {
     /// Communication point of the state.
     pub(crate) from: usize,
     /// Values of the steps after it.
-    pub(crate) wanted: Vec<Values>,
+    pub(crate) wanted: Vec<ReadValues>,
 }
 
 /// Hands the continuation to another process of this program.
-pub(crate) fn elsewhere(bench: &Bench, continuation: &Continuation) -> Verdict {
+pub(crate) fn elsewhere(bench: &Bench, continuation: &Continuation) -> CheckResult {
     let internal = |what: &dyn std::fmt::Display| fault(format!("the check itself failed: {what}"));
     let folder = match tempfile::tempdir() {
         Ok(folder) => folder,
@@ -68,7 +68,7 @@ pub fn resume(unit: &Path, file: &Path) -> Result<(), String> {
     })
 }
 
-fn go_on(bench: &Bench, continuation: &Continuation) -> Verdict {
+fn go_on(bench: &Bench, continuation: &Continuation) -> CheckResult {
     let unit = bench.instance("another process")?;
     let mut saved = null_mut();
     ok(unit.deserialize(&continuation.bytes, &mut saved), "fmi2DeSerializeFMUstate")?;

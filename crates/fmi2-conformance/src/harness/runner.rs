@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::bench::Bench;
-use super::trace::Trace;
+use super::trace::CallTrace;
 use super::{Check, Observation, Stop, checks};
 use crate::CheckError;
 use fmi2_import::description::Severity;
@@ -20,7 +20,7 @@ const SUBCOMMAND: &str = "conformance-check";
 
 /// How to run the suite.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct ConformanceOptions {
     /// The program that has the hidden subcommands, `maglev`.
     pub program: PathBuf,
     /// Only these checks, if any.
@@ -31,7 +31,7 @@ pub struct Options {
 
 /// What came out of one check.
 #[derive(Debug, Clone, Serialize)]
-pub struct Outcome {
+pub struct CheckOutcome {
     /// Name of the check, as in [`Check::id`].
     pub check: &'static str,
     /// Section of the FMI 2.0.5 specification.
@@ -47,14 +47,14 @@ pub struct Outcome {
 
 /// What came out of all checks.
 #[derive(Debug, Clone, Serialize)]
-pub struct Report {
+pub struct ConformanceReport {
     /// Path of the .fmu file, as it was given.
     pub unit: PathBuf,
     /// One entry for each check.
-    pub checks: Vec<Outcome>,
+    pub checks: Vec<CheckOutcome>,
 }
 
-impl Report {
+impl ConformanceReport {
     /// Number of findings of a severity.
     #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
@@ -76,9 +76,9 @@ struct Answer {
 /// The unit cannot be opened, or there is no temporary folder.
 pub fn run(
     unit: &Path,
-    options: &Options,
-    mut told: impl FnMut(&Outcome),
-) -> Result<Report, CheckError> {
+    options: &ConformanceOptions,
+    mut told: impl FnMut(&CheckOutcome),
+) -> Result<ConformanceReport, CheckError> {
     // a unit that cannot be opened is bad input, not a finding of each check
     drop(Package::open(unit)?);
     let folder = Scratch::new().map_err(|source| CheckError::Write {
@@ -88,14 +88,14 @@ pub fn run(
     })?;
     let wanted =
         |check: &&Check| options.only.is_empty() || options.only.iter().any(|id| id == check.id);
-    let mut report = Report { unit: unit.to_owned(), checks: Vec::new() };
+    let mut report = ConformanceReport { unit: unit.to_owned(), checks: Vec::new() };
     for check in checks().filter(wanted) {
         let place = Place::new(folder.path(), check.id);
         let begin = Instant::now();
         let (skipped, findings) = place.start(unit, check, options);
         let seconds = begin.elapsed().as_secs_f64();
         let (check, section) = (check.id, check.section);
-        let outcome = Outcome { check, section, skipped, findings, seconds };
+        let outcome = CheckOutcome { check, section, skipped, findings, seconds };
         told(&outcome);
         let broken = outcome.check == "load" && !outcome.findings.is_empty();
         report.checks.push(outcome);
@@ -129,10 +129,10 @@ impl Place {
         &self,
         unit: &Path,
         check: &Check,
-        options: &Options,
+        options: &ConformanceOptions,
     ) -> (Option<String>, Vec<Observation>) {
         let finding = |message: String| {
-            let calls = Trace::tail(&fs::read_to_string(&self.trace).unwrap_or_default());
+            let calls = CallTrace::tail(&fs::read_to_string(&self.trace).unwrap_or_default());
             (None, vec![Observation { severity: check.severity, message, calls }])
         };
         let ended = match self.wait(unit, check, options) {
@@ -173,7 +173,7 @@ impl Place {
         &self,
         unit: &Path,
         check: &Check,
-        options: &Options,
+        options: &ConformanceOptions,
     ) -> std::io::Result<Option<ExitStatus>> {
         let mut child = Command::new(&options.program)
             .arg(SUBCOMMAND)

@@ -14,13 +14,13 @@ const SHOWN: usize = 30;
 
 /// The calls made so far.
 #[derive(Debug, Default)]
-pub(crate) struct Trace {
+pub(crate) struct CallTrace {
     calls: Mutex<VecDeque<String>>,
     file: Option<File>,
     quiet: AtomicBool,
 }
 
-impl Trace {
+impl CallTrace {
     /// A trace that is also written to the file.
     pub(crate) fn new(file: Option<File>) -> Self {
         Self { file, ..Self::default() }

@@ -15,7 +15,7 @@ pub use fmi2_import::package::REFERENCE_RESULTS as FOLDER;
 
 /// A table of numbers over time.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Table {
+pub struct ReferenceTable {
     /// Names of the columns after the time.
     pub names: Vec<String>,
     /// Time of each row (s).
@@ -26,7 +26,7 @@ pub struct Table {
 
 /// Inputs, and the outputs that a unit must give for them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Experiment {
+pub struct ReferenceExperiment {
     /// Name of the experiment, as FMI-LS-REF has it.
     pub name: String,
     /// First time (s).
@@ -38,12 +38,12 @@ pub struct Experiment {
     /// Allowed deviation, as a part of each signal's largest absolute value.
     pub tolerance: f64,
     /// What the unit gets.
-    pub inputs: Table,
+    pub inputs: ReferenceTable,
     /// What it must answer.
-    pub reference: Table,
+    pub reference: ReferenceTable,
 }
 
-impl Experiment {
+impl ReferenceExperiment {
     /// Time of the communication point with that number (s): counted, not added up, and never beyond
     /// the stop time.
     #[must_use]
@@ -54,7 +54,7 @@ impl Experiment {
     }
 }
 
-impl Table {
+impl ReferenceTable {
     /// Reads a CSV file.
     ///
     /// # Errors
@@ -124,7 +124,7 @@ impl Table {
 ///
 /// # Errors
 /// It carries none, or a file of theirs is missing or damaged.
-pub fn experiments(package: &Package) -> Result<Vec<Experiment>, ReferenceError> {
+pub fn experiments(package: &Package) -> Result<Vec<ReferenceExperiment>, ReferenceError> {
     let folder = package.folder().join(FOLDER);
     let manifest = folder.join("fmi-ls-manifest.xml");
     let mut found = Vec::new();
@@ -145,14 +145,17 @@ pub fn experiments(package: &Package) -> Result<Vec<Experiment>, ReferenceError>
 }
 
 /// Reads an experiments file (MA-HS-Experiments, `.exp`).
-fn read_experiments(file: &Path) -> Result<Vec<Experiment>, ReferenceError> {
+fn read_experiments(file: &Path) -> Result<Vec<ReferenceExperiment>, ReferenceError> {
     let text = text(file)?;
     let document = document(file, &text)?;
     let nodes = document.descendants().filter(|node| node.has_tag_name("Experiment"));
     nodes.map(|node| read_experiment(file, &node)).collect()
 }
 
-fn read_experiment(file: &Path, node: &Node<'_, '_>) -> Result<Experiment, ReferenceError> {
+fn read_experiment(
+    file: &Path,
+    node: &Node<'_, '_>,
+) -> Result<ReferenceExperiment, ReferenceError> {
     let fail = fail(file);
     let child = |name: &str| node.children().find(|child| child.has_tag_name(name));
     if child("Parameters").is_some() {
@@ -166,15 +169,15 @@ fn read_experiment(file: &Path, node: &Node<'_, '_>) -> Result<Experiment, Refer
         Some(Err(_)) => Err(fail(format!("{name} is no number"))),
     };
     let table = |name: &str| match child(name) {
-        Some(found) => Table::read(&beside(file, found.attribute("source"))?),
-        None => Ok(Table::default()),
+        Some(found) => ReferenceTable::read(&beside(file, found.attribute("source"))?),
+        None => Ok(ReferenceTable::default()),
     };
     let reference = table("References")?;
     let (Some(&first), Some(&last)) = (reference.times.first(), reference.times.last()) else {
         return Err(fail("an experiment has no References".into()));
     };
     let need = |value: Option<f64>, name| value.ok_or_else(|| fail(format!("it needs a {name}")));
-    Ok(Experiment {
+    Ok(ReferenceExperiment {
         name: node.attribute("name").unwrap_or_default().to_owned(),
         start: number(&settings, "startTime")?.unwrap_or(first),
         stop: number(&settings, "stopTime")?.unwrap_or(last),
@@ -214,11 +217,11 @@ fn fail(file: &Path) -> impl Fn(String) -> ReferenceError + '_ {
 mod tests {
     use super::*;
 
-    fn written(text: &str) -> Result<Table, ReferenceError> {
+    fn written(text: &str) -> Result<ReferenceTable, ReferenceError> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("in.csv");
         std::fs::write(&file, text).unwrap();
-        Table::read(&file)
+        ReferenceTable::read(&file)
     }
 
     #[test]
@@ -234,7 +237,7 @@ mod tests {
 
     #[test]
     fn invariant_a_table_reads_back_as_written() {
-        let table = Table {
+        let table = ReferenceTable {
             names: vec!["x[1]".into(), "y".into()],
             times: vec![0.0, 0.1],
             rows: vec![vec![1.0 / 3.0, -1e-300], vec![f64::MAX, 0.0]],

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 
 use thiserror::Error;
 
-pub use files::{Experiment, Table};
+pub use files::{ReferenceExperiment, ReferenceTable};
 
 use fmi2_import::description::Type;
 use fmi2_import::instance::{FmuError, Instance};
@@ -84,7 +84,10 @@ pub struct Deviation {
 ///
 /// # Errors
 /// A column is unknown, the times are no whole numbers of steps, or the unit fails.
-pub fn simulate(package: &Arc<Package>, experiment: &Experiment) -> Result<Table, ReferenceError> {
+pub fn simulate(
+    package: &Arc<Package>,
+    experiment: &ReferenceExperiment,
+) -> Result<ReferenceTable, ReferenceError> {
     let inputs = references(package, &experiment.inputs)?;
     let outputs = references(package, &experiment.reference)?;
     let steps = points(experiment)?;
@@ -99,7 +102,8 @@ pub fn simulate(package: &Arc<Package>, experiment: &Experiment) -> Result<Table
     experiment.inputs.at(start, &mut values);
     unit.set_real(&inputs, &values)?;
     unit.exit_initialization_mode()?;
-    let mut result = Table { names: experiment.reference.names.clone(), ..Table::default() };
+    let mut result =
+        ReferenceTable { names: experiment.reference.names.clone(), ..ReferenceTable::default() };
     let mut row = vec![0.0; outputs.len()];
     let mut done = 0;
     for (&step, &recorded) in steps.iter().zip(&experiment.reference.times) {
@@ -119,7 +123,7 @@ pub fn simulate(package: &Arc<Package>, experiment: &Experiment) -> Result<Table
 }
 
 /// Value references of a table's columns.
-fn references(package: &Package, table: &Table) -> Result<Vec<u32>, ReferenceError> {
+fn references(package: &Package, table: &ReferenceTable) -> Result<Vec<u32>, ReferenceError> {
     let description = package.description();
     let find = |name: &String| {
         let found = description.find(name).map(|index| &description.variables[index]);
@@ -132,7 +136,7 @@ fn references(package: &Package, table: &Table) -> Result<Vec<u32>, ReferenceErr
 }
 
 /// The communication point, counted from the start, of each row of the reference.
-fn points(experiment: &Experiment) -> Result<Vec<u64>, ReferenceError> {
+fn points(experiment: &ReferenceExperiment) -> Result<Vec<u64>, ReferenceError> {
     let point = |&time: &f64| {
         let count = ((time - experiment.start) / experiment.step).round();
         let near = (experiment.start + count * experiment.step - time).abs();
@@ -154,7 +158,7 @@ fn points(experiment: &Experiment) -> Result<Vec<u64>, ReferenceError> {
 ///
 /// Both tables have the same columns and times, as those of [`simulate`] do.
 #[must_use]
-pub fn compare(reference: &Table, found: &Table) -> Vec<Deviation> {
+pub fn compare(reference: &ReferenceTable, found: &ReferenceTable) -> Vec<Deviation> {
     let deviation = |(column, signal): (usize, &String)| {
         let scale = reference.rows.iter().map(|row| row[column].abs()).fold(0.0, f64::max);
         let scale = if scale > 0.0 { scale } else { 1.0 };
@@ -178,7 +182,7 @@ mod tests {
 
     #[test]
     fn issue_a_deviation_is_seen_and_a_nan_is_one() {
-        let table = |values: [f64; 3]| Table {
+        let table = |values: [f64; 3]| ReferenceTable {
             names: vec!["x".into()],
             times: vec![0.0, 1.0, 2.0],
             rows: values.iter().map(|&x| vec![x]).collect(),
@@ -192,14 +196,14 @@ mod tests {
 
     #[test]
     fn issue_times_between_the_steps_are_refused() {
-        let experiment = |times: Vec<f64>| Experiment {
+        let experiment = |times: Vec<f64>| ReferenceExperiment {
             name: "e".into(),
             start: 1.0,
             stop: 2.0,
             step: 0.25,
             tolerance: 1e-6,
-            inputs: Table::default(),
-            reference: Table { times, ..Table::default() },
+            inputs: ReferenceTable::default(),
+            reference: ReferenceTable { times, ..ReferenceTable::default() },
         };
         assert_eq!(points(&experiment(vec![1.0, 1.5, 2.0])).unwrap(), [0, 2, 4]);
         for wrong in [vec![1.1], vec![0.5]] {

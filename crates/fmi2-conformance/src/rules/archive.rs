@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::directory::Entry;
+use super::directory::ZipEntry;
 use super::{Subject, doubled, table};
 use fmi2_import::archive::ArchiveError;
 
@@ -30,11 +30,11 @@ table! {
     "documentation", "2.3", Note, "there is documentation/index.html", documentation;
 }
 
-fn entries<'a>(subject: &Subject<'a>) -> &'a [Entry] {
+fn entries<'a>(subject: &Subject<'a>) -> &'a [ZipEntry] {
     &subject.contents.directory.entries
 }
 
-fn names(subject: &Subject, check: impl Fn(&Entry) -> Option<&'static str>) -> Vec<String> {
+fn names(subject: &Subject, check: impl Fn(&ZipEntry) -> Option<&'static str>) -> Vec<String> {
     let object = |entry| check(entry).map(|text| format!("entry \"{}\" {text}", entry.name));
     entries(subject).iter().filter_map(object).collect()
 }
@@ -61,9 +61,9 @@ fn split(subject: &Subject) -> Vec<String> {
 }
 
 fn version(subject: &Subject) -> Vec<String> {
-    let higher = |entry: &&Entry| entry.version > 20;
+    let higher = |entry: &&ZipEntry| entry.version > 20;
     let mut found = entries(subject).iter().filter(higher);
-    let Some(Entry { name, version, .. }) = found.next() else { return Vec::new() };
+    let Some(ZipEntry { name, version, .. }) = found.next() else { return Vec::new() };
     let more = match found.count() {
         0 => String::new(),
         more => format!(", and {more} more"),
@@ -119,14 +119,14 @@ fn control(subject: &Subject) -> Vec<String> {
 }
 
 fn duplicate(subject: &Subject) -> Vec<String> {
-    let twice = doubled(entries(subject).iter().map(Entry::path));
+    let twice = doubled(entries(subject).iter().map(ZipEntry::path));
     twice.iter().map(|name| format!("there are several entries \"{name}\"")).collect()
 }
 
 fn case(subject: &Subject) -> Vec<String> {
     let mut seen: HashMap<String, String> = HashMap::new();
     let mut found = Vec::new();
-    for path in entries(subject).iter().map(Entry::path) {
+    for path in entries(subject).iter().map(ZipEntry::path) {
         match seen.get(&path.to_lowercase()) {
             Some(other) if *other != path => {
                 found.push(format!("\"{other}\" and \"{path}\" are one file on some systems"));
@@ -158,7 +158,7 @@ fn top_level(subject: &Subject) -> Vec<String> {
         "terminalsAndIcons",
         "extra",
     ];
-    let tops = entries(subject).iter().map(Entry::path);
+    let tops = entries(subject).iter().map(ZipEntry::path);
     let mut tops: Vec<String> =
         tops.filter_map(|path| Some(path.split('/').next()?.to_owned())).collect();
     tops.sort_unstable();
@@ -179,13 +179,13 @@ fn refused(subject: &Subject) -> Vec<String> {
 fn missing(subject: &Subject) -> Vec<String> {
     const NAME: &str = "modelDescription.xml";
     let contents = subject.contents;
-    let there = |entry: &Entry| entry.path() == NAME;
+    let there = |entry: &ZipEntry| entry.path() == NAME;
     if contents.damage.is_some() || entries(subject).iter().any(there) {
         return Vec::new();
     }
     let similar =
         |path: &String| path.rsplit('/').next().is_some_and(|last| last.eq_ignore_ascii_case(NAME));
-    vec![match entries(subject).iter().map(Entry::path).find(similar) {
+    vec![match entries(subject).iter().map(ZipEntry::path).find(similar) {
         Some(path) if path.contains('/') => format!(
             "there is no {NAME} at the top level, only \"{path}\": pack the folder's contents, \
              not the folder"

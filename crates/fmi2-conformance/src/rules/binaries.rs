@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use object::{Architecture, BinaryFormat, Object as _};
 
-use super::directory::Entry;
+use super::directory::ZipEntry;
 use super::images::{images, missing_symbols};
 use super::{Subject, counted, doubled, several, table};
 use fmi2_import::package::PLATFORM;
@@ -56,7 +56,7 @@ fn paths<'a>(subject: &Subject<'a>, folder: &str) -> impl Iterator<Item = String
     let entries = subject.contents.directory.entries.iter();
     entries
         .filter(|entry| !entry.is_folder())
-        .map(Entry::path)
+        .map(ZipEntry::path)
         .filter(move |path| path.starts_with(folder))
 }
 

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::directory::{self, Directory};
+use super::directory::{self, ZipDirectory};
 use super::kit::{hash, made_by_kit};
 use fmi2_import::archive::{self, ArchiveError, FmuArchive, MAX_DESCRIPTION_SIZE, MAX_ENTRY_SIZE};
 
@@ -31,7 +31,7 @@ pub struct Contents {
     /// The file's name.
     pub file_name: String,
     /// What its directory says; empty when it is no zip archive.
-    pub directory: Directory,
+    pub directory: ZipDirectory,
     /// Why it is no zip archive.
     pub damage: Option<String>,
     /// Why the importer refuses it.

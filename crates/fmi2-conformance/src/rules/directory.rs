@@ -7,15 +7,15 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 /// What the directory says.
 #[derive(Default)]
-pub struct Directory {
+pub struct ZipDirectory {
     /// Its entries, in order.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<ZipEntry>,
     /// The archive is spread over several files.
     pub split: bool,
 }
 
 /// One entry.
-pub struct Entry {
+pub struct ZipEntry {
     /// Name, as it is.
     pub name: String,
     /// Version of the zip format that a reader needs, times ten.
@@ -30,7 +30,7 @@ pub struct Entry {
     pub link: bool,
 }
 
-impl Entry {
+impl ZipEntry {
     /// It is a folder.
     #[must_use]
     pub fn is_folder(&self) -> bool {
@@ -54,12 +54,12 @@ pub(super) fn path(name: &str) -> String {
 const LONGEST_END: u64 = 22 + 65_535;
 
 /// Reads the directory of an archive; what cannot be read is left out.
-pub fn read(file: &mut (impl Read + Seek)) -> io::Result<Directory> {
+pub fn read(file: &mut (impl Read + Seek)) -> io::Result<ZipDirectory> {
     let size = file.seek(SeekFrom::End(0))?;
     let from = size.saturating_sub(LONGEST_END);
     let tail = bytes(file, from, size - from)?;
     let Some(at) = tail.windows(4).rposition(|it| it == b"PK\x05\x06") else {
-        return Ok(Directory::default());
+        return Ok(ZipDirectory::default());
     };
     let end = &tail[at..];
     let split = short(end, 4) != 0 || short(end, 6) != 0 || short(end, 8) != short(end, 10);
@@ -69,7 +69,7 @@ pub fn read(file: &mut (impl Read + Seek)) -> io::Result<Directory> {
         (stop, count, length) = large;
     }
     let content = bytes(file, stop.saturating_sub(length), length.min(stop))?;
-    Ok(Directory { entries: entries(&content, count), split })
+    Ok(ZipDirectory { entries: entries(&content, count), split })
 }
 
 /// Where the end record of a zip64 archive lies, and the count of entries and length in it.
@@ -85,7 +85,7 @@ fn large_end(file: &mut (impl Read + Seek), stop: u64) -> io::Result<Option<(u64
     Ok(found.then(|| (at, wide(&record, 32), wide(&record, 40))))
 }
 
-fn entries(content: &[u8], count: u64) -> Vec<Entry> {
+fn entries(content: &[u8], count: u64) -> Vec<ZipEntry> {
     /// The part of an entry that all have.
     const FIXED: usize = 46;
     let mut entries = Vec::new();
@@ -96,7 +96,7 @@ fn entries(content: &[u8], count: u64) -> Vec<Entry> {
         let Some(bytes) = rest.get(FIXED..FIXED + name) else { break };
         let flags = short(rest, 8);
         let unix = short(rest, 4) >> 8 == 3;
-        entries.push(Entry {
+        entries.push(ZipEntry {
             name: String::from_utf8_lossy(bytes).into_owned(),
             version: short(rest, 6) & 0xff,
             method: short(rest, 10),

@@ -13,7 +13,7 @@ use results::modes::{
     CoupledMode, CoupledModes, Eigenvalue, InputFamily, ModesFile, UncoupledStates,
 };
 use results::write_whole;
-use scenario::{AlgorithmName, Given, Override, Scenario};
+use scenario::{AlgorithmName, GivenTimes, Override, Scenario};
 
 use super::names;
 use super::table::table;
@@ -68,7 +68,7 @@ pub struct Arguments {
 
 /// Computes the modes and prints them.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let given = Given { step: arguments.step, ..Given::default() };
+    let given = GivenTimes { step: arguments.step, ..GivenTimes::default() };
     let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
     scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
     let degree = scenario.algorithm.extrapolation;

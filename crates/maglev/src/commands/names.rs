@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use scenario::{AlgorithmName, Format, LogLevel};
+use scenario::{AlgorithmName, ResultFormat, LogLevel};
 
 /// Coupling algorithms.
 pub fn algorithms() -> impl TypedValueParser<Value = AlgorithmName> {
@@ -11,7 +11,7 @@ pub fn algorithms() -> impl TypedValueParser<Value = AlgorithmName> {
 }
 
 /// Formats of results.
-pub fn formats() -> impl TypedValueParser<Value = Format> {
+pub fn formats() -> impl TypedValueParser<Value = ResultFormat> {
     one_of(["csv", "parquet"])
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use fmi2_import::package::Package;
 use maglev::Error;
 use maglev::run::Job;
-use scenario::{AlgorithmName, Checkpoints, Format, Given, LogLevel, Override, Scenario};
+use scenario::{AlgorithmName, Checkpoints, ResultFormat, GivenTimes, LogLevel, Override, Scenario};
 
 use super::display::{Terminal, watch};
 use super::names;
@@ -73,7 +73,7 @@ pub struct Arguments {
     real_time: Option<f64>,
     /// Formats of the results, separated by commas, instead of the scenario's.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = names::formats())]
-    format: Vec<Format>,
+    format: Vec<ResultFormat>,
     /// Run each unit in a process of its own, so that its crash only ends the run.
     #[arg(long)]
     isolate: bool,
@@ -111,7 +111,7 @@ fn parse_threads(text: &str) -> Result<usize, String> {
 
 /// Runs the scenario, or the unit.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let given = Given { stop: arguments.stop, step: arguments.step };
+    let given = GivenTimes { stop: arguments.stop, step: arguments.step };
     let mut scenario = if is_unit(&arguments.scenario) {
         let unit = Package::describe(&arguments.scenario)?;
         scenario::alone(&arguments.scenario, &unit, given, &arguments.set)?

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use fmi2_conformance::CheckError;
-use fmi2_conformance::harness::{self, Options, Outcome};
+use fmi2_conformance::harness::{self, ConformanceOptions, CheckOutcome};
 use fmi2_conformance::rules;
 use fmi2_import::description::{Finding, Severity};
 use maglev::Error;
@@ -91,7 +91,7 @@ fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
         let known: Vec<&str> = harness::checks().map(|check| check.id).collect();
         return Err(CheckError::Unknown { id: id.clone(), known: known.join(", ") }.into());
     }
-    let options = Options {
+    let options = ConformanceOptions {
         program: std::env::current_exe().map_err(Error::Program)?,
         only: arguments.only.clone(),
         limit: Duration::try_from_secs_f64(arguments.time_limit).unwrap_or(Duration::MAX),
@@ -119,7 +119,7 @@ fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// The verdict of a check as text, with the calls that show a finding.
-fn outcome_text(outcome: &Outcome) -> String {
+fn outcome_text(outcome: &CheckOutcome) -> String {
     let mut text = String::new();
     let (check, section, seconds) = (outcome.check, outcome.section, outcome.seconds);
     // writing to a String cannot fail, also below

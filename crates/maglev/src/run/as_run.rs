@@ -11,7 +11,7 @@ use serde::Serialize;
 use fmi2_import::description::{Causality, Variable};
 use master::system::System;
 use results::{AS_RUN, write_whole};
-use scenario::{Instance, Scenario, Setting};
+use scenario::{InstanceSettings, Scenario, Setting};
 
 /// Writes the scenario with the changes of the command line: their values are those of the instances, and
 /// paths of units are absolute. Running it again gives the same results. A comment contains the identifier of
@@ -52,7 +52,10 @@ struct Marked<'a> {
 }
 
 /// Instances with the values of the command line. An array of instances is split if their values differ.
-fn merged(entries: &IndexMap<String, Instance>, system: &System) -> IndexMap<String, Instance> {
+fn merged(
+    entries: &IndexMap<String, InstanceSettings>,
+    system: &System,
+) -> IndexMap<String, InstanceSettings> {
     let changes = changes(system);
     let mut merged = IndexMap::new();
     for (pattern, entry) in entries {
@@ -63,7 +66,7 @@ fn merged(entries: &IndexMap<String, Instance>, system: &System) -> IndexMap<Str
             changed(entry, changes.map_or(&[], Vec::as_slice))
         });
         let first = members.next();
-        let members: Vec<Instance> = first.into_iter().chain(members).collect();
+        let members: Vec<InstanceSettings> = first.into_iter().chain(members).collect();
         if members.windows(2).all(|pair| pair[0] == pair[1]) {
             merged.extend(members.into_iter().next().map(|it| (pattern.clone(), it)));
         } else {
@@ -84,7 +87,7 @@ fn changes(system: &System) -> HashMap<usize, Vec<(&Variable, &Setting)>> {
 }
 
 /// An instance with its values of the command line.
-fn changed(entry: &Instance, changes: &[(&Variable, &Setting)]) -> Instance {
+fn changed(entry: &InstanceSettings, changes: &[(&Variable, &Setting)]) -> InstanceSettings {
     let mut entry = entry.clone();
     for (variable, setting) in changes {
         let list = match variable.causality {

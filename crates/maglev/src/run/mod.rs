@@ -41,7 +41,7 @@ use journal::Journal;
 use master::Setup;
 use output::RunOutput;
 use results::{EventLog, Folder, Summary};
-use scenario::{Format, Scenario};
+use scenario::{ResultFormat, Scenario};
 use totals::Earlier;
 
 use crate::error::Error;
@@ -200,7 +200,7 @@ fn at_start(folder: &Path) -> Result<PathBuf, Error> {
 /// Files that a run writes besides those of every run.
 fn planned_files(setup: &Setup) -> Vec<String> {
     let scenario = setup.scenario();
-    let parquet = scenario.record.format.contains(&Format::Parquet);
+    let parquet = scenario.record.format.contains(&ResultFormat::Parquet);
     let pictures = scenario.plots.iter().map(|plot| plot.file.clone());
     pictures.chain(parquet.then(|| results::PARQUET.to_owned())).collect()
 }

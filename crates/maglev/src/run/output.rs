@@ -14,7 +14,7 @@ use master::{Misfit, StateError};
 use results::{
     Curve, Gatherer, Position, RecordedColumn, TableWriter, copy_to_parquet, write_whole,
 };
-use scenario::Format;
+use scenario::ResultFormat;
 
 /// Records the signals of a run.
 pub(super) struct RunOutput<'a> {
@@ -135,13 +135,13 @@ impl<'a> RunOutput<'a> {
         let mut files = Files { rows: table.rows(), ..Files::default() };
         let failed = |source| Error::Output { path: folder.clone(), running: true, source };
         let mut result = table.finish().map_err(failed).map(|csv| {
-            if formats.contains(&Format::Csv) {
+            if formats.contains(&ResultFormat::Csv) {
                 files.tables.push(results::TABLE.to_owned());
             } else {
                 files.spare = Some(csv);
             }
         });
-        if result.is_ok() && formats.contains(&Format::Parquet) {
+        if result.is_ok() && formats.contains(&ResultFormat::Parquet) {
             let copied = copy_to_parquet(&folder, &columns)
                 .map_err(|source| Error::Parquet { folder: folder.clone(), source });
             result = copied.map(|_| files.tables.push(results::PARQUET.to_owned()));

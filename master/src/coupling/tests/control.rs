@@ -2,7 +2,7 @@
 
 use super::*;
 use results::summary::ControlReport;
-use scenario::algorithm::{Estimate, Variable};
+use scenario::algorithm::{Estimate, VariableStep};
 
 /// Error of the positions at 1 s, and what the control reports, with spans of 20 ms.
 fn controlled(
@@ -20,7 +20,7 @@ fn controlled(
     let mut coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
     let all = estimate == Estimate::Doubling;
     let signals = exchange.signals_between(|a, b| all || blueprint.extrapolates(a, b));
-    let settings = Variable { tolerance, estimate, min_step: None };
+    let settings = VariableStep { tolerance, estimate, min_step: None };
     let mut control = Control::new(settings, degree, signals);
     let (span, mut seen) = (0.02, 0.0);
     for n in 0..50 {
