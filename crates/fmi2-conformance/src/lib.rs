@@ -6,23 +6,27 @@
 
 #![expect(clippy::result_large_err, reason = "errors name all that they concern, and end a check")]
 
-pub mod checks;
+mod checks;
 mod error;
-pub mod harness;
+mod harness;
 pub mod reference;
-pub mod rules;
+mod rules;
+pub mod runner;
 
 use fmi2_import::description::Severity;
 use fmi2_import::package::Package;
 
+pub use checks::checks;
 pub use error::{CheckError, Defects};
+pub use harness::{Check, Observation};
+pub use rules::{Rule, Unreadable, check, rules};
 
 /// Refuses a unit in which a rule finds an error: something that the standard forbids.
 ///
 /// # Errors
 /// All of them.
 pub fn refuse_defects(package: &Package) -> Result<(), Defects> {
-    let findings: Vec<String> = match rules::check(package.path()) {
+    let findings: Vec<String> = match check(package.path()) {
         Ok(found) => found
             .into_iter()
             .filter(|finding| finding.severity == Severity::Error)

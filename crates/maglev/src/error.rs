@@ -4,8 +4,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use figure::PlotError;
+use fmi2_conformance::Unreadable;
 use fmi2_conformance::reference::ReferenceError;
-use fmi2_conformance::rules::Unreadable;
 use fmi2_conformance::{CheckError, Defects};
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;

@@ -8,7 +8,6 @@ mod support;
 use std::collections::BTreeSet;
 use std::fs;
 
-use fmi2_conformance::harness;
 use serde_json::Value;
 use support::Bench;
 
@@ -168,7 +167,7 @@ fn invariant_the_sound_unit_passes_every_check() {
     pack(&bench, "sound.fmu", "SOUND");
     bench.maglev(&["validate", "sound.fmu"]).succeeds();
     let ran = bench.maglev(&["validate", "--dynamic", "sound.fmu"]);
-    let count = harness::checks().count();
+    let count = fmi2_conformance::checks().count();
     let total = format!("0 errors, 0 warnings, 0 notes from {count} checks, 0 skipped");
     assert!(ran.stdout().ends_with(&format!("sound.fmu: {total}\n")), "{}", ran.stdout());
     ran.succeeds();
@@ -179,7 +178,7 @@ fn invariant_the_sound_unit_passes_every_check() {
 fn issue_every_check_can_fail() {
     let bench = Bench::new();
     let mut silent = Vec::new();
-    for check in harness::checks() {
+    for check in fmi2_conformance::checks() {
         let fault = FAULTS.iter().find(|(id, _)| *id == check.id);
         let Some((id, fault)) = fault else {
             silent.push(format!("{} has no broken unit", check.id));
@@ -195,8 +194,8 @@ fn issue_every_check_can_fail() {
         assert_eq!(status, i32::from(error), "{id}: {report}");
     }
     assert!(silent.is_empty(), "{}", silent.join("\n"));
-    let ids: BTreeSet<&str> = harness::checks().map(|check| check.id).collect();
-    assert_eq!(ids.len(), harness::checks().count(), "two checks have one name");
+    let ids: BTreeSet<&str> = fmi2_conformance::checks().map(|check| check.id).collect();
+    assert_eq!(ids.len(), fmi2_conformance::checks().count(), "two checks have one name");
     assert_eq!(ids.len(), FAULTS.len(), "a fault belongs to no check");
 }
 
@@ -230,7 +229,7 @@ fn issue_validate_dynamic_refuses_bad_usage_with_help() {
     wrong.fails(2, &["no check \"rest\"", "reset"]);
     assert_eq!(bench.maglev(&["validate", "--only", "reset", "sound.fmu"]).status(), 2);
     let list = bench.maglev(&["validate", "--dynamic", "--rules"]).stdout();
-    assert!(harness::checks().all(|check| list.contains(check.expects)));
+    assert!(fmi2_conformance::checks().all(|check| list.contains(check.expects)));
 }
 
 /// docs/conformance.md has the tables that the command prints.

@@ -16,7 +16,6 @@ use archives::{
     ARM64, BINARY, PAGE, X86_64, archives, damage, encrypt, mach_o, pack_with, universal,
 };
 use faults::{CHANGES, larger_changes};
-use fmi2_conformance::rules;
 use serde_json::Value;
 use support::{Bench, DESCRIPTION};
 
@@ -74,7 +73,7 @@ fn issue_every_rule_is_triggered() {
         if findings.iter().all(|it| it.rule != rule) {
             silent.push(format!("{rule} is missing for {change}: {findings:?}"));
         }
-        let known = |it: &Found| rules::rules().any(|rule| rule.id == it.rule);
+        let known = |it: &Found| fmi2_conformance::rules().any(|rule| rule.id == it.rule);
         assert!(findings.iter().all(known), "{findings:?}");
         let error = findings.iter().any(|it| it.severity == "error");
         assert_eq!(status, i32::from(error), "{rule}: {findings:?}");
@@ -91,7 +90,7 @@ fn issue_every_rule_is_triggered() {
         pack(&bench, &changed, &binary);
         expect(rule, "a larger change");
     }
-    for rule in rules::rules() {
+    for rule in fmi2_conformance::rules() {
         if archives(rule.id, &bench, &binary) {
             expect(rule.id, "an archive");
         }
@@ -104,11 +103,11 @@ fn issue_every_rule_is_triggered() {
     triggered.insert(findings[0].rule.clone());
     // has a test of its own
     triggered.insert("guid-content".to_owned());
-    for rule in rules::rules() {
+    for rule in fmi2_conformance::rules() {
         assert!(triggered.contains(rule.id), "no fault triggers {}", rule.id);
     }
-    let ids: BTreeSet<&str> = rules::rules().map(|rule| rule.id).collect();
-    assert_eq!(ids.len(), rules::rules().count(), "two rules have one name");
+    let ids: BTreeSet<&str> = fmi2_conformance::rules().map(|rule| rule.id).collect();
+    assert_eq!(ids.len(), fmi2_conformance::rules().count(), "two rules have one name");
 }
 
 /// What follows from a fault is not told as well: one fault, one error, and it says what it is.
@@ -243,7 +242,7 @@ fn issue_validate_reports_counts_and_refuses_what_it_cannot_read() {
     assert!(ran.stdout().contains("0 errors, 0 warnings, 1 notes"), "{}", ran.stdout());
     assert!(ran.stdout().contains("[documentation]"));
     let rules = bench.maglev(&["validate", "--rules"]).stdout();
-    assert!(rules::rules().all(|rule| rules.contains(rule.demand)));
+    assert!(fmi2_conformance::rules().all(|rule| rules.contains(rule.demand)));
 }
 
 /// What the standard allows is no error, whatever other tools think.

@@ -7,11 +7,10 @@ use std::ptr::{null, null_mut};
 use fmi2_sys::{fmi2Status as Status, fmi2Type};
 
 use super::lifecycle::as_fresh;
-use super::table;
 use crate::harness::bench::{Bench, RealInput, carried};
 use crate::harness::drive::c_string;
 use crate::harness::raw::{Making, Raw, name, passed, refused};
-use crate::harness::{CheckResult, skip};
+use crate::harness::{CheckResult, skip, table};
 use fmi2_import::description::{Causality, Initial, Type, Variability, Variable};
 use fmi2_import::library::Functions;
 

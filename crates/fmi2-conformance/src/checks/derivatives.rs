@@ -5,11 +5,10 @@ use std::time::{Duration, Instant};
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::table;
 use crate::harness::bench::{Bench, RealInput};
 use crate::harness::drive::ReadList;
 use crate::harness::raw::{Raw, name, ok, passed, refused};
-use crate::harness::{CheckResult, Stop, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 use fmi2_import::description::{Causality, Initial, Severity, Type, Variability};
 use fmi2_import::per_type::CType;
 

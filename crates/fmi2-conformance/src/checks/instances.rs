@@ -2,10 +2,9 @@
 
 use std::sync::Barrier;
 
-use super::table;
 use crate::harness::bench::{Bench, STEPS};
 use crate::harness::drive::same;
-use crate::harness::{CheckResult, Stop, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 
 table! {
     "many-instances", "2.1.5", Error, "instances that take turns do not disturb each other", many;

@@ -2,11 +2,10 @@
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::table;
 use crate::harness::bench::{Bench, STEPS};
 use crate::harness::drive::{ReadList, ReadValues, same};
 use crate::harness::raw::{Raw, name, ok, passed};
-use crate::harness::{CheckResult, Stop, fault};
+use crate::harness::{CheckResult, Stop, fault, table};
 use fmi2_import::description::Severity;
 use fmi2_import::per_type::CType;
 

@@ -2,12 +2,11 @@
 
 use std::ffi::CString;
 
-use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::c_string;
 use crate::harness::log::{InstanceLog, LogMessage};
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{CheckResult, Stop, skip};
+use crate::harness::{CheckResult, Stop, skip, table};
 use fmi2_import::description::Type;
 
 table! {

@@ -15,20 +15,6 @@ mod values;
 
 use crate::harness::Check;
 
-/// A table of checks.
-macro_rules! table {
-    ($($id:literal, $section:literal, $severity:ident, $expects:literal, $run:expr;)*) => {
-        pub(super) const CHECKS: &[$crate::harness::Check] = &[$($crate::harness::Check {
-            id: $id,
-            section: $section,
-            severity: fmi2_import::description::Severity::$severity,
-            expects: $expects,
-            run: $run,
-        }),*];
-    };
-}
-use table;
-
 /// All checks, in the order that they run in.
 pub fn checks() -> impl Iterator<Item = &'static Check> {
     [

@@ -7,11 +7,10 @@ use std::ptr::null_mut;
 use fmi2_sys::fmi2Status as Status;
 
 use super::lifecycle::{PLACES, as_fresh};
-use super::table;
 use crate::harness::bench::{Bench, RealInput, is_start};
 use crate::harness::drive::{ReadList, same};
 use crate::harness::raw::{LACKING, Raw, name, passed};
-use crate::harness::{CheckResult, fault};
+use crate::harness::{CheckResult, fault, table};
 use fmi2_import::description::{Causality, CoSimulation, Severity, Type};
 
 table! {

@@ -6,11 +6,10 @@ use std::time::{Duration, Instant};
 
 use fmi2_sys::fmi2Status as Status;
 
-use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::ReadList;
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{CheckResult, Stop, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 
 table! {
     "silent", "2.1.5", Warning, "nothing is written to the standard output", silent;

@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::{c_string, same};
 use crate::harness::raw::Raw;
-use crate::harness::{CheckResult, Stop, fault};
+use crate::harness::{CheckResult, Stop, fault, table};
 use fmi2_import::package::file_uri;
 
 table! {

@@ -4,12 +4,11 @@ use std::ptr::null_mut;
 
 use super::lifecycle::PLACES;
 use super::states::{onward, save};
-use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::same;
 use crate::harness::raw::{Raw, name, ok, refused};
 use crate::harness::resume::{self, Continuation};
-use crate::harness::{CheckResult, Stop, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 use fmi2_import::description::Severity;
 
 table! {

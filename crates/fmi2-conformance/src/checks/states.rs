@@ -3,11 +3,10 @@
 use std::ptr::null_mut;
 
 use super::lifecycle::PLACES;
-use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::{ReadValues, same};
 use crate::harness::raw::{Raw, SavedState, name, ok, passed};
-use crate::harness::{CheckResult, Stop, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 
 table! {
     "state-restored", "2.1.8", Error, "from a restored state a run goes on with the same bits, wherever it was saved", restored;

@@ -5,11 +5,10 @@ use std::ptr::null_mut;
 use fmi2_sys::fmi2Status as Status;
 
 use super::lifecycle::as_fresh;
-use super::table;
 use crate::harness::bench::Bench;
 use crate::harness::drive::ReadList;
 use crate::harness::raw::{Raw, name, ok, passed, refused};
-use crate::harness::{CheckResult, Stop, fault, skip};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 use fmi2_import::per_type::CType;
 
 table! {

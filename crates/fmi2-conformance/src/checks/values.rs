@@ -2,11 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::table;
 use crate::harness::bench::{Bench, RealInput, STEPS, is_start};
 use crate::harness::drive::{ReadList, c_string};
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{CheckResult, fault, skip};
+use crate::harness::{CheckResult, fault, skip, table};
 use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
 use fmi2_import::per_type::CType;
 

@@ -1,14 +1,10 @@
 //! What a check works with: the loaded unit, what its description says, and the findings so far.
 
-use std::ffi::CString;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use fmi2_sys::fmi2Type;
-
-use super::raw::{Making, Raw};
+use super::Observation;
 use super::trace::CallTrace;
-use super::{Observation, Stop};
 use crate::CheckError;
 use fmi2_import::description::{
     Causality, Initial, ModelDescription, Severity, Type, Value, Variability, Variable,
@@ -23,7 +19,7 @@ pub(crate) const STEPS: usize = 8;
 const STEP: f64 = 1e-3;
 
 /// The unit under test.
-pub struct Bench {
+pub(crate) struct Bench {
     package: Package,
     functions: Functions,
     trace: CallTrace,
@@ -36,7 +32,7 @@ impl Bench {
     ///
     /// # Errors
     /// It cannot be opened or loaded.
-    pub fn new(
+    pub(crate) fn new(
         unit: &Path,
         severity: Severity,
         trace: Option<std::fs::File>,
@@ -78,8 +74,7 @@ impl Bench {
     }
 
     /// Takes the findings.
-    #[must_use]
-    pub fn take(&self) -> Vec<Observation> {
+    pub(crate) fn take(&self) -> Vec<Observation> {
         std::mem::take(&mut *self.found.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -114,32 +109,6 @@ impl Bench {
     pub(crate) fn size(&self, n: usize) -> f64 {
         let (time, end, step) = (self.time(n), self.time(n + 1), self.step());
         if time + step <= end { step } else { between(time, end) }
-    }
-
-    /// As a sound importer makes instances.
-    pub(crate) fn making(&self, name: &str) -> Making {
-        Making {
-            name: CString::new(name).ok(),
-            guid: CString::new(self.description().guid.as_str()).ok(),
-            location: CString::new(self.package.resource_location()).ok(),
-            kind: fmi2Type::fmi2CoSimulation,
-            logging: false,
-        }
-    }
-
-    /// A new instance.
-    pub(crate) fn instance(&self, name: &str) -> Result<Raw<'_>, Stop> {
-        Raw::make(self, &self.making(name)).map_err(|records| {
-            let said: Vec<String> = records.into_iter().map(|record| record.text).collect();
-            Stop::Fault(format!("fmi2Instantiate returned null; it logged {said:?}"))
-        })
-    }
-
-    /// A new instance, ready to step.
-    pub(crate) fn initialized(&self, name: &str) -> Result<Raw<'_>, Stop> {
-        let unit = self.instance(name)?;
-        unit.initialize()?;
-        Ok(unit)
     }
 
     /// Variables that a test accepts.

@@ -2,11 +2,11 @@
 
 use std::ffi::CString;
 
-use fmi2_sys::fmi2Status as Status;
+use fmi2_sys::{fmi2Status as Status, fmi2Type};
 use serde::{Deserialize, Serialize};
 
 use super::bench::{Bench, RealInput};
-use super::raw::{Raw, ok};
+use super::raw::{Making, Raw, ok};
 use super::{Stop, fault};
 use fmi2_import::description::{Causality, Type};
 use fmi2_import::per_type::CType;
@@ -96,6 +96,34 @@ pub(crate) fn moved(input: &RealInput, index: usize, step: usize) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "0 to 4")]
     let pattern = ((step * 7 + index * 3) % 5) as f64;
     input.start + input.small * pattern / 4.0
+}
+
+impl Bench {
+    /// As a sound importer makes instances.
+    pub(crate) fn making(&self, name: &str) -> Making {
+        Making {
+            name: CString::new(name).ok(),
+            guid: CString::new(self.description().guid.as_str()).ok(),
+            location: CString::new(self.package().resource_location()).ok(),
+            kind: fmi2Type::fmi2CoSimulation,
+            logging: false,
+        }
+    }
+
+    /// A new instance.
+    pub(crate) fn instance(&self, name: &str) -> Result<Raw<'_>, Stop> {
+        Raw::make(self, &self.making(name)).map_err(|records| {
+            let said: Vec<String> = records.into_iter().map(|record| record.text).collect();
+            Stop::Fault(format!("fmi2Instantiate returned null; it logged {said:?}"))
+        })
+    }
+
+    /// A new instance, ready to step.
+    pub(crate) fn initialized(&self, name: &str) -> Result<Raw<'_>, Stop> {
+        let unit = self.instance(name)?;
+        unit.initialize()?;
+        Ok(unit)
+    }
 }
 
 impl Raw<'_> {

@@ -1,72 +1,46 @@
-//! Dynamic conformance suite: drives a unit through its C functions as no sane importer would.
+//! What the checks of behaviour work with.
 //!
-//! A [`Check`] is one small named function with its place in the FMI 2.0.5 text. [`checks`] lists
-//! all of them. [`run`] starts each check in a process of its own with a limit of time, so that a
-//! unit that crashes, exits or hangs is a finding, and not the end of the suite; [`child`] is what
-//! runs there.
-//!
-//! Checks know nothing of what a unit models. They use its description: capabilities that it does
-//! not promise are not tested, and that is said.
+//! [`Bench`] holds the loaded FMU, [`raw::Raw`] calls the C functions of one instance without preventing any
+//! call, and [`drive`] has the ordinary run that most checks start from. Checks know nothing of what an FMU models.
+//! They use its description, and skip capabilities that it does not declare.
 
 pub(crate) mod bench;
 pub(crate) mod drive;
 pub(crate) mod log;
 pub(crate) mod raw;
 pub(crate) mod resume;
-mod runner;
 pub(crate) mod trace;
+mod verdict;
 
-use serde::{Deserialize, Serialize};
-
-pub use crate::checks::checks;
-pub use bench::Bench;
 use fmi2_import::description::Severity;
-pub use resume::resume;
-pub use runner::{CheckOutcome, ConformanceOptions, ConformanceReport, child, run};
 
-/// One check.
+use bench::Bench;
+pub use verdict::Observation;
+pub(crate) use verdict::{CheckResult, Stop, fault, skip};
+
+/// A check of an FMU's behaviour: one small function with its place in the standard.
 pub struct Check {
     /// Name for `--only` and in findings, such as `step-past-stop`.
     pub id: &'static str,
     /// Section of the FMI 2.0.5 specification.
     pub section: &'static str,
-    /// How grave a finding is, unless the check says otherwise.
+    /// Severity of its findings, unless the check reports another one.
     pub severity: Severity,
-    /// What it does and expects.
+    /// The expected behaviour, one line of the table of checks.
     pub expects: &'static str,
-    /// Runs it.
-    pub run: fn(&Bench) -> CheckResult,
+    pub(crate) run: fn(&Bench) -> CheckResult,
 }
 
-/// Why a check ended before its end.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stop {
-    /// A finding.
-    Fault(String),
-    /// There is nothing to test.
-    Skip(String),
+/// Declares the checks of a file as `CHECKS`.
+macro_rules! table {
+    ($($id:literal, $section:literal, $severity:ident, $expects:literal, $run:expr;)*) => {
+        pub(super) const CHECKS: &[$crate::harness::Check] = &[$($crate::harness::Check {
+            id: $id,
+            section: $section,
+            severity: fmi2_import::description::Severity::$severity,
+            expects: $expects,
+            run: $run,
+        }),*];
+    };
 }
-
-/// End of a check; findings so far are with the bench.
-pub type CheckResult = Result<(), Stop>;
-
-/// A finding of a check, with the calls that lead to it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Observation {
-    /// Severity, which decides the exit status.
-    pub severity: Severity,
-    /// What the FMU did, and what the standard expects.
-    pub message: String,
-    /// The last calls, oldest first.
-    pub calls: Vec<String>,
-}
-
-/// Ends a check with a finding.
-pub(crate) fn fault<T>(message: impl Into<String>) -> Result<T, Stop> {
-    Err(Stop::Fault(message.into()))
-}
-
-/// Ends a check that has nothing to test.
-pub(crate) fn skip<T>(reason: impl Into<String>) -> Result<T, Stop> {
-    Err(Stop::Skip(reason.into()))
-}
+pub(crate) use table;

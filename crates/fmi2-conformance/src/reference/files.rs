@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
-use super::ReferenceError;
+use super::error::ReferenceError;
 use fmi2_import::package::Package;
 
 pub use fmi2_import::package::REFERENCE_RESULTS as FOLDER;

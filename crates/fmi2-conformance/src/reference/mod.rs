@@ -5,69 +5,20 @@
 //! its value there, linear between the rows of the file, the later of two rows at one time, and keeps
 //! it over the step, as importers do that send no input derivatives.
 
+mod error;
 pub mod files;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use thiserror::Error;
-
+pub use error::ReferenceError;
 pub use files::{ReferenceExperiment, ReferenceTable};
 
 use fmi2_import::description::Type;
-use fmi2_import::instance::{FmuError, Instance};
-use fmi2_import::library::{Functions, LibraryError};
+use fmi2_import::instance::Instance;
+use fmi2_import::library::Functions;
 use fmi2_import::package::Package;
 use fmi2_import::span::between;
-
-/// Why reference results cannot be used or computed.
-#[derive(Debug, Error)]
-pub enum ReferenceError {
-    /// A file cannot be read.
-    #[error("{file}: {message}")]
-    File {
-        /// Name of the reference file.
-        file: String,
-        /// What is wrong with the file, in words.
-        message: String,
-    },
-    /// The unit carries no reference results.
-    #[error("unit {unit} carries no reference results (no experiment in {})", files::FOLDER)]
-    None {
-        /// Path of the .fmu file, as it was given.
-        unit: String,
-    },
-    /// A column that is no Real variable of the unit.
-    #[error("the unit has no Real variable {variable}, which a reference file names")]
-    Unknown {
-        /// Column that names no variable of the FMU.
-        variable: String,
-    },
-    /// Times that do not fit.
-    #[error("{0}")]
-    Times(String),
-    /// The unit's binary.
-    #[error("the unit cannot be loaded")]
-    Library(#[from] LibraryError),
-    /// The FMU failed while it repeated the experiment.
-    #[error("the unit fails")]
-    Unit(#[from] FmuError),
-}
-
-impl ReferenceError {
-    /// How to fix it, where that is known.
-    #[must_use]
-    pub fn help(&self) -> Option<&'static str> {
-        Some(match self {
-            Self::Library(error) => error.help(),
-            Self::Unit(error) => return error.fault().help(),
-            Self::None { .. } => {
-                "units packed by `cargo xtask package` carry them; run others in a scenario"
-            }
-            _ => "the unit's files of reference results are damaged; package it again",
-        })
-    }
-}
 
 /// How far a signal is from its reference.
 #[derive(Debug, Clone, PartialEq)]

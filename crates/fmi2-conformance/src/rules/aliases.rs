@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Subject, several, table};
+use super::subject::{Subject, several, table};
 use fmi2_import::description::{Causality, Initial, Type, Variability, Variable};
 
 table! {

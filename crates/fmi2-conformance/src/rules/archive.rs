@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::directory::ZipEntry;
-use super::{Subject, doubled, table};
+use super::subject::{Subject, doubled, table};
 use fmi2_import::archive::ArchiveError;
 
 table! {

@@ -6,7 +6,7 @@ use object::{Architecture, BinaryFormat, Object as _};
 
 use super::directory::ZipEntry;
 use super::images::{images, missing_symbols};
-use super::{Subject, counted, doubled, several, table};
+use super::subject::{Subject, counted, doubled, several, table};
 use fmi2_import::package::PLATFORM;
 use fmi2_import::xml::Plain as _;
 

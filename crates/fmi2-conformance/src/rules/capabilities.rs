@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::{Subject, several, table};
+use super::subject::{Subject, several, table};
 use fmi2_import::description::CoSimulation;
 use fmi2_import::xml::Plain as _;
 

@@ -11,7 +11,6 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 use super::directory::{self, ZipDirectory};
-use super::kit::{hash, made_by_kit};
 use fmi2_import::archive::{self, ArchiveError, FmuArchive, MAX_DESCRIPTION_SIZE, MAX_ENTRY_SIZE};
 
 /// The file cannot be read.
@@ -27,7 +26,7 @@ pub struct Unreadable {
 
 /// A .fmu file taken apart.
 #[derive(Default)]
-pub struct Contents {
+pub(super) struct Contents {
     /// The file's name.
     pub file_name: String,
     /// What its directory says; empty when it is no zip archive.
@@ -157,6 +156,16 @@ impl Contents {
         let inside = format!("{name}/");
         self.directory.entries.iter().any(|entry| entry.path().starts_with(&inside))
     }
+}
+
+/// Whether a description was printed by the kit.
+pub(super) fn made_by_kit(text: &str) -> bool {
+    text.contains("generationTool=\"fmi2-export ")
+}
+
+/// The hash of a resource that counts into the GUID.
+fn hash(content: &[u8]) -> Uuid {
+    Uuid::new_v5(&Uuid::NAMESPACE_OID, content)
 }
 
 /// Unpacks one entry within the limit, or says why it cannot be.

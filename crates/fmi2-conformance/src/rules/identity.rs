@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::{Subject, doubled, table};
+use super::subject::{Subject, doubled, table};
 use fmi2_import::xml::{Plain as _, number};
 
 table! {

@@ -3,7 +3,8 @@
 
 use uuid::Uuid;
 
-use super::{Subject, table};
+use super::contents::made_by_kit;
+use super::subject::{Subject, table};
 use fmi2_import::xml::Plain as _;
 
 table! {
@@ -12,16 +13,6 @@ table! {
 
 /// More resources than these can be read in too many orders to try them all.
 const MOST: usize = 4;
-
-/// Whether a description was printed by the kit.
-pub(super) fn made_by_kit(text: &str) -> bool {
-    text.contains("generationTool=\"fmi2-export ")
-}
-
-/// The hash of a resource that counts into the GUID.
-pub(super) fn hash(content: &[u8]) -> Uuid {
-    Uuid::new_v5(&Uuid::NAMESPACE_OID, content)
-}
 
 fn content(subject: &Subject) -> Vec<String> {
     let resources = &subject.contents.resources;

@@ -1,6 +1,6 @@
 //! Rules on the names of variables (FMI 2.0.5, sections 2.2.7 and 2.2.9).
 
-use super::{Subject, doubled, table};
+use super::subject::{Subject, doubled, table};
 use fmi2_import::xml::Plain as _;
 
 table! {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use roxmltree::Node;
 
-use super::{Subject, doubled, several, table};
+use super::subject::{Subject, doubled, several, table};
 use fmi2_import::xml::{Plain as _, number};
 
 table! {

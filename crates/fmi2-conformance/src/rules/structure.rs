@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use roxmltree::Node;
 
-use super::{Subject, counted, doubled, several, table};
+use super::subject::{Subject, counted, doubled, several, table};
 use fmi2_import::description::{Causality, Initial, ModelDescription, Type, Variability, Variable};
 use fmi2_import::xml::{Plain as _, number, words};
 

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::quantities::each_real;
-use super::{Subject, table};
+use super::subject::{Subject, table};
 use fmi2_import::description::{Causality, Initial, Value, Variable};
 use fmi2_import::xml::{self, Plain as _};
 

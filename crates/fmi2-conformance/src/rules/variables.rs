@@ -4,7 +4,7 @@
 use roxmltree::Node;
 use serde::Serialize;
 
-use super::{Subject, several, table};
+use super::subject::{Subject, several, table};
 use fmi2_import::description::{Causality, Initial, Type, Variability};
 use fmi2_import::xml::{Plain as _, number};
 

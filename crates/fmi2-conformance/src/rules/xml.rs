@@ -1,6 +1,6 @@
 //! Rules on modelDescription.xml as a text (FMI 2.0.5, section 2.2).
 
-use super::{Subject, table};
+use super::subject::{Subject, table};
 
 table! {
     "description-text", "2.2", Error, "modelDescription.xml is UTF-8", text;

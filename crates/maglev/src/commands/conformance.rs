@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use fmi2_conformance::harness;
+use fmi2_conformance::runner;
 use maglev::Error;
 
 /// Arguments of one check.
@@ -31,13 +31,13 @@ pub struct Resume {
 
 /// Runs one check.
 pub fn check(arguments: &Check) -> Result<ExitCode, Error> {
-    harness::child(&arguments.unit, &arguments.id, &arguments.answer, &arguments.trace)?;
+    runner::child(&arguments.unit, &arguments.id, &arguments.answer, &arguments.trace)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Restores a state and continues; errors go to stderr.
 pub fn resume(arguments: &Resume) -> ExitCode {
-    match harness::resume(&arguments.unit, &arguments.file) {
+    match runner::resume(&arguments.unit, &arguments.file) {
         Ok(()) => ExitCode::SUCCESS,
         Err(text) => {
             eprintln!("{text}");

@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use fmi2_conformance::CheckError;
-use fmi2_conformance::harness::{self, ConformanceOptions, CheckOutcome};
-use fmi2_conformance::rules;
+use fmi2_conformance::runner::{self, CheckOutcome, ConformanceOptions};
 use fmi2_import::description::{Finding, Severity};
 use maglev::Error;
 
@@ -51,13 +50,13 @@ fn status(errors: usize) -> ExitCode {
 }
 
 fn fixed(unit: &Path, as_json: bool) -> Result<ExitCode, Error> {
-    let findings = rules::check(unit)?;
+    let findings = fmi2_conformance::check(unit)?;
     let count = |severity| findings.iter().filter(|it| it.severity == severity).count();
     if as_json {
         let text = serde_json::to_string_pretty(&findings).unwrap_or_default();
         super::print(&(text + "\n"))?;
     } else {
-        let rules = rules::rules().count();
+        let rules = fmi2_conformance::rules().count();
         let total = totals(count);
         super::print(&format!(
             "{}{}: {total} from {rules} rules\n",
@@ -87,8 +86,10 @@ fn lines(findings: &[Finding]) -> String {
 }
 
 fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
-    if let Some(id) = arguments.only.iter().find(|id| harness::checks().all(|it| it.id != **id)) {
-        let known: Vec<&str> = harness::checks().map(|check| check.id).collect();
+    if let Some(id) =
+        arguments.only.iter().find(|id| fmi2_conformance::checks().all(|it| it.id != **id))
+    {
+        let known: Vec<&str> = fmi2_conformance::checks().map(|check| check.id).collect();
         return Err(CheckError::Unknown { id: id.clone(), known: known.join(", ") }.into());
     }
     let options = ConformanceOptions {
@@ -97,7 +98,7 @@ fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
         limit: Duration::try_from_secs_f64(arguments.time_limit).unwrap_or(Duration::MAX),
     };
     let mut printed = Ok(ExitCode::SUCCESS);
-    let report = harness::run(unit, &options, |outcome| {
+    let report = runner::run(unit, &options, |outcome| {
         if !arguments.json && printed.is_ok() {
             printed = super::print(&outcome_text(outcome));
         }
@@ -143,7 +144,7 @@ fn outcome_text(outcome: &CheckOutcome) -> String {
 /// The table of rules in docs/conformance.md.
 fn rules() -> String {
     let mut text = String::from("| rule | severity | FMI 2.0.5 | demands |\n|---|---|---|---|\n");
-    for rule in rules::rules() {
+    for rule in fmi2_conformance::rules() {
         let (id, severity, section, demand) = (rule.id, rule.severity, rule.section, rule.demand);
         let _ = writeln!(text, "| {id} | {severity} | {section} | {demand} |");
     }
@@ -153,7 +154,7 @@ fn rules() -> String {
 /// The table of checks in docs/conformance.md.
 fn checks() -> String {
     let mut text = String::from("| check | severity | FMI 2.0.5 | expects |\n|---|---|---|---|\n");
-    for check in harness::checks() {
+    for check in fmi2_conformance::checks() {
         let (id, severity, section) = (check.id, check.severity, check.section);
         let _ = writeln!(text, "| {id} | {severity} | {section} | {} |", check.expects);
     }

@@ -7,13 +7,16 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::bench::Bench;
-use super::trace::CallTrace;
-use super::{Check, Observation, Stop, checks};
 use crate::CheckError;
+use crate::checks::checks;
+use crate::harness::bench::Bench;
+use crate::harness::trace::CallTrace;
+use crate::harness::{Check, Observation, Stop};
 use fmi2_import::description::Severity;
 use fmi2_import::package::Package;
 use fmi2_import::scratch::Scratch;
+
+pub use crate::harness::resume::resume;
 
 /// Name of the hidden subcommand.
 const SUBCOMMAND: &str = "conformance-check";
