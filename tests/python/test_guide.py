@@ -104,13 +104,13 @@ def test_commands_of_the_guide_are_accepted(page, tmp_path):
 # what troubleshooting.md quotes, and a command that says it
 SAYINGS = [
     ("there is no instance \"ems_99\"; did you mean \"ems_01\"?", ["--set", "ems_99.gain_gap=6"]),
-    ("\"ems_*.gain_gaps\" matches nothing", ["--set", "ems_*.gain_gaps=6"]),
+    ("\"ems_*.gain_gaps\" matches nothing; did you mean \"ems_*.gain_gap\"?", ["--set", "ems_*.gain_gaps=6"]),
     ("-6 is outside of the range of ems_01.turns: 0 to inf", ["--set", "ems_*.turns=-6"]),
     ("\"many\" is no value for ems_01.turns, which is of type Real", ["--set", "ems_*.turns=many"]),
     ("1 is no value for guideway.chirp_on, which is of type Boolean", ["--set", "guideway.chirp_on=1"]),
-    ("the step 0.0007 s does not divide the span from 0 s to 22 s", ["--step", "0.0007"]),
-    ("record.interval 0.005 s is not a multiple of the step 0.002 s", ["--step", "0.002", "--record-interval", "0.005"]),
-    ("there are limits for isolated instances, but no instance is isolated", ["--step-timeout", "5"]),
+    ("the span from 0 s to 22 s is not a multiple of the step 0.0007 s", ["--step", "0.0007"]),
+    ("record.interval is 0.005 s, which is not a multiple of the step 0.002 s", ["--step", "0.002", "--record-interval", "0.005"]),
+    ("isolation has limits, but no instance is isolated", ["--step-timeout", "5"]),
     ("m: the magnet has reached the rail", [f"--set=ems_*.{gain}=0" for gain in ("gain_gap_velocity", "gain_velocity")]),
     ("No such file or directory", ["--set", "guideway.irregularity_on=true", "--set", "guideway.irregularity_file=profile.csv"]),
 ]

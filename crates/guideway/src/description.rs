@@ -217,16 +217,10 @@ impl GuidewayDescription {
     /// # Errors
     /// [`Error::Json`] with the path of the entry at fault.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        // some editors begin UTF-8 with a byte order mark
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut reader = serde_json::Deserializer::from_str(text);
-        let description = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
-            Error::Json { path: error.path().to_string(), message: error.inner().to_string() }
-        })?;
-        reader
-            .end()
-            .map_err(|error| Error::Json { path: ".".into(), message: error.to_string() })?;
-        Ok(description)
+        strict_json::read(text).map_err(|error| Error::Json {
+            path: if error.path.is_empty() { ".".to_owned() } else { error.path },
+            message: error.message,
+        })
     }
 }
 
@@ -254,7 +248,10 @@ mod tests {
             format!(r#"{{ {GIRDERS}, "spans": [{{"girder": "g", "cuont": 3}}], "magnets": 2 }}"#);
         let message = GuidewayDescription::from_json(&text).unwrap_err().to_string();
         assert!(message.contains("spans[0]") && message.contains("cuont"), "{message}");
-        let message = GuidewayDescription::from_json("{} x").unwrap_err().to_string();
-        assert!(message.contains("girders"), "{message}");
+        assert!(message.contains("did you mean `count`?"), "{message}");
+        for (text, part) in [("{}", "missing field `girders`"), ("{} x", "trailing characters")] {
+            let message = GuidewayDescription::from_json(text).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
     }
 }

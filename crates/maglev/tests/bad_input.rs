@@ -12,7 +12,9 @@ use support::{Bench, DESCRIPTION, ring};
 
 #[test]
 fn issue_a_missing_scenario_is_named() {
-    Bench::new().run(&[]).fails(2, &["scenario.json cannot be read", "No such file", "help:"]);
+    Bench::new()
+        .run(&[])
+        .fails(2, &["cannot read the scenario", "scenario.json", "No such file", "help:"]);
 }
 
 #[test]
@@ -24,11 +26,17 @@ fn issue_files_that_are_not_scenarios_are_refused() {
     fs::write(bench.path("empty.json"), "").unwrap();
     fs::write(bench.path("cut.json"), "{ \"units\": {").unwrap();
     for (file, texts) in [
-        ("folder", ["folder cannot be read", "help: give the path of a scenario's .json file"]),
+        (
+            "folder",
+            [
+                "cannot read the scenario",
+                "help: this is a folder; give the path of a .json file in it",
+            ],
+        ),
         ("text.txt", ["text.txt is not JSON", "line 1 column 1"]),
         ("empty.json", ["empty.json is not JSON", "help: correct the text"]),
         ("cut.json", ["cut.json is not JSON", "line 1 column 12"]),
-        ("unit.zip", ["unit.zip cannot be read", "a unit to run alone is a .fmu file"]),
+        ("unit.zip", ["cannot read the scenario", "a unit that runs alone is a .fmu file"]),
     ] {
         bench.maglev(&["run", file]).fails(2, &texts);
     }
@@ -181,6 +189,32 @@ fn issue_unknown_names_in_connections_get_a_suggestion() {
     connect("a.[3..1]", "b.u").fails(2, &["[3..1] runs backwards"]);
 }
 
+/// A pattern that matches nothing gets the nearest one that does, instance and variable each on their own.
+#[test]
+fn issue_patterns_that_match_nothing_get_a_suggestion() {
+    let bench = Bench::new();
+    let mut scenario = ring();
+    scenario["instances"] =
+        json!({ "ems_[01..03]": { "unit": "unit" }, "car": { "unit": "unit" } });
+    scenario["connections"] = json!([]);
+    scenario["record"] = json!({ "signals": ["*.y"] });
+    bench.scenario(&scenario);
+    for (pattern, meant) in [
+        ("ems_*.gian", "ems_*.gain"),
+        ("esm_*.gain", "ems_*.gain"),
+        ("esm_*.gian", "ems_*.gain"),
+        ("ems_*.fail_tmie*", "ems_*.fail_time*"),
+        ("ca*.gians", "ca*.gain"),
+    ] {
+        let text = format!("\"{pattern}\" matches nothing; did you mean \"{meant}\"?");
+        bench.run(&["--set", &format!("{pattern}=1")]).fails(2, &[&text]);
+    }
+    bench.run(&["--set", "wheel_*.gain=1"]).fails(2, &["\"wheel_*.gain\" matches nothing\n"]);
+    scenario["algorithm"] = json!({ "order": ["emms_*"] });
+    bench.scenario(&scenario);
+    bench.run(&[]).fails(2, &["algorithm.order", "did you mean \"ems_*\"?"]);
+}
+
 #[test]
 fn issue_connections_of_wrong_causality_or_type_or_with_two_sources_are_refused() {
     let bench = Bench::new();
@@ -251,11 +285,11 @@ fn issue_steps_and_intervals_that_do_not_divide_the_run_are_refused() {
     bench.scenario(&ring());
     bench
         .run(&["--step", "0.3"])
-        .fails(2, &["the step 0.3 s does not divide", "help: choose stop"]);
+        .fails(2, &["is not a multiple of the step 0.3 s", "help: choose stop"]);
     bench
         .run(&["--record-interval", "0.25"])
         .fails(2, &["record.interval 0.25 s is not a multiple"]);
-    bench.run(&["--stop", "-1"]).fails(2, &["do not make a run"]);
+    bench.run(&["--stop", "-1"]).fails(2, &["do not describe a run"]);
 }
 
 #[test]
@@ -264,7 +298,15 @@ fn issue_unknown_key_and_type_name_their_path() {
     let mut scenario = ring();
     scenario["record"]["sginals"] = json!([]);
     bench.scenario(&scenario);
-    bench.run(&[]).fails(2, &["at record", "unknown field `sginals`", "help: `maglev schema`"]);
+    bench.run(&[]).fails(
+        2,
+        &[
+            "at record",
+            "unknown field `sginals`",
+            "did you mean `signals`?",
+            "help: `maglev schema`",
+        ],
+    );
     let mut scenario = ring();
     scenario["experiment"]["step"] = json!("fast");
     bench.scenario(&scenario);

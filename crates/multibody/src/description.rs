@@ -280,13 +280,10 @@ impl VehicleDescription {
     /// # Errors
     /// [`Error::Read`] or [`Error::Invalid`], with the JSON path of the place.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        // some editors begin UTF-8 with a byte order mark
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut reader = serde_json::Deserializer::from_str(text);
-        let description: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
-            Error::Read { path: json_path(e.path()), message: e.inner().to_string() }
+        let description: Self = strict_json::read(text).map_err(|error| Error::Read {
+            path: if error.path.is_empty() { "$".to_owned() } else { error.path },
+            message: error.message,
         })?;
-        reader.end().map_err(|e| Error::Read { path: "$".to_owned(), message: e.to_string() })?;
         description.check()?;
         Ok(description)
     }
@@ -312,12 +309,6 @@ impl VehicleDescription {
         ];
         Ok(format!("{{\n  {}\n}}\n", fields.join(",\n  ")))
     }
-}
-
-/// The path in the notation of the check: `$` for the whole document.
-fn json_path(path: &serde_path_to_error::Path) -> String {
-    let text = path.to_string();
-    if text.is_empty() || path.iter().next().is_none() { "$".to_owned() } else { text }
 }
 
 /// True for a vector that the file may leave out.

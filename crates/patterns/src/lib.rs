@@ -7,7 +7,11 @@
 //! characters. A name that exists literally takes precedence over its reading as a pattern: callers
 //! look for it first.
 
+mod nearest;
+
 use thiserror::Error;
+
+pub use nearest::suggest_pattern;
 
 /// Largest number of names of one pattern; more is treated as a typing error.
 pub const MAX_NAMES: usize = 1_000_000;

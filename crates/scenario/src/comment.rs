@@ -1,13 +1,13 @@
-//! `"$comment"` members, which every object of a scenario may have.
+//! Comments: `"$comment"` members, which every object of a scenario may have.
 
 use serde_json::Value;
 
-use crate::json::PathStep;
+use strict_json::PathStep;
 
-/// Key of remarks, which every object may have.
+/// Key of a comment.
 pub(crate) const COMMENT: &str = "$comment";
 
-/// Takes all comments out of a value; on an error, where a comment is that is no text.
+/// Removes all comments from a value. The error is the place of a comment that is not text.
 pub(crate) fn strip(value: &mut Value) -> Result<(), Vec<PathStep>> {
     let mut here = Vec::new();
     strip_at(value, &mut here)
@@ -39,7 +39,7 @@ fn strip_at(value: &mut Value, here: &mut Vec<PathStep>) -> Result<(), Vec<PathS
     Ok(())
 }
 
-/// A text, or a list of texts as its lines.
+/// Whether a comment is a text, or a list of texts as its lines.
 fn is_text(comment: &Value) -> bool {
     match comment {
         Value::String(_) => true,

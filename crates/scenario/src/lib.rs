@@ -1,8 +1,10 @@
-//! Scenario files: which units, how connected, how stepped, what to record.
+//! Scenario files: the units of a co-simulation, their connections, how they step and what is recorded.
 //!
-//! JSON, described by the schema that `maglev schema` prints and `scenarios/schema.json` holds. A
-//! file may extend another one (RFC 7396) and hold `"$comment"` members. Unknown and doubled keys are
-//! errors, and every error names the file and the JSON path it concerns.
+//! A scenario is JSON. `maglev schema` prints its schema, and `scenarios/schema.json` is a copy. A file may extend another
+//! one (JSON Merge Patch, RFC 7396), and every object may have a `"$comment"`. Unknown and duplicate keys are errors. Every
+//! error names the file, the JSON path and the line.
+//!
+//! [`Scenario::load`] reads a file, [`Scenario::check`] checks ranges, [`Scenario::schema`] is the schema.
 
 pub mod algorithm;
 mod alone;
@@ -12,8 +14,8 @@ mod conditions;
 mod connection;
 mod error;
 mod experiment;
+mod file;
 mod instance;
-mod json;
 mod log;
 mod merge;
 mod overrides;
@@ -45,25 +47,25 @@ pub use record::{Plot, PlotPanel, Record, Recorded, RecordedGroup, ResultFormat}
 pub use ride::{RidePoint, VerticalWeighting};
 pub use suggestions::GivenTimes;
 
-/// A co-simulation to run: units, instances, connections, experiment, algorithm, record, plots.
+/// A co-simulation: units, instances, connections, experiment, algorithm, recorded signals and plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Co-simulation scenario")]
 pub struct Scenario {
-    /// Where the schema of this file is, for editors.
+    /// Path or URL of the schema, for editors.
     #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
-    /// A line that names the scenario.
+    /// Title of the scenario, one line.
     #[serde(default)]
     pub title: String,
-    /// What it shows, for whoever reads the file.
+    /// Description of the scenario for its readers.
     #[serde(default)]
     pub description: String,
-    /// The .fmu files by the names that instances use; relative to the scenario file.
+    /// Paths of the .fmu files, relative to the scenario file. The keys are the names that instances refer to.
     pub units: IndexMap<String, PathBuf>,
-    /// Instances by name; `ems_[01..64]` makes 64 alike.
+    /// Instances by name. `ems_[01..64]` is a row of 64 equal instances.
     pub instances: IndexMap<String, InstanceSettings>,
-    /// From outputs to inputs.
+    /// Connections from outputs to inputs.
     #[serde(default)]
     pub connections: Vec<Connection>,
     /// Start, stop and communication step.
@@ -71,43 +73,41 @@ pub struct Scenario {
     /// How the units are coupled.
     #[serde(default)]
     pub algorithm: AlgorithmSettings,
-    /// How loops between units are solved before the start.
+    /// How loops between units are solved during initialization.
     #[serde(default)]
     pub initialization: Initialization,
-    /// Units in processes of their own, where their crashes are caught.
+    /// Units in separate processes, so that a crash of a unit does not end the run.
     #[serde(default)]
     pub isolation: IsolationSettings,
-    /// What is written to the results, and as which files.
+    /// Recorded signals and the format of the results.
     #[serde(default)]
     pub record: Record,
-    /// States to go on from after a crash.
+    /// Saved states, from which `maglev resume` continues a run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<Checkpoints>,
-    /// Simulated seconds per second of wall time that the run is held to; left out: as fast as
-    /// possible.
+    /// Speed of the run: simulated seconds per second of wall time. Default: as fast as possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub real_time: Option<f64>,
-    /// Pictures to draw.
+    /// Pictures that are drawn after the run.
     #[serde(default)]
     pub plots: Vec<Plot>,
-    /// Points at which ride quality is judged after the run.
+    /// Points at which ride quality is evaluated after the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ride_quality: Vec<RidePoint>,
-    /// Refuse units in which `maglev validate` finds an error: something that the standard forbids.
-    /// Otherwise they are tolerated with a warning.
+    /// Refuse units in which `maglev validate` finds an error. Otherwise such units run with a warning.
     #[serde(default)]
     pub strict: bool,
-    /// Which messages of units are shown.
+    /// Which messages of units are shown on the terminal.
     #[serde(default, skip_serializing_if = "LogLevel::is_default")]
     pub log_level: LogLevel,
-    /// File in which every C call to every unit is noted, relative to the scenario file.
+    /// File for a trace of all C calls to all units, relative to the scenario file. Default: no trace.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace: Option<PathBuf>,
-    /// What was completed while it was read, to be told when it runs.
+    /// Notes for the user on values that were completed while the file was read.
     #[serde(skip)]
     pub notes: Vec<String>,
-    /// Values that replace those of the file, later ones those before: `--set`.
+    /// Values of `--set`, which replace those of the file. The last one for a variable counts.
     #[serde(skip)]
     pub overrides: Vec<Override>,
 }
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_unknown_and_doubled_keys_name_their_path() {
+    fn issue_unknown_and_duplicate_keys_name_their_path() {
         let error = parse(&MINIMAL.replace("\"unit\"", "\"unti\"")).unwrap_err().to_string();
         assert!(error.contains("instances.a") && error.contains("unti"), "{error}");
         let doubled = MINIMAL.replace("\"a\": \"a.fmu\"", "\"a\": \"a.fmu\", \"a\": \"b.fmu\"");

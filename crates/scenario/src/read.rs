@@ -1,31 +1,14 @@
-//! Reading scenario files: a file, what it extends, and where in them an error is.
+//! Reading a scenario: a file with those that it extends, made one, and paths resolved.
 
-use std::collections::HashSet;
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, absolute};
 
 use serde_json::Value;
+use strict_json::{FormError, PathStep};
 
-use crate::json::{self, PathStep, Strict};
+use crate::file::{ScenarioFile, chain};
 use crate::merge::merge;
 use crate::suggestions::{GivenTimes, LeftOut};
-use crate::{InstanceSettings, Scenario, ScenarioError, Setting, comment};
-
-/// The member that names the file which is extended.
-const EXTENDS: &str = "extends";
-
-/// The byte order mark.
-const MARK: char = '\u{feff}';
-
-/// One file on its own.
-struct ScenarioFile {
-    path: PathBuf,
-    text: String,
-    /// Its content without comments and without `extends`.
-    value: Value,
-    /// The file that it extends, as it says it.
-    extends: Option<String>,
-}
+use crate::{InstanceSettings, Scenario, ScenarioError, Setting};
 
 impl Scenario {
     /// Reads a scenario file and what it extends. Paths of units become relative to the working
@@ -101,37 +84,6 @@ impl Scenario {
     }
 }
 
-/// The file and those that it extends, it first.
-fn chain(path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
-    let mut chain = vec![ScenarioFile::new(text, path)?];
-    // by their canonical paths, for a file can be named in many ways
-    let mut seen = HashSet::from([canonical(path)]);
-    while let Some((source, extends)) =
-        chain.last().and_then(|source| Some((source, source.extends.as_ref()?)))
-    {
-        let base = source.path.parent().unwrap_or(Path::new("")).join(extends);
-        if !seen.insert(canonical(&base)) {
-            let mut files: Vec<_> = chain.iter().map(|source| source.path.clone()).collect();
-            files.push(base);
-            return Err(ScenarioError::Circle { files });
-        }
-        let text = std::fs::read_to_string(&base).map_err(|error| ScenarioError::Base {
-            path: source.path.clone(),
-            base: base.clone(),
-            source: error,
-        })?;
-        chain.push(ScenarioFile::new(text, &base)?);
-    }
-    Ok(chain)
-}
-
-/// A file that is not there is found so on reading.
-fn canonical(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
-}
-
 /// The files as one: the last is what the others change.
 fn whole(chain: &[ScenarioFile]) -> Value {
     let mut whole = Value::Null;
@@ -145,99 +97,18 @@ fn whole(chain: &[ScenarioFile]) -> Value {
     whole
 }
 
-/// The scenario that the files make as a whole.
+/// The scenario that the files make together.
 fn scenario(chain: &[ScenarioFile], whole: Value) -> Result<Scenario, ScenarioError> {
-    serde_path_to_error::deserialize(whole).map_err(|error| {
-        let steps = json::steps(error.path());
-        let at = error.path().to_string();
-        blame(chain, &steps, &at, &error.into_inner().to_string())
-    })
+    strict_json::from_value(whole).map_err(|(steps, error)| blame(chain, &steps, &error))
 }
 
-/// The error at a place of the whole, in the file that it comes from: the first that goes furthest on
-/// the way to it.
-fn blame(chain: &[ScenarioFile], steps: &[PathStep], at: &str, message: &str) -> ScenarioError {
-    let depth = |source: &ScenarioFile| json::depth(&source.value, steps);
+/// An error in the whole, reported for the file that it comes from: the first in the chain that has most of the way
+/// to the place.
+fn blame(chain: &[ScenarioFile], steps: &[PathStep], error: &FormError) -> ScenarioError {
+    let depth = |file: &ScenarioFile| strict_json::depth(&file.value, steps);
     let deepest = chain.iter().map(depth).max().unwrap_or(0);
-    match chain.iter().find(|source| depth(source) == deepest) {
-        Some(source) => source.error(steps, at, message),
-        // a scenario has at least one file
-        None => ScenarioError::Json {
-            path: PathBuf::new(),
-            at: at.to_owned(),
-            message: message.to_owned(),
-        },
-    }
-}
-
-impl ScenarioFile {
-    fn new(mut text: String, path: &Path) -> Result<Self, ScenarioError> {
-        // some editors begin UTF-8 with a byte order mark
-        if text.starts_with(MARK) {
-            text.drain(..MARK.len_utf8());
-        }
-        let value = read(&text, path)?;
-        let mut source = Self { path: path.to_owned(), text, value, extends: None };
-        if let Err(steps) = comment::strip(&mut source.value) {
-            let message = "a comment is a text, or a list of texts";
-            return Err(source.error(&steps, &shown(&steps), message));
-        }
-        let extends = source.value.as_object_mut().and_then(|it| it.shift_remove(EXTENDS));
-        source.extends = match extends {
-            None => None,
-            Some(Value::String(file)) => Some(file),
-            Some(other) => {
-                let message = format!("{other} is not the path of a scenario file");
-                return Err(source.error(&[PathStep::Key(EXTENDS.to_owned())], EXTENDS, &message));
-            }
-        };
-        Ok(source)
-    }
-
-    fn error(&self, steps: &[PathStep], at: &str, message: &str) -> ScenarioError {
-        let mut message = message.to_owned();
-        if let Some((line, column)) = json::position(&self.text, steps) {
-            // writing to a String cannot fail
-            let _ = write!(message, " at line {line} column {column}");
-        }
-        let at = if at == "." { "the top level" } else { at };
-        ScenarioError::Json { path: self.path.clone(), at: at.to_owned(), message }
-    }
-}
-
-/// A text as JSON without doubled keys.
-fn read(text: &str, path: &Path) -> Result<Value, ScenarioError> {
-    let not_json = |error: &serde_json::Error| ScenarioError::NotJson {
-        path: path.to_owned(),
-        message: error.to_string(),
-    };
-    let mut json = serde_json::Deserializer::from_str(text);
-    let Strict(value) = serde_path_to_error::deserialize(&mut json).map_err(|error| {
-        if !error.inner().is_data() {
-            return not_json(error.inner());
-        }
-        let at = match error.path().to_string() {
-            top if top == "." => "the top level".to_owned(),
-            at => at,
-        };
-        ScenarioError::Json { path: path.to_owned(), at, message: error.into_inner().to_string() }
-    })?;
-    json.end().map_err(|error| not_json(&error))?;
-    Ok(value)
-}
-
-/// Steps as messages write them: `plots[0].panels`.
-fn shown(steps: &[PathStep]) -> String {
-    let mut text = String::new();
-    for step in steps {
-        // writing to a String cannot fail
-        let _ = match step {
-            PathStep::Index(index) => write!(text, "[{index}]"),
-            PathStep::Key(key) if text.is_empty() => write!(text, "{key}"),
-            PathStep::Key(key) => write!(text, ".{key}"),
-        };
-    }
-    text
+    let source = chain.iter().find(|file| depth(file) == deepest).unwrap_or(&chain[0]);
+    source.error(steps, error)
 }
 
 #[cfg(test)]
@@ -357,7 +228,7 @@ mod tests {
         assert!(refused(&folder, "self.json").contains("self.json extends"));
         let lost = Scenario::load(&folder.path().join("lost.json")).unwrap_err();
         assert!(lost.to_string().contains("lost.json: at extends"), "{lost}");
-        assert!(lost.to_string().contains("nowhere.json cannot be read"), "{lost}");
+        assert!(lost.to_string().contains("cannot read"), "{lost}");
         assert!(lost.source().is_some());
         assert!(refused(&folder, "number.json").contains("at extends: 7 is not the path"));
         let text = Scenario::parse(r#"{ "extends": "a.json" }"#, Path::new("s.json"));

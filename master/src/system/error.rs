@@ -68,7 +68,7 @@ pub enum SystemError {
     /// A name that does not exist.
     #[error("{place}: there is no {what} \"{name}\"{}{}",
         within.as_ref().map(|w| format!(" in {w}")).unwrap_or_default(),
-        suggestion.as_ref().map(|s| format!("; did you mean \"{s}\"?")).unwrap_or_default())]
+        did_you_mean(suggestion.as_ref()))]
     Unknown {
         /// JSON path.
         place: String,
@@ -266,13 +266,15 @@ pub enum SystemError {
         /// `instance.variable`
         port: String,
     },
-    /// A setting that concerns nothing.
-    #[error("{place}: \"{pattern}\" matches nothing")]
+    /// A pattern without a match.
+    #[error("{place}: \"{pattern}\" matches nothing{}", did_you_mean(suggestion.as_ref()))]
     NoMatch {
         /// JSON path.
         place: String,
-        /// As written.
+        /// The pattern, with its ranges expanded.
         pattern: String,
+        /// A similar pattern that matches something.
+        suggestion: Option<String>,
     },
 }
 
@@ -331,6 +333,10 @@ impl SystemError {
             _ => return None,
         })
     }
+}
+
+fn did_you_mean(suggestion: Option<&String>) -> String {
+    suggestion.map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default()
 }
 
 pub(super) fn causality_name(causality: Causality) -> &'static str {

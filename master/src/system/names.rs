@@ -17,7 +17,7 @@ impl System {
     /// The error for an instance name that does not exist.
     #[must_use]
     pub fn unknown_instance(&self, place: &str, name: &str) -> SystemError {
-        let names = self.instances.iter().map(|plan| plan.name.as_str());
+        let names = self.instance_names();
         SystemError::Unknown {
             place: place.to_owned(),
             what: Named::Instance,
@@ -25,6 +25,29 @@ impl System {
             within: None,
             suggestion: patterns::suggest(name, names).map(str::to_owned),
         }
+    }
+
+    fn instance_names(&self) -> impl Iterator<Item = &str> {
+        self.instances.iter().map(|plan| plan.name.as_str())
+    }
+
+    /// The pattern that was probably meant by one that matches nothing: instance and variable are corrected each on its
+    /// own.
+    fn similar_ports(&self, instances: &str, variable: &str) -> Option<String> {
+        let matching = |pattern: &str| {
+            let names = self.instance_names().enumerate();
+            let found =
+                names.filter(|(_, name)| *name == pattern || patterns::matches(pattern, name));
+            found.map(|(index, _)| index).collect::<Vec<_>>()
+        };
+        let (mut instances, mut members) = (instances.to_owned(), matching(instances));
+        if members.is_empty() {
+            instances = patterns::suggest_pattern(&instances, self.instance_names())?;
+            members = matching(&instances);
+        }
+        let variables = members.iter().flat_map(|&it| &self.instances[it].description().variables);
+        let variable = patterns::suggest_pattern(variable, variables.map(|it| it.name.as_str()))?;
+        Some(format!("{instances}.{variable}"))
     }
 
     /// The error for a variable that an instance does not have.
@@ -136,7 +159,12 @@ impl System {
         for name in names {
             let members = self.members(place, &name, true)?;
             if members.is_empty() {
-                return Err(SystemError::NoMatch { place: place.to_owned(), pattern: name });
+                let suggestion = patterns::suggest_pattern(&name, self.instance_names());
+                return Err(SystemError::NoMatch {
+                    place: place.to_owned(),
+                    pattern: name,
+                    suggestion,
+                });
             }
             found.extend(members);
         }
@@ -207,6 +235,7 @@ impl Choice<'_> {
             _ => SystemError::NoMatch {
                 place: self.place.to_owned(),
                 pattern: format!("{name}.{variable}"),
+                suggestion: self.system.similar_ports(name, variable),
             },
         }
     }

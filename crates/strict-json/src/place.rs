@@ -1,0 +1,145 @@
+//! Places in a JSON document, and where they are in its text.
+
+use std::fmt::{self, Write as _};
+
+use serde::de::{self, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde_json::Value;
+use serde_path_to_error::{Path, Segment};
+
+/// One step into a JSON value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PathStep {
+    /// The member of an object.
+    Key(String),
+    /// The item of an array.
+    Index(usize),
+}
+
+/// The steps of a path as far as they lead through objects and arrays.
+pub(crate) fn steps(path: &Path) -> Vec<PathStep> {
+    path.iter()
+        .map_while(|segment| match segment {
+            Segment::Map { key } => Some(PathStep::Key(key.clone())),
+            Segment::Seq { index } => Some(PathStep::Index(*index)),
+            Segment::Enum { .. } | Segment::Unknown => None,
+        })
+        .collect()
+}
+
+/// How many of the steps lead to something in a value.
+#[must_use]
+pub fn depth(value: &Value, steps: &[PathStep]) -> usize {
+    let mut at = value;
+    for (k, step) in steps.iter().enumerate() {
+        let next = match step {
+            PathStep::Key(key) => at.get(key),
+            PathStep::Index(index) => at.get(index),
+        };
+        match next {
+            Some(inner) => at = inner,
+            None => return k,
+        }
+    }
+    steps.len()
+}
+
+/// The steps as messages write them, such as `plots[0].panels`.
+#[must_use]
+pub fn shown(steps: &[PathStep]) -> String {
+    let mut text = String::new();
+    for step in steps {
+        // writing to a String cannot fail
+        let _ = match step {
+            PathStep::Index(index) => write!(text, "[{index}]"),
+            PathStep::Key(key) if text.is_empty() => write!(text, "{key}"),
+            PathStep::Key(key) => write!(text, ".{key}"),
+        };
+    }
+    text
+}
+
+/// Line and column of what the steps lead to in a JSON text: of a member's name, of an item's content, and without
+/// steps of the whole value. What is missing is at the end of its object.
+///
+/// The text is read once more by a visitor that follows the steps and stops at their end with an error, in which
+/// `serde_json` reports where that was.
+#[must_use]
+pub fn position(text: &str, steps: &[PathStep]) -> Option<(usize, usize)> {
+    let mut json = serde_json::Deserializer::from_str(crate::content(text));
+    let error = (&mut json).deserialize_any(Walk(steps)).err()?;
+    Some((error.line(), error.column()))
+}
+
+/// Follows the steps, and fails at their end.
+struct Walk<'a>(&'a [PathStep]);
+
+impl<'de> DeserializeSeed<'de> for Walk<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Walk<'_> {
+    type Value = ();
+
+    /// A scalar ends the walk too: it has no `visit_` function here, which is an error.
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the end of the path")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut access: A) -> Result<(), A::Error> {
+        let Some((PathStep::Index(index), rest)) = self.0.split_first() else { return arrived() };
+        for _ in 0..*index {
+            access.next_element::<IgnoredAny>()?;
+        }
+        access.next_element_seed(Walk(rest))?;
+        arrived()
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut access: A) -> Result<(), A::Error> {
+        let Some((PathStep::Key(wanted), rest)) = self.0.split_first() else { return arrived() };
+        while let Some(key) = access.next_key::<String>()? {
+            match key == *wanted {
+                true if rest.is_empty() => return arrived(),
+                true => access.next_value_seed(Walk(rest))?,
+                false => access.next_value::<IgnoredAny>().map(drop)?,
+            }
+        }
+        arrived()
+    }
+}
+
+fn arrived<E: de::Error>() -> Result<(), E> {
+    Err(E::custom("here"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "{\n  \"a\": [\n    1,\n    {\"b\": \"x\"}\n  ],\n  \"c\": {}\n}";
+
+    #[test]
+    fn analytic_depth_counts_the_steps_that_exist() {
+        let value = serde_json::from_str(TEXT).unwrap();
+        let steps = [PathStep::Key("a".into()), PathStep::Index(1), PathStep::Index(0)];
+        assert_eq!(depth(&value, &steps), 2);
+        assert_eq!(shown(&steps), "a[1][0]");
+    }
+
+    #[test]
+    fn analytic_positions_are_lines_of_the_text() {
+        let key = |name: &str| PathStep::Key(name.to_owned());
+        let line = |steps: &[PathStep]| position(TEXT, steps).map(|(line, _)| line);
+        assert_eq!(line(&[key("a")]), Some(2));
+        assert_eq!(line(&[key("a"), PathStep::Index(0)]), Some(3));
+        assert_eq!(line(&[key("a"), PathStep::Index(1), key("b")]), Some(4));
+        assert_eq!(line(&[key("c")]), Some(6));
+        // what is not there is where its object ends
+        assert_eq!(line(&[key("c"), key("d")]), Some(6));
+        assert_eq!(line(&[]), Some(1));
+        assert_eq!(position(&format!("\u{feff}{TEXT}"), &[key("c")]), position(TEXT, &[key("c")]));
+    }
+}
