@@ -1,4 +1,4 @@
-//! What a scenario says of the coupling.
+//! Settings of the coupling algorithm.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -8,19 +8,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum AlgorithmName {
-    /// All units step at once, on inputs extrapolated from the step's beginning.
+    /// All units step at once, with inputs extrapolated from the start of the step.
     Jacobi,
-    /// The units step one after the other; inputs whose source has stepped are interpolated.
+    /// The units step one after the other. Inputs whose source has already stepped are interpolated.
     #[default]
     GaussSeidel,
-    /// Gauss-Seidel steps are made again from saved states until the inputs fit the outputs.
+    /// Gauss-Seidel steps are repeated from saved states until inputs and outputs agree.
     Iterated,
-    /// The same with Newton's method on the Jacobian of the interface.
+    /// Steps are repeated by Newton's method with the Jacobian of the interface until inputs and outputs agree.
     Newton,
 }
 
 impl AlgorithmName {
-    /// All algorithms.
+    /// All algorithms, simplest first.
     pub const ALL: [Self; 4] = [Self::Jacobi, Self::GaussSeidel, Self::Iterated, Self::Newton];
 
     /// The name as scenarios write it.
@@ -41,7 +41,7 @@ impl std::str::FromStr for AlgorithmName {
     fn from_str(text: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|name| name.as_str() == text).ok_or_else(|| {
             let names: Vec<_> = Self::ALL.iter().map(|name| name.as_str()).collect();
-            format!("there is no algorithm \"{text}\"; there are {}", names.join(", "))
+            format!("unknown algorithm \"{text}\"; choose one of {}", names.join(", "))
         })
     }
 }
@@ -53,37 +53,36 @@ impl std::str::FromStr for AlgorithmName {
 pub struct AlgorithmSettings {
     /// The coupling algorithm.
     pub name: AlgorithmName,
-    /// Degree of the polynomials that inputs are extrapolated with: 0 holds them. Left out: 2, and 0 in
-    /// loops of direct feed-through that the algorithm does not solve.
+    /// Degree of the polynomials that extrapolate inputs; 0 holds them. Default: 2, but 0 in loops of direct
+    /// feed-through that the algorithm does not solve.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 3))]
     pub extrapolation: Option<u8>,
-    /// Use derivatives of outputs where units offer them; otherwise history alone.
+    /// Use derivatives of outputs for the extrapolation where units provide them. False: use past values only.
     pub derivatives: bool,
     /// What to do when a unit discards a step.
     pub on_discard: OnDiscard,
-    /// Sequence of the units' steps: instance names, patterns allowed. Instances left out follow
-    /// in the order that the dependencies suggest.
+    /// Order in which instances step: instance names, patterns allowed. The other instances follow in an order that is
+    /// derived from their dependencies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<String>,
-    /// Threads that step units which do not wait for each other; results are the same bits for any
-    /// number.
+    /// Number of threads for units that can step at the same time. The results are bit-identical for any number.
     #[schemars(range(min = 1))]
     pub threads: usize,
-    /// For algorithms that iterate.
+    /// Settings of the algorithms that iterate.
     pub iteration: IterationSettings,
-    /// Instances with an algorithm of their own. Groups step one after the other.
+    /// Groups of instances with a separate algorithm. Groups step one after the other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<AlgorithmGroup>,
-    /// Choose the step by an estimate of the coupling error; `experiment.step` is then the largest
-    /// step, at whose multiples signals are recorded. Left out: all steps are equal.
+    /// Variable step size, controlled by an estimate of the coupling error. `experiment.step` is then the largest step,
+    /// and signals are recorded at its multiples. Default: all steps are equal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub variable: Option<VariableStep>,
-    /// What tolerances of signals are relative to, by `instance.output` (patterns allowed) in the
-    /// output's unit of measurement. Left out: the value or the nominal value, whichever is larger.
+    /// Scale of a signal's relative tolerance, by `instance.output` (patterns allowed), in the output's unit of
+    /// measurement. Default: the value or the nominal value, whichever is larger.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub sizes: IndexMap<String, f64>,
-    /// Pairs of effort and flow, such as force and velocity, whose residual energy is reported.
+    /// Pairs of effort and flow, such as force and velocity. Their residual energy is reported.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub power: Vec<PowerPair>,
 }
@@ -106,26 +105,26 @@ impl Default for AlgorithmSettings {
     }
 }
 
-/// Degree of the extrapolation where nothing else is said and it is safe.
+/// Default degree of the extrapolation.
 const DEGREE: u8 = 2;
 
 impl AlgorithmSettings {
-    /// Degree of the extrapolation of signals that have no other.
+    /// Degree of the extrapolation for signals without a degree of their own.
     #[must_use]
     pub fn degree(&self) -> usize {
         usize::from(self.extrapolation.unwrap_or(DEGREE))
     }
 
-    /// The first setting that is outside of its range: which, its value, what is allowed.
+    /// The first setting outside its range: its path, its value and what is allowed.
     #[must_use]
     pub fn out_of_range(&self) -> Option<(&'static str, String, &'static str)> {
-        const PART: &str = "0 to 1, both exclusive";
-        const POSITIVE: &str = "positive numbers";
+        const PART: &str = "between 0 and 1, both exclusive";
+        const POSITIVE: &str = "a positive number";
         let part = |x: f64| x > 0.0 && x < 1.0;
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let wrong = |what, value: &dyn ToString, allowed| Some((what, value.to_string(), allowed));
         if let Some(degree) = self.extrapolation.filter(|degree| *degree > 3) {
-            return wrong("algorithm.extrapolation", &degree, "0 to 3");
+            return wrong("algorithm.extrapolation", &degree, "from 0 to 3");
         }
         if self.threads == 0 {
             return wrong("algorithm.threads", &self.threads, "1 or more");
@@ -138,7 +137,11 @@ impl AlgorithmSettings {
                 return wrong("algorithm: iteration.sweeps", &it.sweeps, "1 or more");
             }
             if !(positive(it.relaxation) && it.relaxation <= 2.0) {
-                return wrong("algorithm: iteration.relaxation", &it.relaxation, "0 to 2, not 0");
+                return wrong(
+                    "algorithm: iteration.relaxation",
+                    &it.relaxation,
+                    "above 0 and at most 2",
+                );
             }
         }
         if let Some(variable) = &self.variable {
@@ -158,67 +161,66 @@ impl AlgorithmSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum OnDiscard {
-    /// Put its state back and make the same step in 2, 4, 8 … up to 1024 parts. Units that cannot
-    /// save their state, or take steps of one size only, end the run.
+    /// Restore the state of the unit and repeat the step in 2, 4, 8 … up to 1024 parts. If the unit cannot save its
+    /// state or vary its step size, the run ends.
     #[default]
     Retry,
-    /// End the run. Spares saving the state before every step.
+    /// End the run. This saves the time for saving the state before every step.
     Fail,
 }
 
-/// Instances with an algorithm of their own.
+/// A group of instances with a separate algorithm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Group")]
 pub struct AlgorithmGroup {
     /// Instance names, patterns allowed.
     pub instances: Vec<String>,
-    /// The coupling algorithm.
+    /// The coupling algorithm of the group.
     pub name: AlgorithmName,
-    /// If it iterates.
+    /// Settings of the iteration, if the algorithm iterates.
     #[serde(default)]
     pub iteration: IterationSettings,
 }
 
-/// How the next iterate is made of the last ones.
+/// How the next iterate is computed from the last ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Acceleration {
-    /// A fixed part of the residual is added.
+    /// Add a fixed fraction of the residual.
     None,
-    /// The part is adapted to what the last one achieved.
+    /// Adapt the fraction in every iteration (Aitken's method).
     Aitken,
-    /// Quasi-Newton from the differences of the last iterates (IQN-ILS).
+    /// Quasi-Newton method with the differences of the last iterates (IQN-ILS).
     Anderson,
 }
 
-/// Where Newton's method has the units' derivatives from.
+/// Source of the derivatives for Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum JacobianSource {
-    /// `fmi2GetDirectionalDerivative`, differences of steps for units without.
+    /// `fmi2GetDirectionalDerivative`; for units without it, differences of repeated steps.
     Directional,
-    /// Differences of steps made again from saved states.
+    /// Differences of steps that are repeated from saved states.
     Steps,
 }
 
-/// When and how iterations end.
+/// Settings of the iteration within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct IterationSettings {
-    /// A step is settled when no signal at its end differs by more than this part of its size from
-    /// what the others have gone by.
+    /// Relative tolerance. A step has converged when every output at its end differs by at most this fraction of its
+    /// scale from the value that the other units used.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: f64,
-    /// Most sweeps over the units in a step; a step that has not settled by then stands, and is
-    /// counted.
+    /// Largest number of iterations in a step. A step that has not converged by then is accepted and counted.
     #[schemars(range(min = 1))]
     pub sweeps: u32,
-    /// How the next iterate is made, of "iterated".
+    /// Acceleration of the algorithm `iterated`.
     pub acceleration: Acceleration,
-    /// Part of the residual that is added, at first or always.
+    /// Fraction of the residual that is added: in every iteration without acceleration, otherwise in the first one.
     pub relaxation: f64,
-    /// Where derivatives come from, of "newton".
+    /// Source of the derivatives for the algorithm `newton`.
     pub jacobian: JacobianSource,
 }
 
@@ -234,22 +236,22 @@ impl Default for IterationSettings {
     }
 }
 
-/// How a step's error is estimated.
+/// How the error of a step is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum Estimate {
-    /// By the difference between extrapolated signals and what they turned out to be.
+    /// By the difference between the extrapolated and the computed signals.
     #[default]
     Predictor,
-    /// By the difference between one step and two of half the size.
+    /// By the difference between one step and two steps of half the size.
     Doubling,
 }
 
-/// Steps of variable size.
+/// Settings of the variable step size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VariableStep {
-    /// Largest error of a signal in a step, as a part of its size.
+    /// Largest error of a signal in a step, as a fraction of its scale.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: f64,
     /// How the error is estimated.
@@ -266,6 +268,6 @@ pub struct VariableStep {
 pub struct PowerPair {
     /// `instance.output`, patterns allowed.
     pub effort: String,
-    /// `instance.output`, as many as efforts.
+    /// `instance.output`, patterns allowed; as many signals as `effort`.
     pub flow: String,
 }

@@ -1,4 +1,4 @@
-//! A unit that runs without a scenario: the scenario that does nothing but step it.
+//! The scenario for a unit that runs alone.
 
 use std::path::Path;
 
@@ -7,12 +7,11 @@ use serde_json::json;
 use crate::{GivenTimes, Override, Scenario, ScenarioError, suggestions};
 use fmi2_import::description::{Causality, ModelDescription};
 
-/// Makes a scenario of one unit: an instance named after the file, with its outputs recorded, and those
-/// inputs that are set. Its `DefaultExperiment` says from when to when and in which steps it runs. In `set`,
-/// variables may be named without the instance.
+/// Makes a scenario of one unit: an instance named after the file. Its outputs are recorded, and the inputs that `set`
+/// changes. Start, stop and step come from its `DefaultExperiment`. Names in `set` may omit the instance.
 ///
 /// # Errors
-/// The parts do not make a valid scenario.
+/// The scenario is invalid.
 pub fn alone(
     path: &Path,
     unit: &ModelDescription,
@@ -30,7 +29,7 @@ pub fn alone(
         "record": { "signals": recorded(unit, &name, &overrides) },
     });
     let mut scenario: Scenario = serde_json::from_value(text).map_err(|error| {
-        let (path, at) = (path.to_owned(), "the scenario made of it".to_owned());
+        let (path, at) = (path.to_owned(), "the scenario of this unit alone".to_owned());
         ScenarioError::Json { path, at, message: error.to_string() }
     })?;
     scenario.notes = notes;
@@ -38,7 +37,7 @@ pub fn alone(
     Ok(scenario)
 }
 
-/// The file's name, as far as names of instances allow it.
+/// The file name without the characters that instance names cannot have.
 fn instance_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name: String =
@@ -46,18 +45,18 @@ fn instance_name(path: &Path) -> String {
     if name.is_empty() { "unit".to_owned() } else { name }
 }
 
-/// The value for a variable of the instance, whether or not the instance is named.
+/// The override with the instance's name in front, if it is not there yet.
 fn named(it: &Override, instance: &str, unit: &ModelDescription) -> Override {
     let own = it.target.strip_prefix(instance).and_then(|rest| rest.strip_prefix('.'));
     let target = match own {
-        // a structured name may begin like the instance's
+        // the unit may have a variable whose structured name starts like the instance
         Some(_) if unit.find(&it.target).is_none() => it.target.clone(),
         _ => format!("{instance}.{}", it.target),
     };
     Override { target, value: it.value.clone() }
 }
 
-/// The signals of interest.
+/// The signals to record: all outputs, and the inputs that are set.
 fn recorded(unit: &ModelDescription, instance: &str, overrides: &[Override]) -> Vec<String> {
     let name = |&index: &usize| format!("{instance}.{}", unit.variables[index].name);
     let is_set = |input: &String| {

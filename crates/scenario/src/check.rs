@@ -1,4 +1,4 @@
-//! What the types of a scenario cannot say: ranges and multiples.
+//! Checks that the types of a scenario cannot express: ranges and multiples.
 
 use std::path::Path;
 use std::time::Duration;
@@ -6,10 +6,10 @@ use std::time::Duration;
 use crate::{InstanceSettings, Recorded, Scenario, ScenarioError};
 
 impl Scenario {
-    /// Checks what the types cannot: ranges and multiples.
+    /// Checks that values are within their ranges, and that intervals are whole numbers of steps.
     ///
     /// # Errors
-    /// A value is out of its range.
+    /// The first value that is not.
     pub fn check(&self) -> Result<(), ScenarioError> {
         let range = |what: &str, value: String, range| ScenarioError::Range {
             what: what.to_owned(),
@@ -24,7 +24,7 @@ impl Scenario {
         for (name, instance) in &self.instances {
             if instance.steps == 0 {
                 let what = format!("instances.{name}.steps");
-                return Err(range(&what, "0".to_owned(), "whole numbers from 1"));
+                return Err(range(&what, "0".to_owned(), "a whole number from 1"));
             }
             self.check_every(name, instance)?;
             let tolerance = instance.tolerance;
@@ -33,13 +33,13 @@ impl Scenario {
         for (name, instance) in &self.instances {
             if let Some(order) = instance.input_derivatives.filter(|order| *order > 3) {
                 let what = format!("instances.{name}.input_derivatives");
-                return Err(range(&what, order.to_string(), "0 to 3"));
+                return Err(range(&what, order.to_string(), "from 0 to 3"));
             }
         }
         if self.record.format.is_empty() {
-            return Err(range("record.format", "empty".to_owned(), "csv, parquet, or both"));
+            return Err(range("record.format", "empty".to_owned(), "csv, parquet or both"));
         }
-        let positive = "finite numbers above zero";
+        let positive = "a positive number";
         for (what, value) in tolerances {
             if let Some(value) = value.filter(|&value| !(value > 0.0 && value.is_finite())) {
                 return Err(range(&what, value.to_string(), positive));
@@ -59,23 +59,27 @@ impl Scenario {
         for (k, connection) in self.connections.iter().enumerate() {
             if let Some(degree) = connection.extrapolation.filter(|degree| *degree > 3) {
                 let what = format!("connections[{k}].extrapolation");
-                return Err(range(&what, degree.to_string(), "0 to 3"));
+                return Err(range(&what, degree.to_string(), "from 0 to 3"));
             }
             if connection.from.terms().next().is_none() {
                 let what = format!("connections[{k}].from");
-                return Err(range(&what, "empty".to_owned(), "one source or more"));
+                return Err(range(&what, "empty".to_owned(), "a list of at least one source"));
             }
             let factors = connection.from.terms().map(|term| term.1);
             let numbers = factors.chain(connection.factor).chain(connection.offset);
             if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
                 let what = format!("connections[{k}]: factor or offset");
-                return Err(range(&what, number.to_string(), "finite numbers"));
+                return Err(range(&what, number.to_string(), "a finite number"));
             }
         }
         let tolerance = self.initialization.tolerance;
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let value = tolerance.to_string();
-            return Err(range("initialization.tolerance", value, "0 to 1, both exclusive"));
+            return Err(range(
+                "initialization.tolerance",
+                value,
+                "between 0 and 1, both exclusive",
+            ));
         }
         let limits = [
             ("isolation.step_timeout", self.isolation.step_timeout),
@@ -85,7 +89,7 @@ impl Scenario {
             if let Some(limit) = limit
                 && !Duration::try_from_secs_f64(limit).is_ok_and(|it| !it.is_zero())
             {
-                return Err(range(what, limit.to_string(), "positive numbers of seconds"));
+                return Err(range(what, limit.to_string(), "a positive number of seconds"));
             }
         }
         for (k, plot) in self.plots.iter().enumerate() {
@@ -93,13 +97,17 @@ impl Scenario {
             let plain = name.file_name().is_some_and(|only| only == name.as_os_str());
             if !plain || name.extension().is_none_or(|end| end != "svg") {
                 let what = format!("plots[{k}].file");
-                return Err(range(&what, plot.file.clone(), "plain file names ending in .svg"));
+                return Err(range(
+                    &what,
+                    plot.file.clone(),
+                    "a file name without a folder that ends in .svg",
+                ));
             }
             for (j, panel) in plot.panels.iter().enumerate() {
                 if !panel.scale.is_finite() || panel.scale == 0.0 {
                     let what = format!("plots[{k}].panels[{j}].scale");
                     let value = panel.scale.to_string();
-                    return Err(range(&what, value, "finite numbers other than zero"));
+                    return Err(range(&what, value, "a finite number other than 0"));
                 }
             }
         }
@@ -111,30 +119,30 @@ impl Scenario {
         Ok(())
     }
 
-    /// Checks that the communication steps are whole steps of a slow instance.
+    /// Checks that a run is a whole number of the steps of an instance with `every`.
     fn check_every(&self, name: &str, instance: &InstanceSettings) -> Result<(), ScenarioError> {
         let InstanceSettings { every, steps, .. } = *instance;
         let refuse =
             |why: String| Err(ScenarioError::Every { instance: name.to_owned(), every, why });
         let count = self.experiment.steps()?;
         match every {
-            0 => refuse("it counts communication steps per step, from 1".to_owned()),
+            0 => refuse("it must be at least 1".to_owned()),
             1 => Ok(()),
-            _ if steps > 1 => refuse(format!("\"steps\" is {steps}; one of the two must be 1")),
+            _ if steps > 1 => refuse(format!("\"steps\" is {steps}, but one of the two must be 1")),
             _ if self.algorithm.variable.is_some() => {
-                refuse("it needs equal steps, and algorithm.variable varies them".to_owned())
+                refuse("it needs equal steps, but algorithm.variable varies them".to_owned())
             }
-            _ if !count.is_multiple_of(every.into()) => {
-                refuse(format!("the run has {count} communication steps, which is no multiple"))
-            }
+            _ if !count.is_multiple_of(every.into()) => refuse(format!(
+                "the {count} communication steps of the run are not a multiple of it"
+            )),
             _ => Ok(()),
         }
     }
 
-    /// Number of steps between two values of what an entry of `record.signals` names.
+    /// Number of steps between two recorded values of the signals in an entry of `record.signals`.
     ///
     /// # Errors
-    /// The interval is no multiple of the step.
+    /// The interval is not a multiple of the step.
     pub fn stride(&self, entry: usize) -> Result<u64, ScenarioError> {
         let step = self.experiment.step;
         let (place, interval) = match self.record.signals.get(entry) {

@@ -1,16 +1,16 @@
-//! How a run starts, is kept apart and is saved.
+//! Initialization, isolation and checkpoints of a run.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How loops between units are solved before the start.
+/// How loops between units are solved during initialization.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Initialization {
-    /// A loop is solved when every value changes by less than this, relative to itself or to a
+    /// Relative tolerance. A loop is solved when every value changes by less than this fraction of the value or of a
     /// thousandth of its nominal value, whichever is larger.
     pub tolerance: f64,
-    /// Sweeps over a loop before it counts as not solvable.
+    /// Largest number of iterations. A loop that has not converged by then is an error.
     pub iterations: u32,
 }
 
@@ -20,32 +20,32 @@ impl Default for Initialization {
     }
 }
 
-/// Units in processes of their own, where a crash, an exit or a step without end is caught.
+/// Units in separate processes, so that a crash, an exit or an endless step does not end the run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Isolation")]
 pub struct IsolationSettings {
-    /// Isolate all instances that do not say otherwise.
+    /// Isolate all instances, except those with `isolate: false`.
     pub all: bool,
-    /// Longest wall time for one step of an isolated instance (s); left out: no limit.
+    /// Longest wall time of a step of an isolated instance (s). Default: no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_timeout: Option<f64>,
-    /// Longest wall time for any other call (s); left out: 60 s or `step_timeout`, whichever is
-    /// longer, or no limit without `step_timeout`.
+    /// Longest wall time of any other call (s). Default: 60 s or `step_timeout`, whichever is longer; without
+    /// `step_timeout`, no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub call_timeout: Option<f64>,
-    /// Address space that an isolated instance may have (bytes); left out: no limit.
+    /// Largest address space of the process of an isolated instance (bytes). Default: no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub memory: Option<u64>,
 }
 
-/// States of a run that are kept, so that `maglev resume` can go on from the last one.
+/// Saved states of a run. `maglev resume` continues from the last one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoints {
-    /// Simulated time between two of them (s), rounded to whole steps, at least one.
+    /// Simulated time between two checkpoints (s), rounded to whole steps, at least one.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: f64,
 }

@@ -1,36 +1,36 @@
-//! Signals that flow between instances.
+//! Connections between instances.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Signals that flow from one unit to others.
+/// A connection from outputs to inputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Connection {
-    /// `instance.output`, patterns allowed; or a list of these, whose sum the inputs take.
+    /// `instance.output`, patterns allowed. A list: the inputs receive the sum.
     pub from: Sources,
-    /// `instance.input`, or several; each stands for as many signals as `from`, or `from` is one
-    /// signal that feeds all.
+    /// `instance.input`, patterns allowed, or a list of these. Each names as many inputs as `from` names outputs, or
+    /// `from` is a single output that feeds all inputs.
     pub to: Targets,
-    /// Degree of the extrapolation for these targets instead of `algorithm.extrapolation`.
+    /// Degree of the extrapolation for these inputs. Default: `algorithm.extrapolation`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 3))]
     pub extrapolation: Option<u8>,
-    /// The input is factor · source + offset, in the input's unit of measurement. For Real inputs.
+    /// The input is factor · source + offset, in the input's unit of measurement. For Real inputs only. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
-    /// Added to the input, in its unit of measurement. For Real inputs.
+    /// Added to the input, in its unit of measurement. For Real inputs only. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<f64>,
-    /// Connect values as they are, whatever their units of measurement.
+    /// Pass values on without converting or comparing their units of measurement.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ignore_units: bool,
-    /// A remark, not used.
+    /// A comment, ignored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
 }
 
-/// One or several sources of a connection.
+/// The source of a connection, or several.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
@@ -39,7 +39,7 @@ pub struct Connection {
 pub enum Sources {
     /// One source.
     One(String),
-    /// Several: inputs take their sum.
+    /// Several. The inputs receive their sum.
     Sum(Vec<Term>),
 }
 
@@ -52,22 +52,22 @@ pub enum Sources {
 pub enum Term {
     /// `instance.output`, patterns allowed.
     Plain(String),
-    /// The same with a factor of its own.
+    /// An output with a factor.
     Weighted(WeightedTerm),
 }
 
-/// A source of a sum with a factor of its own.
+/// A source of a sum, with a factor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeightedTerm {
     /// `instance.output`, patterns allowed.
     pub signal: String,
-    /// Multiplies it.
+    /// Multiplies the signal.
     pub factor: f64,
 }
 
 impl Sources {
-    /// The terms of the sum: names and factors.
+    /// The terms of the sum: pattern and factor.
     pub fn terms(&self) -> impl Iterator<Item = (&str, f64)> {
         let (one, several) = match self {
             Self::One(name) => (Some((name.as_str(), 1.0)), &[][..]),
@@ -80,18 +80,18 @@ impl Sources {
     }
 }
 
-/// One or several targets of a connection.
+/// The target of a connection, or several.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected \"instance.input\" or a list of these")]
 pub enum Targets {
     /// One target.
     One(String),
-    /// Several.
+    /// Several targets. Each receives the signals of the source.
     Many(Vec<String>),
 }
 
 impl Targets {
-    /// All targets.
+    /// The targets as a list, also when there is one.
     #[must_use]
     pub fn as_slice(&self) -> &[String] {
         match self {

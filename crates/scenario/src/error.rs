@@ -1,4 +1,4 @@
-//! Why a scenario cannot be used.
+//! Errors of scenarios.
 
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -7,11 +7,11 @@ use thiserror::Error;
 
 use fmi2_import::package::PackageError;
 
-/// Why a scenario cannot be used.
+/// Why a scenario is invalid or cannot be read.
 #[derive(Debug, Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
-    #[error("the scenario {path} cannot be read")]
+    #[error("cannot read the scenario {path}")]
     Read {
         /// Path of the file.
         path: PathBuf,
@@ -19,7 +19,7 @@ pub enum ScenarioError {
         #[source]
         source: std::io::Error,
     },
-    /// The text is no JSON.
+    /// The text is not JSON.
     #[error("{path} is not JSON: {message}")]
     NotJson {
         /// Path of the file.
@@ -27,7 +27,7 @@ pub enum ScenarioError {
         /// What is wrong, with line and column.
         message: String,
     },
-    /// The JSON is not what a scenario should be.
+    /// A key or value that the scenario format does not allow.
     #[error("{path}: at {at}: {message}")]
     Json {
         /// Path of the file.
@@ -38,7 +38,7 @@ pub enum ScenarioError {
         message: String,
     },
     /// The file that a scenario extends cannot be read.
-    #[error("{path}: at extends: {base} cannot be read")]
+    #[error("{path}: at extends: cannot read {base}")]
     Base {
         /// The file that extends the other.
         path: PathBuf,
@@ -48,39 +48,39 @@ pub enum ScenarioError {
         #[source]
         source: std::io::Error,
     },
-    /// Files extend each other in a circle.
-    #[error("at extends: {}", chain(files))]
+    /// Files extend each other in a cycle.
+    #[error("\"extends\" forms a cycle: {}", chain(files))]
     Circle {
-        /// From the first file on, until one comes again.
+        /// The files from the first one to the one that occurs again.
         files: Vec<PathBuf>,
     },
-    /// A scenario that is no file extends one.
+    /// A scenario that is not in a file extends one.
     #[error("{path}: at extends: a scenario given as text cannot extend a file")]
     ExtendsInText {
-        /// What the text is called.
+        /// Name of the text in messages.
         path: PathBuf,
     },
-    /// A unit that may suggest what the experiment leaves out cannot be read.
-    #[error("units.{name}: the experiment is incomplete, and the unit cannot be asked for it")]
+    /// The experiment is incomplete, and a unit whose `DefaultExperiment` could complete it cannot be read.
+    #[error("units.{name}: cannot complete the experiment from this unit")]
     Suggestions {
         /// Key in `units`.
         name: String,
-        /// What is wrong with the .fmu file.
+        /// Why the .fmu file cannot be read.
         #[source]
         source: PackageError,
     },
-    /// The experiment leaves out what no unit suggests.
+    /// A member of the experiment is missing, and no unit has a default.
     #[error(
-        "experiment.{key} is missing, and no unit suggests one ({attribute} of DefaultExperiment)"
+        "experiment.{key} is missing, and no unit has a default ({attribute} in DefaultExperiment)"
     )]
     NotSuggested {
         /// `stop` or `step`.
         key: &'static str,
-        /// Attribute of a unit's description.
+        /// Attribute of `DefaultExperiment`.
         attribute: &'static str,
     },
-    /// Start, stop or step make no sense.
-    #[error("experiment: start {start} s, stop {stop} s, step {step} s do not make a run")]
+    /// Start, stop and step do not describe a run.
+    #[error("experiment: start {start} s, stop {stop} s and step {step} s do not describe a run")]
     Experiment {
         /// Start time (s).
         start: f64,
@@ -89,9 +89,9 @@ pub enum ScenarioError {
         /// Step (s).
         step: f64,
     },
-    /// The span is no multiple of the step.
+    /// The span is not a multiple of the step.
     #[error(
-        "experiment: the step {step} s does not divide the span from {start} s to {stop} s: \
+        "experiment: the span from {start} s to {stop} s is not a multiple of the step {step} s: \
          {} steps", (stop - start) / step
     )]
     StepDoesNotDivide {
@@ -102,8 +102,8 @@ pub enum ScenarioError {
         /// Step (s).
         step: f64,
     },
-    /// A recording interval is no multiple of the step.
-    #[error("{place} {interval} s is not a multiple of the step {step} s")]
+    /// A recording interval is not a multiple of the step.
+    #[error("{place} is {interval} s, which is not a multiple of the step {step} s")]
     Interval {
         /// JSON path.
         place: String,
@@ -112,21 +112,21 @@ pub enum ScenarioError {
         /// Step (s).
         step: f64,
     },
-    /// Limits for isolated instances, and no such instance.
-    #[error("isolation: there are limits for isolated instances, but no instance is isolated")]
+    /// Limits for isolated instances without an isolated instance.
+    #[error("isolation has limits, but no instance is isolated")]
     NothingIsolated,
-    /// An instance cannot step in every so many communication steps.
+    /// `every` does not fit the run.
     #[error("instances.{instance}.every is {every}: {why}")]
     Every {
         /// The instance, by its key in `instances`.
         instance: String,
         /// Communication steps per step.
         every: u32,
-        /// Why this number of steps is not possible, in words.
+        /// What does not fit, in words.
         why: String,
     },
-    /// A setting is outside of its range.
-    #[error("{what} is {value}, which is outside of {range}")]
+    /// A setting is outside its range.
+    #[error("{what} is {value}; it must be {range}")]
     Range {
         /// JSON path of the setting.
         what: String,
@@ -148,36 +148,36 @@ impl ScenarioError {
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
             Self::Read { source, .. } => match source.kind() {
-                ErrorKind::IsADirectory => {
-                    "give the path of a scenario's .json file in this folder"
-                }
+                ErrorKind::IsADirectory => "this is a folder; give the path of a .json file in it",
                 ErrorKind::InvalidData => {
-                    "give the path of a scenario's .json file; a unit to run alone is a .fmu file"
+                    "a scenario is a .json file; a unit that runs alone is a .fmu file"
                 }
-                _ => "give the path of a scenario's .json file",
+                _ => "give the path of a scenario file (.json)",
             },
             Self::NotJson { .. } => {
-                "correct the text there, or give the path of a scenario's .json file"
+                "correct the syntax there, or give the path of a scenario file (.json)"
             }
             Self::Json { .. } => "`maglev schema` prints what a scenario may contain",
             Self::Base { .. } => {
-                "\"extends\" is the path of a scenario's .json file, relative to the file that contains it"
+                "\"extends\" is the path of a scenario file, relative to the file that contains it"
             }
             Self::Circle { .. } => "remove one \"extends\"",
-            Self::ExtendsInText { .. } => "load it from a file, or write the two as one scenario",
+            Self::ExtendsInText { .. } => {
+                "load the scenario from a file, or merge the two scenarios"
+            }
             Self::StepDoesNotDivide { .. } => {
-                "choose stop and step such that stop - start is a whole number of steps"
+                "choose stop and step so that stop - start is a whole number of steps"
             }
             Self::Suggestions { source, .. } => return source.help(),
             Self::NotSuggested { .. } => "give it under \"experiment\", or with --stop or --step",
-            Self::Interval { .. } => "choose a recording interval of a whole number of steps",
-            Self::Experiment { .. } => "stop must be greater than start, and step positive",
+            Self::Interval { .. } => "choose an interval that is a whole number of steps",
+            Self::Experiment { .. } => "stop must be greater than start, and step must be positive",
             Self::NothingIsolated => {
-                "a step without end can only be stopped in a process of its own: add --isolate, or \
-                 \"isolate\": true to instances in the scenario"
+                "limits work for instances in separate processes only: add --isolate, or \"isolate\": true to \
+                 instances in the scenario"
             }
             Self::Every { .. } => {
-                "choose stop such that stop - start is a whole number of \"every\" equal communication steps"
+                "stop - start must be a whole number of \"every\" communication steps of equal size"
             }
             Self::Range { .. } => return None,
         })

@@ -1,4 +1,4 @@
-//! The span of time of a run and its division.
+//! Start, stop and communication step of a run.
 
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
@@ -6,28 +6,28 @@ use serde::{Deserialize, Serialize};
 use crate::ScenarioError;
 use fmi2_import::span::between;
 
-/// The span of time and its division.
+/// Start, stop and communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(transform = allow_to_leave_out)]
 pub struct Experiment {
-    /// Start time (s); left out: 0, or what the units suggest if `stop` is left out, too.
+    /// Start time (s). Default: 0; if `stop` is left out too, the smallest `startTime` in the units' `DefaultExperiment`.
     #[serde(default)]
     pub start: f64,
-    /// Stop time (s); left out: the largest `stopTime` that the units suggest.
+    /// Stop time (s). Default: the largest `stopTime` in the units' `DefaultExperiment`.
     pub stop: f64,
-    /// Communication step (s); `stop - start` must be a multiple of it. Left out: the smallest
-    /// `stepSize` that the units suggest.
+    /// Communication step (s). `stop - start` must be a multiple of it. Default: the smallest `stepSize` in the units'
+    /// `DefaultExperiment`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step: f64,
-    /// Relative tolerance that all units are told for their own integration; left out: what each
-    /// suggests.
+    /// Relative tolerance for the internal integration of all units. Default: the `tolerance` in each unit's
+    /// `DefaultExperiment`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: Option<f64>,
 }
 
-/// Reading a file completes what is left out ([`suggestions`](super::suggestions)).
+/// Members may be left out of a file: [`suggestions`](super::suggestions) completes them.
 fn allow_to_leave_out(schema: &mut Schema) {
     schema.remove("required");
 }
@@ -36,7 +36,7 @@ impl Experiment {
     /// Number of communication steps.
     ///
     /// # Errors
-    /// The numbers make no sense, or the step does not divide the span within 1e-9 relative.
+    /// The times do not describe a run, or the span is not a multiple of the step within 1e-9 relative.
     pub fn steps(&self) -> Result<u64, ScenarioError> {
         let Self { start, stop, step, .. } = *self;
         let span = stop - start;
@@ -55,7 +55,7 @@ impl Experiment {
         Ok(count as u64)
     }
 
-    /// The communication point with that number (s): counted from the start, never beyond the stop.
+    /// Time of a communication point (s), counted from the start; never after the stop time.
     #[must_use]
     pub fn time(&self, point: u64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "steps() allows at most 2^53")]
@@ -63,7 +63,7 @@ impl Experiment {
         (self.start + elapsed).min(self.stop)
     }
 
-    /// The size (s) of the step from that communication point to the next.
+    /// Size of the step from a communication point to the next (s).
     #[inline]
     #[must_use]
     pub fn size(&self, point: u64) -> f64 {
@@ -75,9 +75,9 @@ impl Experiment {
 mod tests {
     use super::*;
 
-    /// Steps and spans in common use, from several starts: wherever the step divides the span, no step
-    /// ends beyond the stop time as a unit computes it, the last one ends at the stop time or a
-    /// rounding of n·h before, and from 0 on every step begins where the one before ended.
+    /// Common steps and spans from several start times. Where the step divides the span, no step ends after the stop
+    /// time as a unit computes it. The last one ends at the stop time, or before it by the rounding of n·h. From a start
+    /// at 0, every step begins where the one before ended.
     #[test]
     fn invariant_no_step_ends_beyond_the_stop_time() {
         let mut steps = vec![1e-1, 1e-2, 1e-3, 2e-3, 5e-3, 2.5e-3, 4e-3, 2e-2, 5e-2, 2e-1, 0.7e-3];

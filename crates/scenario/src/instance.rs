@@ -1,4 +1,4 @@
-//! Instances of units and the values given to their variables.
+//! Instances of units, and the values of their variables.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -9,51 +9,52 @@ use serde::{Deserialize, Serialize};
 
 use crate::DebugLog;
 
-/// One instance of a unit, or an array of equal ones.
+/// An instance of a unit, or a row of equal instances.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Instance")]
 pub struct InstanceSettings {
-    /// Key in `units`.
+    /// The unit, by its key in `units`.
     pub unit: String,
-    /// Values of the unit's parameters. Names may be patterns (`gain_[1..5]`).
+    /// Values of parameters. Names may be patterns (`gain_[1..5]`).
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub parameters: IndexMap<String, Setting>,
-    /// Start values of inputs, and of other variables that accept one.
+    /// Start values of inputs and of other variables that can be set before initialization.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub start: IndexMap<String, Setting>,
-    /// Steps that it makes per communication step, each on its part of the inputs' polynomials.
+    /// Number of steps per communication step. Each step uses its part of the input polynomials.
     #[serde(default = "one_step", skip_serializing_if = "is_one_step")]
     #[schemars(range(min = 1))]
     pub steps: u32,
-    /// Communication steps per step: n makes one step of n times the size in every n-th one. Its
-    /// outputs are held in between.
+    /// Number of communication steps per step: with n, the instance steps in every n-th communication step, by n times
+    /// its size. Outputs are held in between.
     #[serde(default = "one_step", skip_serializing_if = "is_one_step")]
     #[schemars(range(min = 1))]
     pub every: u32,
-    /// Relative tolerance that the unit is told; left out: as `experiment.tolerance` says.
+    /// Relative tolerance for the internal integration of the unit. Default: `experiment.tolerance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: Option<f64>,
-    /// Debug messages: true, false, or the log categories to have; left out: as `log_level` says.
+    /// Debug messages: true, false, or a list of log categories. Default: true if `log_level` is `debug`, otherwise
+    /// false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub debug_log: Option<DebugLog>,
-    /// Highest derivative of inputs to send, 0 to 3; 0: values that are held over a step. Left out: 1 if
-    /// the unit's description says canInterpolateInputs, else 0; up to 3 for units of fmi2-export. Higher
-    /// ones only for a unit that is known to take them.
+    /// Highest derivative of inputs that is sent to the unit, 0 to 3; 0 holds inputs during a step. Default: 1 if the
+    /// unit declares canInterpolateInputs, otherwise 0; units made with fmi2-export receive up to 3. Give a higher one
+    /// only for a unit that is known to accept it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 3))]
     pub input_derivatives: Option<u8>,
-    /// Run it in a process of its own, or not; left out: as `isolation.all` says.
+    /// Run the instance in a separate process. Default: `isolation.all`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isolate: Option<bool>,
-    /// A remark, not used.
+    /// A comment, ignored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
 }
 
-/// A value for a variable: a number, true, false or a text; for an Enumeration the item's name or
-/// number; for a String that names a file, `{"path": "..."}`.
+/// The value of a variable: a number, true, false or a text. For an Enumeration: the name or the number of an item. For
+/// a String that is the path of a file: `{"path": "..."}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number, true, false, a text or {\"path\": \"...\"}")]
 pub enum Setting {
@@ -63,15 +64,15 @@ pub enum Setting {
     Number(f64),
     /// For String variables, and for Enumerations by name.
     Text(String),
-    /// For String variables.
+    /// The path of a file or folder, for String variables.
     File(FileSetting),
 }
 
-/// A file or folder that a String names. The unit is given the absolute path.
+/// A file or folder. The String variable receives the absolute path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileSetting {
-    /// Its path, relative to the scenario file.
+    /// Path, relative to the scenario file.
     pub path: PathBuf,
 }
 
@@ -87,7 +88,7 @@ impl fmt::Display for Setting {
 }
 
 impl Setting {
-    /// Reads a value from the command line: true, false, a number, else a text.
+    /// The value of a text from the command line: true, false, a number, or else the text.
     #[must_use]
     pub fn from_text(text: &str) -> Self {
         match text {

@@ -1,23 +1,23 @@
-//! Which messages of units are asked for, and which are shown.
+//! Messages of units: which are requested, and which are shown.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which messages of units are shown on the terminal. FMI 2.0 knows no levels, only the status of each
-/// message and whether debug messages are on; events.csv has all messages that arrive.
+/// Which messages of units are shown on the terminal. FMI 2.0 has no log levels: the level follows from the status of a
+/// message. events.csv has all messages.
 #[derive(
     Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum LogLevel {
-    /// Those of status fmi2Error or fmi2Fatal.
+    /// Messages with status fmi2Error or fmi2Fatal.
     Error,
-    /// The first of each instance that is worse than fmi2OK.
+    /// The first message of each instance with a status worse than fmi2OK.
     #[default]
     Warning,
-    /// All messages that FMUs log.
+    /// All messages.
     Info,
-    /// All, and debug messages are on (loggingOn) for instances that do not say otherwise.
+    /// All messages; debug messages are on (loggingOn) for all instances without `debug_log`.
     Debug,
 }
 
@@ -38,24 +38,24 @@ impl std::str::FromStr for LogLevel {
             "info" => Ok(Self::Info),
             "debug" => Ok(Self::Debug),
             _ => Err(format!(
-                "there is no level \"{text}\"; there are error, warning, info and debug"
+                "unknown log level \"{text}\"; choose one of error, warning, info, debug"
             )),
         }
     }
 }
 
-/// Debug messages of a unit: true, false, or the categories to have.
+/// Debug messages of a unit: true, false, or a list of log categories.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected true, false or a list of log categories")]
 pub enum DebugLog {
-    /// All or none.
+    /// Debug messages of all categories, or none.
     All(bool),
-    /// Those of these categories, which the unit's description declares (`LogCategories`).
+    /// Debug messages of these categories, which the unit must declare (`LogCategories`).
     Categories(Vec<String>),
 }
 
 impl DebugLog {
-    /// The categories, none meaning all; `None` if there are to be no debug messages.
+    /// The categories; an empty list stands for all. `None`: no debug messages.
     #[must_use]
     pub fn categories(&self) -> Option<&[String]> {
         match self {

@@ -1,11 +1,11 @@
-//! JSON Merge Patch (RFC 7396), which `"extends"` is.
+//! JSON Merge Patch (RFC 7396), by which a file changes the one that it extends.
 //!
-//! The crate `json-patch` has it too, but removes members by putting the last one in their place. Here
-//! the order of instances is the order of steps, so what stays must stay where it is.
+//! The crate `json-patch` does not keep the order of members when it removes one. Here the order matters: instances step
+//! in it.
 
 use serde_json::{Map, Value};
 
-/// Changes `target` as `patch` says: objects member by member, null removes, all else replaces.
+/// Applies a patch: objects are merged member by member, null removes a member, anything else replaces it.
 pub(crate) fn merge(target: &mut Value, patch: &Value) {
     let Value::Object(patch) = patch else {
         target.clone_from(patch);
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_what_stays_keeps_its_order() {
+    fn issue_remaining_members_keep_their_order() {
         let mut value: Value = serde_json::from_str(r#"{"c":1,"a":{"x":1},"b":3,"d":4}"#).unwrap();
         merge(&mut value, &serde_json::from_str(r#"{"a":{"y":2},"c":null,"e":5}"#).unwrap());
         assert_eq!(value.to_string(), r#"{"a":{"x":1,"y":2},"b":3,"d":4,"e":5}"#);

@@ -1,4 +1,4 @@
-//! Values that replace those of the file, as `--set instance.variable=value` gives them.
+//! Values of `--set instance.variable=value`, which replace those of the file.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,17 +7,17 @@ use fmi2_import::description::{Type, Variable};
 
 use crate::Setting;
 
-/// A value from outside the file: `instance.variable=value`, patterns allowed.
+/// A value that replaces one of the file, written as `instance.variable=value`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
-    /// `instance.variable`, or a pattern for several.
+    /// `instance.variable`, patterns allowed.
     pub target: String,
     /// The value as text.
     pub value: String,
 }
 
 impl Override {
-    /// The value for a variable: text for a String, whatever it looks like.
+    /// The value for a variable. For a String it is a text, even if it looks like a number.
     #[must_use]
     pub fn setting(&self, variable: &Variable) -> Setting {
         match variable.kind {

@@ -1,19 +1,19 @@
-//! What is written to the results, and what is drawn of it.
+//! Recorded signals, result files and pictures.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is written to the results.
+/// Recorded signals and the format of the results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Record {
-    /// Interval between rows (s), a multiple of the step; left out: every step. Statistics are
-    /// taken at every communication point all the same.
+    /// Interval between rows (s), a multiple of the step. Default: the step. Statistics in the summary use every
+    /// communication point.
     pub interval: Option<f64>,
-    /// `instance.variable`, patterns and `*` allowed, or an object with an interval of its own. A
-    /// signal that several entries name is recorded as the first of them says.
+    /// `instance.variable`, patterns and `*` allowed; or an object with a separate interval. If several entries name a
+    /// signal, the first one counts.
     pub signals: Vec<Recorded>,
-    /// Files to write: csv for results.csv, parquet for results.parquet.
+    /// Formats of the results: `csv` writes results.csv, `parquet` writes results.parquet.
     pub format: Vec<ResultFormat>,
 }
 
@@ -30,23 +30,23 @@ impl Default for Record {
     expecting = "expected \"instance.variable\" or {\"signals\": [...], \"interval\": ...}"
 )]
 pub enum Recorded {
-    /// One pattern, at the interval of all.
+    /// `instance.variable`, at the interval of the record.
     Signal(String),
-    /// Several, at an interval of their own.
+    /// Signals with a separate interval.
     Group(RecordedGroup),
 }
 
-/// Signals recorded at an interval of their own.
+/// Signals that are recorded at a separate interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedGroup {
     /// `instance.variable`, patterns and `*` allowed.
     pub signals: Vec<String>,
-    /// Interval between their values (s), a multiple of the step.
+    /// Interval between values (s), a multiple of the step.
     pub interval: f64,
 }
 
-/// A format of results.
+/// A format of the results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "Format")]
@@ -64,38 +64,38 @@ impl std::str::FromStr for ResultFormat {
         match text {
             "csv" => Ok(Self::Csv),
             "parquet" => Ok(Self::Parquet),
-            _ => Err(format!("there is no format \"{text}\"; there are csv and parquet")),
+            _ => Err(format!("unknown format \"{text}\"; choose csv or parquet")),
         }
     }
 }
 
-/// One picture: panels above each other over a common time axis.
+/// A picture: panels above each other with a common time axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plot {
     /// File name in the results folder, ending in .svg.
     pub file: String,
-    /// Heading.
+    /// Title above the panels.
     #[serde(default)]
     pub title: String,
-    /// From top to bottom.
+    /// Panels from top to bottom.
     pub panels: Vec<PlotPanel>,
 }
 
-/// One panel of a picture.
+/// A panel of a picture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Panel")]
 pub struct PlotPanel {
-    /// Label of the vertical axis, with the unit after `scale`.
+    /// Label of the vertical axis. The unit in it is the one after `scale`.
     #[serde(default)]
     pub ylabel: String,
-    /// Factor from SI units to what is drawn.
+    /// Factor from the signal's unit to the unit of the axis.
     #[serde(default = "one")]
     pub scale: f64,
     /// Signals to draw, patterns and `*` allowed.
     pub signals: Vec<String>,
-    /// Legend texts in the order of the signals; left out: their names.
+    /// Legend texts in the order of the signals. Default: the names of the signals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<String>,
 }

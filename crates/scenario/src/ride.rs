@@ -1,56 +1,60 @@
-//! Points of ride quality, as a scenario names them.
+//! Points at which ride quality is evaluated.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A point at which people sit, and the accelerations that shake them. After the run they are judged by ISO
-/// 2631-1 and by Sperling's index, in the summary under `ride_quality`. All must be recorded, at 180 Hz or more.
+/// A point where passengers sit, with its accelerations. After the run they are evaluated by ISO 2631-1 and by
+/// Sperling's index; the summary has the result under `ride_quality`. All signals must be recorded at 180 Hz or more.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RidePoint {
-    /// What the point is called in the summary and the report.
+    /// Name of the point in the summary and the report.
     pub name: String,
-    /// The vertical acceleration, `instance.variable`.
+    /// Vertical acceleration, `instance.variable`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vertical: Option<String>,
-    /// The acceleration to the side, `instance.variable`.
+    /// Lateral acceleration, `instance.variable`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lateral: Option<String>,
-    /// The acceleration along the track, `instance.variable`.
+    /// Longitudinal acceleration, `instance.variable`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longitudinal: Option<String>,
     /// Frequency weighting of the vertical acceleration.
     #[serde(default)]
     pub vertical_weighting: VerticalWeighting,
-    /// Begin of what is judged (s); left out: where the run starts. The filters run from the start of the
-    /// run all the same.
+    /// Start of the evaluated interval (s). Default: the start of the run. The filters always run from the start of the
+    /// run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<f64>,
-    /// End of what is judged (s); left out: where the run ends.
+    /// End of the evaluated interval (s). Default: the end of the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<f64>,
 }
 
-/// How a vertical acceleration is weighted.
+/// Frequency weighting of the vertical acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub enum VerticalWeighting {
-    /// ISO 2631-1, for all purposes.
+    /// ISO 2631-1, for general use.
     #[default]
     Wk,
-    /// ISO 2631-4, for guided transport.
+    /// ISO 2631-4, for rail vehicles and other guided transport.
     Wb,
 }
 
 impl RidePoint {
-    /// The setting that is out of its range, with its value and what is allowed.
+    /// The first setting outside its range: its key, its value and what is allowed.
     pub(crate) fn out_of_range(&self) -> Option<(&'static str, String, &'static str)> {
         let given = [&self.vertical, &self.lateral, &self.longitudinal];
         if given.iter().all(|signal| signal.is_none()) {
-            return Some(("vertical", "left out".to_owned(), "a point with any direction"));
+            return Some((
+                "vertical",
+                "missing".to_owned(),
+                "given, if lateral and longitudinal are missing",
+            ));
         }
         let from = self.from.unwrap_or(f64::NEG_INFINITY);
-        // also false for what is no number
+        // also false for NaN
         let ordered = self.to.is_none_or(|to| from < to) && !from.is_nan();
-        (!ordered).then(|| ("from", from.to_string(), "times before \"to\""))
+        (!ordered).then(|| ("from", from.to_string(), "before \"to\""))
     }
 }

@@ -1,15 +1,15 @@
 //! The JSON schema of scenario files, for editors.
 //!
-//! The types give the schema of a whole scenario. A file that extends another is a patch upon it: the
-//! same members at the same places, none of them required, and null where one is to be removed. Lists
-//! are replaced as a whole, so their items are those of a whole scenario.
+//! The schema of a whole scenario follows from the types. A file that extends another one is a patch: the same members at
+//! the same places, none of them required, and null to remove one. A patch replaces lists as a whole, so their items are
+//! those of a whole scenario.
 
 use serde_json::{Map, Value, json};
 
 use crate::Scenario;
 use crate::comment::COMMENT;
 
-/// Added to the name of a definition for its form in a patch.
+/// Suffix of a definition's name for its form in a patch.
 const PATCH: &str = "Patch";
 const DEFINITIONS: &str = "$defs";
 const WHOLE: &str = "Scenario";
@@ -38,11 +38,11 @@ fn schema() -> Value {
     add_patch(&mut definitions, WHOLE);
     definitions.insert("Comment".to_owned(), comment());
     let extends = json!({
-        "description": "The scenario file that this one changes, relative to this one: objects are \
-                        merged member by member, null removes a member, all else replaces.",
+        "description": "Path of the scenario file that this one changes, relative to this one. Objects are merged \
+                        member by member, null removes a member, anything else replaces it (RFC 7396).",
         "type": "string",
     });
-    // here for a file that does not say yet what it extends, too
+    // also for a file without `extends`, so that editors offer it
     for place in [WHOLE, &patch_name(WHOLE)] {
         if let Some(members) = definitions[place]["properties"].as_object_mut() {
             members.insert("extends".to_owned(), extends.clone());
@@ -59,7 +59,7 @@ fn schema() -> Value {
 
 fn comment() -> Value {
     json!({
-        "description": "A remark, not used: a text, or its lines.",
+        "description": "A comment, ignored: a text, or a list of lines.",
         "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
     })
 }
@@ -72,7 +72,7 @@ fn patch_name(name: &str) -> String {
     format!("{name}{PATCH}")
 }
 
-/// Lets every object have a comment: those with members and those that are maps.
+/// Allows a comment in every object.
 fn allow_comments(schema: &mut Value) {
     match schema {
         Value::Array(items) => items.iter_mut().for_each(allow_comments),
@@ -87,20 +87,20 @@ fn allow_comments(schema: &mut Value) {
     }
 }
 
-/// Adds the definition `name` in the form that it has in a patch, and those that it needs.
+/// Adds the form of a definition in a patch, and of those that it refers to.
 fn add_patch(definitions: &mut Map<String, Value>, name: &str) {
     let key = patch_name(name);
     if definitions.contains_key(&key) {
         return;
     }
     let Some(whole) = definitions.get(name).cloned() else { return };
-    // a place for it first, in case it comes up in itself
+    // a placeholder first, in case the definition refers to itself
     definitions.insert(key.clone(), Value::Null);
     let changed = patch(definitions, whole);
     definitions.insert(key, changed);
 }
 
-/// An object's schema in the form that it has in a patch.
+/// The schema of an object in a patch.
 fn patch(definitions: &mut Map<String, Value>, mut schema: Value) -> Value {
     let Value::Object(map) = &mut schema else { return schema };
     map.shift_remove("required");
@@ -117,10 +117,10 @@ fn patch(definitions: &mut Map<String, Value>, mut schema: Value) -> Value {
     schema
 }
 
-/// A member's schema in a patch: objects are patches in turn, and null removes.
+/// The schema of a member in a patch: an object is a patch too, and null removes the member.
 fn member_of_patch(definitions: &mut Map<String, Value>, mut member: Value) -> Value {
     let Value::Object(map) = &mut member else { return member };
-    // what a member is when it is left out is for the file below to say
+    // the extended file gives the value of a member that is left out
     map.shift_remove("default");
     let description = map.shift_remove("description");
     let is_object = |schema: &Value| schema["type"] == "object";
@@ -163,7 +163,7 @@ mod tests {
         let members = &schema[DEFINITIONS]["ScenarioPatch"]["properties"];
         let instances = members["instances"].to_string();
         assert!(instances.contains("InstancePatch"), "{instances}");
-        // a list is whole, and what is in it
+        // items of lists are not patches
         let plots = members["plots"].to_string();
         assert!(plots.contains("#/$defs/Plot\""), "{plots}");
     }

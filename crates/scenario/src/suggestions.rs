@@ -1,8 +1,7 @@
-//! What a scenario leaves out of its experiment, taken from what its units suggest
-//! (`DefaultExperiment`).
+//! Values that the experiment leaves out, taken from the `DefaultExperiment` of the units.
 //!
-//! The span is the longest that a unit suggests, the step the smallest, so that no unit gets less
-//! than it asks for. What is taken is told in a note, with the file that it comes from.
+//! The longest span and the smallest step are taken, so that they suffice for every unit. A note names each value and the
+//! file that it comes from.
 
 use std::path::{Path, PathBuf};
 
@@ -12,10 +11,10 @@ use crate::{Experiment, Scenario, ScenarioError};
 use fmi2_import::description::{DefaultExperiment, ModelDescription};
 use fmi2_import::package::Package;
 
-/// Steps of a run for which neither the scenario nor the unit names one.
+/// Number of steps if neither the scenario nor the unit gives a step.
 const STEPS: f64 = 500.0;
 
-/// Times that are given besides the file, and count instead of those in it.
+/// Times from the command line, which replace those of the file.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GivenTimes {
     /// Stop time (s).
@@ -24,7 +23,7 @@ pub struct GivenTimes {
     pub step: Option<f64>,
 }
 
-/// Which members of the experiment are left out.
+/// Which members the experiment leaves out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LeftOut {
     start: bool,
@@ -33,7 +32,7 @@ pub(crate) struct LeftOut {
 }
 
 impl LeftOut {
-    /// Notes what a scenario's experiment lacks, and puts zeros there until it is completed.
+    /// Finds the members that the experiment leaves out, and puts zeros there until it is completed.
     pub(crate) fn fill(whole: &mut Value) -> Self {
         let Some(Value::Object(experiment)) = whole.get_mut("experiment") else {
             return Self { start: false, stop: false, step: false };
@@ -48,8 +47,7 @@ impl LeftOut {
         Self { start: lacks("start"), stop: lacks("stop"), step: lacks("step") }
     }
 
-    /// Completes the experiment of a scenario whose paths of units are relative to the working
-    /// directory.
+    /// Completes the experiment. The paths of units must be relative to the working directory.
     pub(crate) fn complete(
         mut self,
         scenario: &mut Scenario,
@@ -71,7 +69,7 @@ impl LeftOut {
         suggested.complete(self, &mut scenario.experiment, &mut scenario.notes)
     }
 
-    /// Takes what is given; the rest is still left out.
+    /// Takes the given times; the other members remain left out.
     fn take(&mut self, experiment: &mut Experiment, given: GivenTimes) {
         if let Some(stop) = given.stop {
             experiment.stop = stop;
@@ -81,21 +79,21 @@ impl LeftOut {
             experiment.step = step;
             self.step = false;
         }
-        // a start that is suggested belongs to the stop that is
+        // a default start goes with a default stop only
         self.start &= self.stop;
     }
 }
 
-/// What units suggest.
+/// The units whose `DefaultExperiment` completes the experiment.
 struct Suggested<'a> {
     units: &'a [(PathBuf, ModelDescription)],
 }
 
-/// One of the numbers in a `DefaultExperiment`.
+/// An attribute of a `DefaultExperiment`.
 type Attribute = fn(&DefaultExperiment) -> Option<f64>;
 
 impl Suggested<'_> {
-    /// The suggestion that comes first by the order, in a sentence with its origin.
+    /// The value that comes first in the order; adds a note with its origin.
     fn choose(
         &self,
         key: &str,
@@ -119,10 +117,10 @@ impl Suggested<'_> {
         }
         let others = match values.iter().filter(|(other, _)| *other != value).count() {
             0 => "",
-            _ => "; other units suggest other values",
+            _ => "; other units have other values",
         };
         notes.push(format!(
-            "experiment.{key} is left out: {value} s, as {} suggests (DefaultExperiment){others}",
+            "experiment.{key} is left out; using {value} s from the DefaultExperiment of {}{others}",
             path.display()
         ));
         Some(value)
@@ -155,8 +153,8 @@ impl Suggested<'_> {
         Ok(())
     }
 
-    /// Lets the step divide the span by changing what nobody gave: the step, if all units can vary
-    /// it, or else the stop time.
+    /// Makes the span a multiple of the step by changing a value that the user did not give: the step if all units can
+    /// vary it, otherwise the stop time.
     fn fit(&self, left: LeftOut, experiment: &mut Experiment, notes: &mut Vec<String>) {
         let Experiment { start, stop, step, .. } = *experiment;
         let count = (stop - start) / step;
@@ -168,18 +166,18 @@ impl Suggested<'_> {
         };
         if left.step && (self.units.iter().all(vary) || count < 1.0) {
             experiment.step = (stop - start) / count.ceil();
-            let text = "so that it divides the span";
-            notes.push(format!("experiment.step: {} s instead, {text}", experiment.step));
+            let text = "because stop - start must be a multiple of it";
+            notes.push(format!("experiment.step is reduced to {} s, {text}", experiment.step));
         } else if left.stop && count >= 1.0 {
             experiment.stop = start + count.floor() * step;
-            let text = "so that the step divides the span";
-            notes.push(format!("experiment.stop: {} s instead, {text}", experiment.stop));
+            let text = "because stop - start must be a multiple of the step";
+            notes.push(format!("experiment.stop is reduced to {} s, {text}", experiment.stop));
         }
     }
 }
 
-/// The experiment of a unit that runs alone: what is given, what it suggests, and where it suggests
-/// nothing, from 0 over 1 s in 500 steps. With the notes on what was taken from where.
+/// The experiment of a unit that runs alone: the given times, then those of its `DefaultExperiment`, then 1 s from 0 in
+/// 500 steps. Also returns notes for the user.
 pub(crate) fn alone(
     path: &Path,
     unit: &ModelDescription,
@@ -189,7 +187,7 @@ pub(crate) fn alone(
     let mut experiment = Experiment { start: 0.0, stop: 0.0, step: 0.0, tolerance: None };
     left.take(&mut experiment, given);
     let default = &unit.default_experiment;
-    // a unit that is given a stop time begins where it suggests to, if that comes before
+    // the default start is used with a given stop too, if it is before that
     let begin = default.start_time.filter(|it| it.is_finite()).unwrap_or_default();
     if left.stop || begin < experiment.stop {
         experiment.start = begin;
@@ -205,7 +203,10 @@ pub(crate) fn alone(
     let units = [(path.to_owned(), unit.clone())];
     Suggested { units: &units }.fit(left, &mut experiment, &mut notes);
     let Experiment { start, stop, step, .. } = experiment;
-    notes.insert(0, format!("the unit runs alone from {start} s to {stop} s in steps of {step} s"));
+    notes.insert(
+        0,
+        format!("running this unit alone from {start} s to {stop} s in steps of {step} s"),
+    );
     (experiment, notes)
 }
 
