@@ -1,4 +1,4 @@
-//! Why a unit could not be checked at all.
+//! Errors that prevent a check.
 
 use std::path::PathBuf;
 
@@ -6,29 +6,32 @@ use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
 use thiserror::Error;
 
-/// Why the checks of behaviour could not run.
+/// Why the checks of behaviour cannot run.
 #[derive(Debug, Error)]
 pub enum CheckError {
-    /// The unit's archive or description.
+    /// The archive or the description is damaged.
     #[error("cannot open the unit")]
     Package(#[from] PackageError),
-    /// The unit's binary.
+    /// The binary cannot be loaded.
     #[error("cannot load the unit")]
     Library(#[from] LibraryError),
     /// No check has this name.
-    #[error("there is no check \"{id}\"; the checks are: {known}")]
+    #[error(
+        "there is no check \"{id}\"{}",
+        suggestion.map(|it| format!("; did you mean \"{it}\"?")).unwrap_or_default()
+    )]
     Unknown {
         /// The name asked for.
         id: String,
-        /// The names of all checks.
-        known: String,
+        /// The nearest name.
+        suggestion: Option<&'static str>,
     },
-    /// A temporary folder or a file in it.
+    /// A temporary folder or file cannot be written.
     #[error("cannot write {path}")]
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// The system's reason.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
@@ -42,22 +45,22 @@ impl CheckError {
             Self::Package(error) => error.help(),
             Self::Library(error) => Some(error.help()),
             Self::Unknown { .. } => Some("`maglev validate --dynamic --rules` lists the checks"),
-            Self::Write { .. } => Some("set TMPDIR to a folder that can be written"),
+            Self::Write { .. } => Some("set TMPDIR to a writable folder"),
         }
     }
 }
 
-/// Errors that `maglev validate` finds in a unit, where a run tolerates none.
+/// Violations of the standard in an FMU, in a run that does not tolerate them.
 #[derive(Debug, Error)]
 #[error(
-    "{path} has {} that a strict run does not tolerate: {}",
-    if findings.len() == 1 { "a defect".to_owned() } else { format!("{} defects", findings.len()) },
+    "{path} has {}, which a strict run does not allow: {}",
+    if findings.len() == 1 { "an error".to_owned() } else { format!("{} errors", findings.len()) },
     findings.join("; ")
 )]
 pub struct Defects {
     /// Path of the .fmu file, as it was given.
     pub path: PathBuf,
-    /// One message per defect.
+    /// One message per violation.
     pub findings: Vec<String>,
 }
 
@@ -65,6 +68,7 @@ impl Defects {
     /// How to fix it.
     #[must_use]
     pub fn help(&self) -> &'static str {
-        "`maglev validate` says more; without --strict (or \"strict\" in the scenario) they are tolerated"
+        "`maglev validate` has the details; without --strict (or \"strict\" in the scenario) such units \
+         run with a warning"
     }
 }

@@ -1,10 +1,10 @@
-//! Checks FMI 2.0 co-simulation units.
+//! Checks whether FMI 2.0 co-simulation FMUs conform to the standard.
 //!
-//! [`rules`] look at what a unit says: its archive, its description, the symbols of its binary. Nothing is
-//! loaded. [`harness`] drives a unit through its C functions with the [`checks`], each in a process of its
-//! own. [`reference`] repeats the experiments whose results a unit carries.
+//! [`check()`] applies the [`rules()`] to a file: archive, description, symbols of the binary. It loads nothing.
+//! [`runner::run`] loads the FMU and calls its C functions as the [`checks()`] demand, each check in a separate
+//! process. [`reference`] repeats the experiments whose results an FMU contains.
 
-#![expect(clippy::result_large_err, reason = "errors name all that they concern, and end a check")]
+#![expect(clippy::result_large_err, reason = "errors carry their context, and are rare")]
 
 mod checks;
 mod error;
@@ -21,10 +21,10 @@ pub use error::{CheckError, Defects};
 pub use harness::{Check, Observation};
 pub use rules::{Rule, Unreadable, check, rules};
 
-/// Refuses a unit in which a rule finds an error: something that the standard forbids.
+/// Refuses an FMU that violates the standard.
 ///
 /// # Errors
-/// All of them.
+/// All findings of severity error.
 pub fn refuse_defects(package: &Package) -> Result<(), Defects> {
     let findings: Vec<String> = match check(package.path()) {
         Ok(found) => found

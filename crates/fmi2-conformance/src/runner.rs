@@ -1,4 +1,4 @@
-//! Starts each check in a process of its own and makes a report of what came back.
+//! Runs each check in a separate process, and collects the results in a report.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -18,28 +18,28 @@ use fmi2_import::scratch::Scratch;
 
 pub use crate::harness::resume::resume;
 
-/// Name of the hidden subcommand.
+/// The hidden subcommand of `maglev` that runs [`child`].
 const SUBCOMMAND: &str = "conformance-check";
 
-/// How to run the suite.
+/// How to run the checks.
 #[derive(Debug, Clone)]
 pub struct ConformanceOptions {
-    /// The program that has the hidden subcommands, `maglev`.
+    /// The program with the hidden subcommands: `maglev`.
     pub program: PathBuf,
-    /// Only these checks, if any.
+    /// Names of the checks to run; empty: all.
     pub only: Vec<String>,
-    /// Longest time of a check.
+    /// Time limit of a check.
     pub limit: Duration,
 }
 
-/// What came out of one check.
+/// The result of one check.
 #[derive(Debug, Clone, Serialize)]
 pub struct CheckOutcome {
     /// Name of the check, as in [`Check::id`].
     pub check: &'static str,
     /// Section of the FMI 2.0.5 specification.
     pub section: &'static str,
-    /// Why it was left out.
+    /// Why the check does not apply to the FMU.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skipped: Option<String>,
     /// Findings, empty if the FMU passes or the check was skipped.
@@ -48,17 +48,17 @@ pub struct CheckOutcome {
     pub seconds: f64,
 }
 
-/// What came out of all checks.
+/// The results of all checks that ran.
 #[derive(Debug, Clone, Serialize)]
 pub struct ConformanceReport {
     /// Path of the .fmu file, as it was given.
     pub unit: PathBuf,
-    /// One entry for each check.
+    /// The results in the order of the checks.
     pub checks: Vec<CheckOutcome>,
 }
 
 impl ConformanceReport {
-    /// Number of findings of a severity.
+    /// Number of findings with a severity.
     #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
         let all = self.checks.iter().flat_map(|outcome| &outcome.findings);
@@ -66,32 +66,35 @@ impl ConformanceReport {
     }
 }
 
-/// What a child writes for its parent.
+/// What the process of a check writes for its parent.
 #[derive(Serialize, Deserialize)]
 struct Answer {
     skipped: Option<String>,
     findings: Vec<Observation>,
 }
 
-/// Runs the checks on a unit; `told` hears of each outcome as it comes.
+/// Runs the checks on an FMU, and passes each result to `report` when it is there. If the check `load` fails, the
+/// others do not run.
 ///
 /// # Errors
-/// The unit cannot be opened, or there is no temporary folder.
+/// There is no check of a wanted name, the FMU cannot be opened, or there is no temporary folder.
 pub fn run(
     unit: &Path,
     options: &ConformanceOptions,
-    mut told: impl FnMut(&CheckOutcome),
+    mut report: impl FnMut(&CheckOutcome),
 ) -> Result<ConformanceReport, CheckError> {
-    // a unit that cannot be opened is bad input, not a finding of each check
+    if let Some(id) = options.only.iter().find(|id| checks().all(|check| check.id != **id)) {
+        return Err(unknown(id));
+    }
+    // an FMU that cannot be opened is bad input, not a finding of each check
     drop(Package::open(unit)?);
     let folder = Scratch::new().map_err(|source| CheckError::Write {
         path: "the folder for temporary files".into(),
-
         source,
     })?;
     let wanted =
         |check: &&Check| options.only.is_empty() || options.only.iter().any(|id| id == check.id);
-    let mut report = ConformanceReport { unit: unit.to_owned(), checks: Vec::new() };
+    let mut all = ConformanceReport { unit: unit.to_owned(), checks: Vec::new() };
     for check in checks().filter(wanted) {
         let place = Place::new(folder.path(), check.id);
         let begin = Instant::now();
@@ -99,14 +102,19 @@ pub fn run(
         let seconds = begin.elapsed().as_secs_f64();
         let (check, section) = (check.id, check.section);
         let outcome = CheckOutcome { check, section, skipped, findings, seconds };
-        told(&outcome);
+        report(&outcome);
         let broken = outcome.check == "load" && !outcome.findings.is_empty();
-        report.checks.push(outcome);
+        all.checks.push(outcome);
         if broken {
             break;
         }
     }
-    Ok(report)
+    Ok(all)
+}
+
+fn unknown(id: &str) -> CheckError {
+    let suggestion = patterns::suggest(id, checks().map(|check| check.id));
+    CheckError::Unknown { id: id.to_owned(), suggestion }
 }
 
 /// The files of one check.
@@ -141,37 +149,40 @@ impl Place {
         let ended = match self.wait(unit, check, options) {
             Ok(Some(status)) => status,
             Ok(None) => {
-                return finding(format!("hangs: no end within {} s", options.limit.as_secs_f64()));
+                return finding(format!(
+                    "the check did not end within {} s",
+                    options.limit.as_secs_f64()
+                ));
             }
-            Err(error) => return finding(format!("the check cannot be started: {error}")),
+            Err(error) => return finding(format!("cannot start the check: {error}")),
         };
         let answer = fs::read(&self.answer).ok();
         let Some(answer) = answer.and_then(|text| serde_json::from_slice::<Answer>(&text).ok())
         else {
-            return finding(format!("the unit ended the process: {}{}", ended, self.said()));
+            return finding(format!("the FMU ended the process: {}{}", ended, self.said()));
         };
         let mut findings = answer.findings;
         if !ended.success() {
-            findings.extend(finding(format!("crashed at the end of the process: {ended}")).1);
+            findings.extend(finding(format!("the process crashed at its end: {ended}")).1);
         }
         if check.id == "silent" {
             let text = fs::read_to_string(&self.stdout).unwrap_or_default();
             if !text.is_empty() {
                 let start: String = text.chars().take(60).collect();
-                findings.extend(finding(format!("writes to the standard output: {start:?}")).1);
+                findings.extend(finding(format!("the FMU wrote to standard output: {start:?}")).1);
             }
         }
         (answer.skipped, findings)
     }
 
-    /// The end of what a dying process said.
+    /// The last line that a process wrote to standard error.
     fn said(&self) -> String {
         let text = fs::read_to_string(&self.stderr).unwrap_or_default();
         let last = text.lines().last().unwrap_or_default();
-        if last.is_empty() { String::new() } else { format!("; it said: {last}") }
+        if last.is_empty() { String::new() } else { format!("; its last message: {last}") }
     }
 
-    /// Waits for the child's end; `None` when it had to be ended.
+    /// Waits for the end of the process; `None` if it was killed at the time limit.
     fn wait(
         &self,
         unit: &Path,
@@ -181,7 +192,7 @@ impl Place {
         let mut child = Command::new(&options.program)
             .arg(SUBCOMMAND)
             .args([unit, Path::new(check.id), &self.answer, &self.trace])
-            // what a crash leaves behind goes with the parent's folder
+            // files that a crash leaves behind are removed with the parent's folder
             .env("TMPDIR", self.answer.parent().unwrap_or(Path::new("/tmp")))
             .stdin(Stdio::null())
             .stdout(File::create(&self.stdout)?)
@@ -204,15 +215,13 @@ impl Place {
     }
 }
 
-/// Runs one check in this process and writes its answer to a file, tracing calls to another.
+/// Runs one check in this process. Writes its result to the file `answer`, and each call to `trace` before it is made.
 ///
 /// # Errors
-/// There is no such check, or the files cannot be written.
+/// There is no such check, or a file cannot be written.
 pub fn child(unit: &Path, id: &str, answer: &Path, trace: &Path) -> Result<(), CheckError> {
     let failed = |path: &Path, source| CheckError::Write { path: path.to_owned(), source };
-    let Some(check) = checks().find(|check| check.id == id) else {
-        return Err(failed(Path::new(id), std::io::ErrorKind::NotFound.into()));
-    };
+    let check = checks().find(|check| check.id == id).ok_or_else(|| unknown(id))?;
     let file = File::create(trace).map_err(|source| failed(trace, source))?;
     let judged = match Bench::new(unit, check.severity, Some(file)) {
         Ok(bench) => judge(check, &bench),

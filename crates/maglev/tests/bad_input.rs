@@ -34,7 +34,7 @@ fn issue_files_that_are_not_scenarios_are_refused() {
             ],
         ),
         ("text.txt", ["text.txt is not JSON", "line 1 column 1"]),
-        ("empty.json", ["empty.json is not JSON", "help: correct the text"]),
+        ("empty.json", ["empty.json is not JSON", "help: correct the syntax"]),
         ("cut.json", ["cut.json is not JSON", "line 1 column 12"]),
         ("unit.zip", ["cannot read the scenario", "a unit that runs alone is a .fmu file"]),
     ] {
@@ -288,7 +288,7 @@ fn issue_steps_and_intervals_that_do_not_divide_the_run_are_refused() {
         .fails(2, &["is not a multiple of the step 0.3 s", "help: choose stop"]);
     bench
         .run(&["--record-interval", "0.25"])
-        .fails(2, &["record.interval 0.25 s is not a multiple"]);
+        .fails(2, &["record.interval is 0.25 s, which is not a multiple"]);
     bench.run(&["--stop", "-1"]).fails(2, &["do not describe a run"]);
 }
 

@@ -11,7 +11,8 @@ use fmi2_import::span::between;
 #[serde(deny_unknown_fields)]
 #[schemars(transform = allow_to_leave_out)]
 pub struct Experiment {
-    /// Start time (s). Default: 0; if `stop` is left out too, the smallest `startTime` in the units' `DefaultExperiment`.
+    /// Start time (s). Default: 0; if `stop` is left out too, the smallest `startTime` in the units'
+    /// `DefaultExperiment`.
     #[serde(default)]
     pub start: f64,
     /// Stop time (s). Default: the largest `stopTime` in the units' `DefaultExperiment`.
@@ -76,8 +77,8 @@ mod tests {
     use super::*;
 
     /// Common steps and spans from several start times. Where the step divides the span, no step ends after the stop
-    /// time as a unit computes it. The last one ends at the stop time, or before it by the rounding of n·h. From a start
-    /// at 0, every step begins where the one before ended.
+    /// time as a unit computes it. The last one ends at the stop time, or before it by the rounding of n·h. From a
+    /// start at 0, every step begins where the one before ended.
     #[test]
     fn invariant_no_step_ends_beyond_the_stop_time() {
         let mut steps = vec![1e-1, 1e-2, 1e-3, 2e-3, 5e-3, 2.5e-3, 4e-3, 2e-2, 5e-2, 2e-1, 0.7e-3];

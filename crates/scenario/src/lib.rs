@@ -1,8 +1,8 @@
 //! Scenario files: the units of a co-simulation, their connections, how they step and what is recorded.
 //!
-//! A scenario is JSON. `maglev schema` prints its schema, and `scenarios/schema.json` is a copy. A file may extend another
-//! one (JSON Merge Patch, RFC 7396), and every object may have a `"$comment"`. Unknown and duplicate keys are errors. Every
-//! error names the file, the JSON path and the line.
+//! A scenario is JSON. `maglev schema` prints its schema, and `scenarios/schema.json` is a copy. A file may extend
+//! another one (JSON Merge Patch, RFC 7396), and every object may have a `"$comment"`. Unknown and duplicate keys are
+//! errors. Every error names the file, the JSON path and the line.
 //!
 //! [`Scenario::load`] reads a file, [`Scenario::check`] checks ranges, [`Scenario::schema`] is the schema.
 

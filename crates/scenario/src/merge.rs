@@ -1,7 +1,7 @@
 //! JSON Merge Patch (RFC 7396), by which a file changes the one that it extends.
 //!
-//! The crate `json-patch` does not keep the order of members when it removes one. Here the order matters: instances step
-//! in it.
+//! The crate `json-patch` does not keep the order of members when it removes one. Here the order matters: instances
+//! step in it.
 
 use serde_json::{Map, Value};
 

@@ -1,8 +1,8 @@
 //! The JSON schema of scenario files, for editors.
 //!
-//! The schema of a whole scenario follows from the types. A file that extends another one is a patch: the same members at
-//! the same places, none of them required, and null to remove one. A patch replaces lists as a whole, so their items are
-//! those of a whole scenario.
+//! The schema of a whole scenario follows from the types. A file that extends another one is a patch: the same members
+//! at the same places, none of them required, and null to remove one. A patch replaces lists as a whole, so their items
+//! are those of a whole scenario.
 
 use serde_json::{Map, Value, json};
 

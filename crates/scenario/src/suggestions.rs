@@ -1,7 +1,7 @@
 //! Values that the experiment leaves out, taken from the `DefaultExperiment` of the units.
 //!
-//! The longest span and the smallest step are taken, so that they suffice for every unit. A note names each value and the
-//! file that it comes from.
+//! The longest span and the smallest step are taken, so that they suffice for every unit. A note names each value and
+//! the file that it comes from.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Arguments that are empty, null, unknown or not allowed (FMI 2.0.5, sections 2.1.2, 2.1.5, 2.1.7
+//! Empty, null, unknown and forbidden arguments (FMI 2.0.5, sections 2.1.2, 2.1.5, 2.1.7
 //! and 4.2.2).
 
 use std::ffi::c_void;
@@ -15,16 +15,16 @@ use fmi2_import::description::{Causality, Initial, Type, Variability, Variable};
 use fmi2_import::library::Functions;
 
 table! {
-    "zero-length", "2.1.7", Error, "get and set of no variables with null arrays work", zero_length;
+    "zero-length", "2.1.7", Error, "get and set accept null arrays when the number of variables is 0", zero_length;
     "null-arguments", "2.1.7", Warning, "null arrays, null states and null instances are refused without a crash", null_arguments;
-    "wrong-reference", "2.1.2", Error, "get and set of unknown value references return fmi2Error", wrong_reference;
+    "wrong-reference", "2.1.2", Error, "get and set of unknown value references return an error", wrong_reference;
     "set-read-only", "2.1.2", Error, "constants and the independent variable cannot be set", read_only;
-    "set-calculated", "4.2.4", Warning, "outputs and locals cannot be set in step mode", calculated;
+    "set-calculated", "4.2.4", Warning, "calculated outputs and locals cannot be set in step mode", calculated;
     "set-fixed-late", "4.2.4", Warning, "fixed parameters cannot be set in step mode", fixed_late;
-    "guid-wrong", "2.1.5", Error, "another GUID is refused, with a message", guid_wrong;
-    "name-null", "2.1.5", Warning, "a null or empty name, and a null GUID, are refused without a crash", name_null;
-    "model-exchange", "2.1.5", Error, "a unit that is only for co-simulation refuses model exchange", model_exchange;
-    "status-kinds", "4.2.3", Error, "statuses that a unit cannot give are answered with fmi2Discard", status_kinds;
+    "guid-wrong", "2.1.5", Error, "fmi2Instantiate refuses another GUID, with a message", guid_wrong;
+    "name-null", "2.1.5", Warning, "fmi2Instantiate refuses a null or empty name and a null GUID, without a crash", name_null;
+    "model-exchange", "2.1.5", Error, "fmi2Instantiate refuses model exchange if the FMU is for co-simulation only", model_exchange;
+    "status-kinds", "4.2.3", Error, "fmi2GetXXXStatus returns fmi2Discard for a status that the FMU does not have", status_kinds;
 }
 
 fn zero_length(bench: &Bench) -> CheckResult {
@@ -32,7 +32,7 @@ fn zero_length(bench: &Bench) -> CheckResult {
     unit.run(0, 1)?;
     let (c, f) = (unit.component(), bench.functions());
     bench.trace().call("unit", format_args!("get and set of 0 variables with NULL arrays"));
-    // SAFETY: no elements are read or written; that is what is checked
+    // SAFETY: the check is whether the FMU leaves the arrays alone; the process may crash
     let answers = unsafe {
         [
             ("fmi2GetReal", f.get_real.map(|it| it(c, null(), 0, null_mut()))),
@@ -54,19 +54,19 @@ fn zero_length(bench: &Bench) -> CheckResult {
     unit.run(1, 2)
 }
 
-/// A call with a null pointer where there should be none.
+/// The text of a call with a null pointer, and the call.
 type Attempt = (&'static str, fn(&Functions, *mut c_void) -> Option<Status>);
 
-/// What one value is read from or written to.
+/// Memory for one value.
 fn place<T: Default>() -> *mut T {
-    // a check's process is short: what it leaks is of no matter
+    // leaked, since the process ends with the check
     Box::into_raw(Box::default())
 }
 
-/// Null where there should be an array or a state.
+/// Calls with null for an array or a state.
 #[expect(
     clippy::undocumented_unsafe_blocks,
-    reason = "of all: that the unit looks before it follows a pointer is what is checked"
+    reason = "the check is whether the FMU handles a null pointer; the process may crash"
 )]
 const NULLS: [Attempt; 9] = [
     ("fmi2GetReal(vr NULL, 1)", |f, c| f.get_real.map(|it| unsafe { it(c, null(), 1, place()) })),
@@ -95,7 +95,7 @@ const NULLS: [Attempt; 9] = [
 /// Calls with a null instance.
 #[expect(
     clippy::undocumented_unsafe_blocks,
-    reason = "of all: that the unit looks before it follows a pointer is what is checked"
+    reason = "the check is whether the FMU handles a null pointer; the process may crash"
 )]
 const NO_INSTANCE: [Attempt; 4] = [
     ("fmi2DoStep(NULL)", |f, c| f.do_step.map(|it| unsafe { it(c, 0.0, 1.0, 0) })),
@@ -130,7 +130,7 @@ fn null_arguments(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// A value reference that no variable of the type has.
+/// A value reference of no variable of the type.
 fn unknown(bench: &Bench, kind: Type) -> u32 {
     let known = bench.references(kind, |_| true);
     known.last().map_or(7, |last| last.saturating_add(1_000_000))
@@ -167,9 +167,9 @@ fn wrong_reference(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// Sets Reals that must not be set, each on an instance of its own.
+/// Sets Reals that cannot be set, each on a new instance.
 fn forbidden(bench: &Bench, what: &str, test: impl Fn(&Variable) -> bool) -> CheckResult {
-    // many variables of one kind are treated alike: the first few tell
+    // FMUs treat variables of one kind alike: a few are enough
     const TRIED: usize = 5;
     let fresh = bench.initialized("fresh")?.record(0, 2)?;
     let settable = bench.references(Type::Real, |it| it.causality == Causality::Input);
@@ -180,7 +180,7 @@ fn forbidden(bench: &Bench, what: &str, test: impl Fn(&Variable) -> bool) -> Che
         .take(TRIED)
         .collect();
     if all.is_empty() {
-        return skip(format!("there is no Real that is {what}"));
+        return skip(format!("no Real is {what}"));
     }
     for input in all {
         bench.part(&format!("fmi2SetReal of {}, {what}", input.name));
@@ -216,7 +216,7 @@ fn fixed_late(bench: &Bench) -> CheckResult {
     })
 }
 
-/// Tries to make an instance that must be refused.
+/// Calls fmi2Instantiate with an argument that it must refuse, and returns the number of messages.
 fn refuse(bench: &Bench, what: &str, change: impl FnOnce(&mut Making)) -> Option<usize> {
     bench.part(&format!("fmi2Instantiate with {what}"));
     let mut making = bench.making("unit");
@@ -247,7 +247,7 @@ fn name_null(bench: &Bench) -> CheckResult {
 
 fn model_exchange(bench: &Bench) -> CheckResult {
     if bench.offers_model_exchange() {
-        return skip("the unit offers model exchange");
+        return skip("the FMU supports model exchange");
     }
     refuse(bench, "type fmi2ModelExchange", |it| it.kind = fmi2Type::fmi2ModelExchange);
     Ok(())
@@ -256,7 +256,7 @@ fn model_exchange(bench: &Bench) -> CheckResult {
 fn status_kinds(bench: &Bench) -> CheckResult {
     let unit = bench.initialized("unit")?;
     unit.run(0, 1)?;
-    // kinds 0 to 3 are of the types Status, String, Real and Boolean; 77 is none
+    // kinds 0 to 3 have the types Status, String, Real and Boolean; kind 77 does not exist
     for kind in [0, 1, 2, 3, 77] {
         let answers = [
             ("fmi2GetStatus", unit.status(kind, &mut 0), kind == 0),

@@ -13,20 +13,20 @@ use fmi2_import::description::{Causality, Initial, Severity, Type, Variability};
 use fmi2_import::per_type::CType;
 
 table! {
-    "input-derivatives", "4.2.1", Error, "a step with an input's derivative ends as many small steps along that line", inputs;
-    "input-derivatives-wrong", "4.2.1", Warning, "derivatives of order 0, and of what is no input, are refused", wrong;
-    "output-derivatives", "4.2.1", Error, "derivatives of outputs are 0 or the slope that small steps show", outputs;
-    "directional-derivatives", "2.1.9", Error, "directional derivatives are the slope that finite differences show", directional;
+    "input-derivatives", "4.2.1", Error, "a step with input derivatives ends like many small steps along the same lines", inputs;
+    "input-derivatives-wrong", "4.2.1", Warning, "derivatives of order 0 and of variables that are not inputs are refused", wrong;
+    "output-derivatives", "4.2.1", Error, "output derivatives are 0 or agree with the slope over small steps", outputs;
+    "directional-derivatives", "2.1.9", Error, "directional derivatives agree with finite differences", directional;
 }
 
-/// How inputs are given over one communication step.
+/// The course of the inputs over one communication step.
 #[derive(Clone, Copy, PartialEq)]
-enum Course {
-    /// Held at their beginning.
+enum InputCourse {
+    /// Held at their values at the start.
     Held,
-    /// Along a line, by their derivative.
+    /// Along a line, by input derivatives.
     Line,
-    /// Along the same line, by stairs that are held at the middle of each part.
+    /// Along the same line in small steps, each with the value at its middle.
     Stairs,
 }
 
@@ -35,20 +35,20 @@ fn along(
     bench: &Bench,
     inputs: &[RealInput],
     parts: u32,
-    course: Course,
+    course: InputCourse,
 ) -> Result<Vec<f64>, Stop> {
     let unit = bench.initialized("unit")?;
     let references: Vec<u32> = inputs.iter().map(|input| input.reference).collect();
     let h = bench.step() / f64::from(parts);
     for part in 0..parts {
         let share = match course {
-            Course::Stairs => (f64::from(part) + 0.5) / f64::from(parts),
-            Course::Held | Course::Line => 0.0,
+            InputCourse::Stairs => (f64::from(part) + 0.5) / f64::from(parts),
+            InputCourse::Held | InputCourse::Line => 0.0,
         };
         let at = |input: &RealInput| input.start + input.small * share;
         let values: Vec<f64> = inputs.iter().map(at).collect();
         ok(unit.set_real(&references, &values), "fmi2SetReal")?;
-        if course == Course::Line {
+        if course == InputCourse::Line {
             let slopes: Vec<f64> = inputs.iter().map(|input| input.small / bench.step()).collect();
             let orders = vec![1; references.len()];
             let status = unit.set_input_derivatives(&references, &orders, &slopes);
@@ -59,7 +59,7 @@ fn along(
     Ok(unit.read(&ReadList::outputs(bench))?.numbers())
 }
 
-/// Outputs that do not follow an input directly.
+/// Whether each output has no direct feed-through.
 fn indirect(bench: &Bench) -> Vec<bool> {
     let description = bench.description();
     let of = ReadList::outputs(bench).reals;
@@ -84,16 +84,16 @@ fn inputs(bench: &Bench) -> CheckResult {
     let inputs = bench.continuous_inputs();
     let indirect = indirect(bench);
     if inputs.is_empty() || !indirect.contains(&true) {
-        return skip("no output follows from a continuous input over time");
+        return skip("no output without direct feed-through depends on a continuous input");
     }
-    let held = along(bench, &inputs, 1, Course::Held)?;
-    let held_parts = along(bench, &inputs, PARTS, Course::Held)?;
-    let stairs = along(bench, &inputs, PARTS, Course::Stairs)?;
-    let line = along(bench, &inputs, 1, Course::Line)?;
+    let held = along(bench, &inputs, 1, InputCourse::Held)?;
+    let held_parts = along(bench, &inputs, PARTS, InputCourse::Held)?;
+    let stairs = along(bench, &inputs, PARTS, InputCourse::Stairs)?;
+    let line = along(bench, &inputs, 1, InputCourse::Line)?;
     let of = ReadList::outputs(bench).reals;
     for index in (0..of.len()).filter(|&index| indirect[index]) {
         let effect = (stairs[index] - held[index]).abs();
-        // below that, rounding and what the unit's solver gains by smaller steps hide the effect
+        // smaller effects are hidden by rounding and by the solver's gain in accuracy with smaller steps
         let noise =
             1e-9 * held[index].abs() + 10.0 * (held_parts[index] - held[index]).abs() + 1e-15;
         let error = (line[index] - stairs[index]).abs();
@@ -101,7 +101,7 @@ fn inputs(bench: &Bench) -> CheckResult {
             let name = bench.description().name_of(CType::Real, of[index]).unwrap_or("?");
             return fault(format!(
                 "{name} ends at {:?} with input derivatives, at {:?} with {PARTS} small steps \
-                 along the same lines, and at {:?} with inputs held",
+                 along the same lines, and at {:?} with constant inputs",
                 line[index], stairs[index], held[index]
             ));
         }
@@ -127,7 +127,7 @@ fn wrong(bench: &Bench) -> CheckResult {
         let unit = bench.initialized("unit")?;
         let status = unit.set_input_derivatives(&[reference], &[order], &[1.0]);
         if !refused(status) {
-            bench.find(format!("a derivative {what} returned {}", name(status)));
+            bench.find(format!("fmi2SetRealInputDerivatives {what} returned {}", name(status)));
         }
     }
     Ok(())
@@ -145,7 +145,7 @@ fn outputs(bench: &Bench) -> CheckResult {
     }
     let unit = bench.initialized("unit")?;
     unit.run(0, 2)?;
-    // short beside the fastest motion that a unit which asks for this step may have inside
+    // short compared with the fastest motion inside an FMU with this default step
     let h = bench.step() / 256.0;
     let mut points = Vec::new();
     let mut slopes = Vec::new();
@@ -161,25 +161,25 @@ fn outputs(bench: &Bench) -> CheckResult {
     for (index, slope) in slopes.iter().enumerate() {
         let (before, after) =
             ((points[1][index] - points[0][index]) / h, (points[2][index] - points[1][index]) / h);
-        // between the slopes on both sides, give or take their difference, rounding, and a part
+        // tolerance around the slopes on both sides: their difference, 5 % and rounding
         let slack = (after - before).abs()
             + 0.05 * after.abs().max(before.abs())
             + 1e-14 * points[1][index].abs() / h
             + 1e-10;
         let sound = (before.min(after) - slack..=before.max(after) + slack).contains(slope);
-        // a unit of lower order returns 0
+        // an FMU that does not know the derivative returns 0
         if !sound && *slope != 0.0 {
             let name = bench.description().name_of(CType::Real, of[index]).unwrap_or("?");
             return fault(format!(
-                "the derivative of {name} is {slope}, small steps show {before} before and {after} \
-                 after"
+                "the derivative of {name} is {slope}, but the slope over small steps is {before} before \
+                 and {after} after"
             ));
         }
     }
     Ok(())
 }
 
-/// First derivatives of outputs; 0 for those that have none.
+/// First derivatives of outputs; 0 where the FMU discards the call.
 fn first_derivatives(bench: &Bench, unit: &Raw, of: &[u32]) -> Result<Vec<f64>, Stop> {
     let mut discarded = 0;
     let slopes = of.iter().map(|&reference| {
@@ -198,7 +198,7 @@ fn first_derivatives(bench: &Bench, unit: &Raw, of: &[u32]) -> Result<Vec<f64>, 
             Severity::Note,
             format!(
                 "fmi2GetRealOutputDerivatives returned fmi2Discard for {discarded} outputs; by the \
-                 standard a derivative that is not known is 0"
+                 standard an unknown derivative is 0"
             ),
         );
     }
@@ -230,7 +230,7 @@ fn directional(bench: &Bench) -> CheckResult {
         if of.kind != Type::Real {
             continue;
         }
-        // a vehicle has thousands of pairs: some of each unknown tell
+        // there can be thousands of pairs: two of each unknown are enough
         for known in knowns.take(2).map(RealInput::of) {
             slope(bench, &unit, (&of.name, of.value_reference), &known)?;
             tested += 1;
@@ -244,11 +244,11 @@ fn directional(bench: &Bench) -> CheckResult {
 
 fn slope(bench: &Bench, unit: &Raw, of: (&str, u32), known: &RealInput) -> CheckResult {
     let (name_of, reference) = of;
-    let mut told = [f64::NAN];
-    let status = unit.directional(&[reference], known.reference, &mut told);
+    let mut given = [f64::NAN];
+    let status = unit.directional(&[reference], known.reference, &mut given);
     if !passed(status) {
         return fault(format!(
-            "the derivative of {name_of} by {} returned {}",
+            "fmi2GetDirectionalDerivative of {name_of} by {} returned {}",
             known.name,
             name(status)
         ));
@@ -262,19 +262,18 @@ fn slope(bench: &Bench, unit: &Raw, of: (&str, u32), known: &RealInput) -> Check
     let d = known.small;
     let (low, middle, high) = (at(0.0)?, at(d)?, at(2.0 * d)?);
     at(0.0)?;
-    // the slope at the start, by a difference of second order, and how far that can be trusted
+    // the slope at the start by a second-order difference, and its error
     let seen = (-3.0 * low + 4.0 * middle - high) / (2.0 * d);
     let bend = (high - 2.0 * middle + low).abs() / d.abs();
-    // units that solve for their state know outputs to some nine digits, and not what is left where
-    // great forces are in balance
+    // outputs of an iterative solver have about nine digits; the absolute term is for differences of large forces
     let noise = 1e-9 * low.abs() + 1e-11;
     let slack = 0.02 * seen.abs() + bend + noise / d.abs();
-    if (told[0] - seen).abs() > slack || told[0].is_nan() {
+    if (given[0] - seen).abs() > slack || given[0].is_nan() {
         let by = &known.name;
         bench.trace().call("unit", format_args!("(differences by {d})"));
         return fault(format!(
-            "the derivative of {name_of} by {by} is {}, finite differences show {seen}",
-            told[0]
+            "the derivative of {name_of} by {by} is {}, but finite differences give {seen}",
+            given[0]
         ));
     }
     Ok(())

@@ -7,11 +7,11 @@ use crate::harness::drive::same;
 use crate::harness::{CheckResult, Stop, fault, skip, table};
 
 table! {
-    "many-instances", "2.1.5", Error, "instances that take turns do not disturb each other", many;
-    "threads", "2.1.5", Error, "instances in threads of their own have the values of one alone, bit for bit", threads;
+    "many-instances", "2.1.5", Error, "instances that step in turn do not disturb each other", many;
+    "threads", "2.1.5", Error, "instances in separate threads have the same values as a single instance, bit for bit", threads;
 }
 
-fn several(bench: &Bench) -> CheckResult {
+fn supported(bench: &Bench) -> CheckResult {
     if bench.description().co_simulation.can_be_instantiated_only_once_per_process {
         return skip("canBeInstantiatedOnlyOncePerProcess is true");
     }
@@ -20,11 +20,11 @@ fn several(bench: &Bench) -> CheckResult {
 
 fn many(bench: &Bench) -> CheckResult {
     const COUNT: usize = 12;
-    several(bench)?;
+    supported(bench)?;
     let wanted = bench.initialized("alone")?.record(0, STEPS)?;
     let units = (0..COUNT).map(|n| bench.initialized(&format!("unit {n}")));
     let units: Vec<_> = units.collect::<Result<_, Stop>>()?;
-    // each is a step behind the one before it, so that they are in different states
+    // each instance is one step behind the one before, so that their states differ
     for round in 0..STEPS + COUNT {
         for (lag, unit) in units.iter().enumerate() {
             let Some(step) = round.checked_sub(lag).filter(|step| *step < STEPS) else { continue };
@@ -38,7 +38,7 @@ fn many(bench: &Bench) -> CheckResult {
 fn threads(bench: &Bench) -> CheckResult {
     const THREADS: usize = 4;
     const ROUNDS: usize = 6;
-    several(bench)?;
+    supported(bench)?;
     let wanted = bench.initialized("alone")?.record(0, STEPS)?;
     let start = Barrier::new(THREADS);
     let work = |thread: usize| -> CheckResult {

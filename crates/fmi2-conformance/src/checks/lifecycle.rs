@@ -10,21 +10,21 @@ use fmi2_import::description::Severity;
 use fmi2_import::per_type::CType;
 
 table! {
-    "load", "2.1.4", Error, "the binary loads, has all functions, and says version 2.0 and platform default", load;
-    "run", "4.2.4", Error, "an ordinary run: every call returns fmi2OK", run;
-    "outputs-finite", "2.1.7", Error, "no value is NaN or infinite in an ordinary run", finite;
+    "load", "2.1.4", Error, "the binary loads, has all functions, and returns version 2.0 and platform default", load;
+    "run", "4.2.4", Error, "in an ordinary run every call returns fmi2OK", run;
+    "outputs-finite", "2.1.7", Error, "in an ordinary run no value is NaN or infinite", finite;
     "repeatable", "4.1", Error, "two instances with the same calls have the same values, bit for bit", repeatable;
-    "free-any-time", "4.2.4", Error, "fmi2FreeInstance works before, in and after initialization, and after steps", free;
-    "free-null", "2.1.5", Error, "fmi2FreeInstance of null does nothing", free_null;
-    "terminate-twice", "2.1.6", Error, "a second or an early fmi2Terminate does no harm", terminate;
-    "reset", "2.1.6", Error, "after fmi2Reset an instance is as fresh, bit for bit, from any state", reset;
-    "start-time", "2.1.6", Error, "a run may begin at any time", start_time;
+    "free-any-time", "4.2.4", Error, "fmi2FreeInstance works before, during and after initialization, and after steps", free;
+    "free-null", "2.1.5", Error, "fmi2FreeInstance ignores null", free_null;
+    "terminate-twice", "2.1.6", Error, "a second or an early fmi2Terminate does not crash", terminate;
+    "reset", "2.1.6", Error, "after fmi2Reset in any state an instance runs like a new one, bit for bit", reset;
+    "start-time", "2.1.6", Error, "a run can start at any time", start_time;
 }
 
 fn load(bench: &Bench) -> CheckResult {
     for (symbol, found) in bench.functions().found() {
         if !found {
-            bench.find(format!("the binary lacks {symbol}"));
+            bench.find(format!("the binary does not export {symbol}"));
         }
     }
     Ok(())
@@ -47,7 +47,7 @@ fn run(bench: &Bench) -> CheckResult {
     call(unit.terminate(), "fmi2Terminate")?;
     unit.read(&ReadList::all(bench))?;
     if warned {
-        let text = "a call of an ordinary run returned fmi2Warning, which some importers stop at";
+        let text = "a call in an ordinary run returned fmi2Warning; some importers stop there";
         bench.observe(Severity::Warning, text);
     }
     Ok(())
@@ -74,10 +74,10 @@ fn repeatable(bench: &Bench) -> CheckResult {
     same(bench, &record("second")?, &first, "the second instance")
 }
 
-/// A state of an instance, and how a new one gets there.
+/// A state of an instance, and the calls that lead to it.
 type Place = (&'static str, fn(&Raw) -> CheckResult);
 
-/// Brings a new instance to each state in turn.
+/// The states of an instance, in the order of its life.
 pub(super) const PLACES: [Place; 6] = [
     ("instantiated", |_| Ok(())),
     ("set up", |unit| ok(unit.setup_default(), "fmi2SetupExperiment")),
@@ -113,7 +113,7 @@ fn free_null(bench: &Bench) -> CheckResult {
     let before = bench.initialized("undisturbed")?.record(0, 2)?;
     if let Some(function) = bench.functions().free_instance {
         bench.trace().call("null", format_args!("fmi2FreeInstance(NULL)"));
-        // SAFETY: the standard ignores null; the check is whether the unit does
+        // SAFETY: the standard allows null; the check is whether the FMU does
         unsafe { function(std::ptr::null_mut()) };
     }
     same(bench, &unit.record(0, 2)?, &before, "an instance after fmi2FreeInstance(NULL)")
@@ -135,15 +135,15 @@ fn terminate(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// After fmi2Reset an instance must run as a fresh one.
+/// Resets the instance, and compares its run with that of a new instance.
 pub(super) fn as_fresh(unit: &Raw, fresh: &[ReadValues], what: &str) -> CheckResult {
     ok(unit.reset(), &format!("fmi2Reset {what}"))?;
-    unit.initialize().map_err(|stop| in_words(stop, what))?;
-    let record = unit.record(0, fresh.len()).map_err(|stop| in_words(stop, what))?;
+    unit.initialize().map_err(|stop| after_reset(stop, what))?;
+    let record = unit.record(0, fresh.len()).map_err(|stop| after_reset(stop, what))?;
     same(unit.bench(), &record, fresh, &format!("reset {what}"))
 }
 
-fn in_words(stop: Stop, what: &str) -> Stop {
+fn after_reset(stop: Stop, what: &str) -> Stop {
     match stop {
         Stop::Fault(text) => Stop::Fault(format!("reset {what}: {text}")),
         skip @ Stop::Skip(_) => skip,
@@ -157,7 +157,7 @@ fn reset(bench: &Bench) -> CheckResult {
         let unit = bench.instance("unit")?;
         let inputs = bench.inputs();
         let starts: Vec<_> = bench.starts();
-        // start values and inputs that differ must be forgotten as well
+        // fmi2Reset must also restore start values and inputs
         if let Some(start) = starts.first() {
             unit.set_real(&[start.reference], &[start.start + start.small]);
         }

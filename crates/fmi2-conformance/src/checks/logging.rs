@@ -1,4 +1,4 @@
-//! What units tell through the logger (FMI 2.0.5, sections 2.1.3 and 2.1.5).
+//! Messages of FMUs to the logger (FMI 2.0.5, sections 2.1.3 and 2.1.5).
 
 use std::ffi::CString;
 
@@ -10,15 +10,15 @@ use crate::harness::{CheckResult, Stop, skip, table};
 use fmi2_import::description::Type;
 
 table! {
-    "logger-caller", "2.1.5", Error, "messages come with the caller's environment and the instance's name", caller;
-    "logger-category", "2.2.4", Warning, "categories of messages are no null and declared in LogCategories", category;
-    "logger-off", "2.1.5", Warning, "without debug logging an ordinary run logs nothing", off;
-    "logger-format", "2.1.5", Error, "texts of the caller are not used as formats of printf", format;
-    "logger-error", "2.1.3", Warning, "an error is explained by a message", error;
+    "logger-caller", "2.1.5", Error, "messages have the caller's environment and the instance's name", caller;
+    "logger-category", "2.2.4", Warning, "the category of a message is not null and is declared in LogCategories", category;
+    "logger-off", "2.1.5", Warning, "an ordinary run without debug logging logs nothing", off;
+    "logger-format", "2.1.5", Error, "texts of the caller are not used as format strings", format;
+    "logger-error", "2.1.3", Warning, "an error comes with a message", error;
     "logger-control", "2.1.5", Error, "the declared log categories can be switched on and off", control;
 }
 
-/// Everything that an instance with debug logging says in a run with some errors.
+/// All messages of an instance with debug logging in a run with some errors.
 fn provoke(bench: &Bench, name: &str) -> Result<Vec<LogMessage>, Stop> {
     let mut making = bench.making(name);
     making.logging = true;
@@ -46,15 +46,15 @@ fn caller(bench: &Bench) -> CheckResult {
     let records = provoke(bench, "the caller's name")?;
     let stray = InstanceLog::take_stray();
     if stray > 0 {
-        bench.find(format!("{stray} messages came with another componentEnvironment"));
+        bench.find(format!("{stray} messages have another componentEnvironment"));
     }
     let other = records.iter().find(|it| it.instance.as_deref() != Some("the caller's name"));
     if let Some(record) = other {
         let (name, text) = (&record.instance, &record.text);
-        bench.find(format!("a message came with the instance name {name:?}: {text:?}"));
+        bench.find(format!("a message has the instance name {name:?}: {text:?}"));
     }
     if let Some(record) = records.iter().find(|it| !(0..=5).contains(&it.status)) {
-        bench.find(format!("a message came with the status {}", record.status));
+        bench.find(format!("a message has the status {}", record.status));
     }
     Ok(())
 }
@@ -69,7 +69,7 @@ fn category(bench: &Bench) -> CheckResult {
             }
             Some(category) if !declared.is_empty() && !declared.contains(&category) => {
                 bench.find(format!(
-                    "the category \"{category}\" is not declared, of the message {:?}",
+                    "the category \"{category}\" of a message is not declared: {:?}",
                     record.text
                 ));
                 return Ok(());
@@ -87,7 +87,8 @@ fn off(bench: &Bench) -> CheckResult {
     let records = unit.logged();
     if let Some(first) = records.first() {
         let count = records.len();
-        bench.find(format!("{count} messages without debug logging, the first {:?}", first.text));
+        bench
+            .find(format!("{count} messages without debug logging; the first is {:?}", first.text));
     }
     Ok(())
 }
@@ -119,7 +120,7 @@ fn format(bench: &Bench) -> CheckResult {
     for record in records {
         if record.format.as_deref().is_some_and(|format| format.contains("%s%d%n")) {
             bench.find(format!(
-                "a text of the caller is the format of a message: {:?}; %n in it writes to memory",
+                "a text of the caller is used as the format string of a message: {:?}; %n in it writes to memory",
                 record.format.unwrap_or_default()
             ));
             return Ok(());
@@ -151,7 +152,7 @@ fn control(bench: &Bench) -> CheckResult {
         }
     }
     if categories.is_empty() {
-        return skip("no log categories are declared; switching all of them works");
+        return skip("no log categories are declared; switching all messages on and off works");
     }
     unit.run(0, 2)
 }

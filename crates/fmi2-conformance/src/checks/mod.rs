@@ -1,4 +1,4 @@
-//! The checks, by subject.
+//! The checks of behaviour, one file per subject.
 
 mod arguments;
 mod derivatives;
@@ -15,7 +15,7 @@ mod values;
 
 use crate::harness::Check;
 
-/// All checks, in the order that they run in.
+/// All checks of behaviour, in the order in which they run.
 pub fn checks() -> impl Iterator<Item = &'static Check> {
     [
         lifecycle::CHECKS,

@@ -1,6 +1,5 @@
-//! Every function in every state: what the standard's table allows must work, what it does not
-//! allow must be refused and leave the instance such that fmi2Reset makes it fresh (FMI 2.0.5,
-//! section 4.2.4).
+//! Every function in every state (FMI 2.0.5, section 4.2.4). A call that the standard allows must work. A call that it
+//! does not allow must be refused, and fmi2Reset must still work after it.
 
 use std::ptr::null_mut;
 
@@ -14,20 +13,19 @@ use crate::harness::{CheckResult, fault, table};
 use fmi2_import::description::{Causality, CoSimulation, Severity, Type};
 
 table! {
-    "order-allowed", "4.2.4", Error, "every function works in every state that allows it", allowed;
-    "order-forbidden", "4.2.4", Warning, "functions are refused in states that do not allow them, and fmi2Reset mends it", forbidden;
-    "after-error", "2.1.3", Error, "an error leaves other instances alone, and a saved state and fmi2Reset recover", after_error;
+    "order-allowed", "4.2.4", Error, "every function works in every state in which it is allowed", allowed;
+    "order-forbidden", "4.2.4", Warning, "functions are refused in states in which they are not allowed, and fmi2Reset works afterwards", forbidden;
+    "after-error", "2.1.3", Error, "an error does not affect other instances; a saved state and fmi2Reset recover the instance", after_error;
 }
 
-/// A function with the states that allow it: instantiated, set up, initialization mode,
-/// initialized, step mode, terminated.
+/// A function, and whether it is allowed in each of [`PLACES`].
 struct Probe {
     name: &'static str,
-    /// `x` allowed, `.` not allowed, `,` not allowed but done by importers (such as a late or
-    /// early fmi2Terminate when they clean up), `-` open.
+    /// `x`: allowed. `.`: not allowed. `,`: not allowed, but importers do it, such as an early fmi2Terminate when they
+    /// clean up. `-`: the standard is unclear.
     allowed: &'static str,
     needs: fn(&CoSimulation) -> bool,
-    /// `None` where the unit has nothing to call it with.
+    /// `None` if the FMU has no variable for the call.
     call: fn(&Raw, &str) -> Option<Status>,
 }
 
@@ -66,7 +64,7 @@ fn get_string(unit: &Raw, _: &str) -> Option<Status> {
     (!references.is_empty()).then(|| unit.get_string(&references).0)
 }
 
-/// Sets what may be set: start values before the initialization, else inputs.
+/// Sets a Real that can be set in the state: a start value before initialization, otherwise an input.
 fn set_real(unit: &Raw, place: &str) -> Option<Status> {
     let early = ["instantiated", "set up"].contains(&place);
     let mut settable = unit.bench().variables(|variable| {
@@ -131,7 +129,7 @@ fn do_step(unit: &Raw, place: &str) -> Option<Status> {
     Some(unit.do_step(bench.time(from), bench.step()))
 }
 
-/// Retrieving a status may be answered with fmi2Discard at any time.
+/// Reads all kinds of status. Each call may return fmi2Discard at any time.
 fn retrieve(unit: &Raw, _: &str) -> Option<Status> {
     let answers = [
         unit.status(0, &mut 0),
@@ -177,7 +175,7 @@ struct Tried<'a> {
     mark: char,
 }
 
-/// Tries each function that a unit offers in each state, on an instance of its own.
+/// Tries each function of the FMU in each state with one of the marks, on a new instance.
 fn each(
     bench: &Bench,
     wanted: &[char],
@@ -214,14 +212,15 @@ fn allowed(bench: &Bench) -> CheckResult {
 fn forbidden(bench: &Bench) -> CheckResult {
     let fresh = bench.initialized("fresh")?.record(0, 2)?;
     each(bench, &['.', ','], |Tried { call, place, mark }, unit, status| {
-        let told = format!("{call} when {place}, which is not allowed, returned {}", name(status));
+        let message =
+            format!("{call} when {place}, which is not allowed, returned {}", name(status));
         if status == Status::fmi2Fatal || status == LACKING {
-            bench.observe(Severity::Error, told);
+            bench.observe(Severity::Error, message);
             return Ok(());
         }
         if passed(status) && call != "fmi2GetXXXStatus" {
             let severity = if mark == '.' { Severity::Warning } else { Severity::Note };
-            bench.observe(severity, told);
+            bench.observe(severity, message);
         }
         as_fresh(&unit, &fresh, &format!("after {call} when {place}"))
     })
@@ -237,7 +236,7 @@ fn after_error(bench: &Bench) -> CheckResult {
     if capable && !passed(unit.get_state(&mut saved)) {
         return fault("fmi2GetFMUstate failed");
     }
-    // a step backwards by a whole second is wrong for any unit
+    // a step of -1 s is an error for any FMU
     let status = unit.do_step(bench.time(2), -1.0);
     if status == Status::fmi2Fatal {
         return fault("a step of -1 s returned fmi2Fatal, which ends all instances");
@@ -247,7 +246,7 @@ fn after_error(bench: &Bench) -> CheckResult {
         if !passed(unit.set_state(saved)) {
             return fault("fmi2SetFMUstate after an error failed");
         }
-        same(bench, &unit.record(2, 6)?, &wanted[2..6], "a restored state after an error")?;
+        same(bench, &unit.record(2, 6)?, &wanted[2..6], "the restored state after an error")?;
         unit.do_step(bench.time(6), -1.0);
         unit.free_state(&mut saved);
     }

@@ -1,4 +1,4 @@
-//! What a unit must leave as it is: the process that it is a guest in.
+//! Effects of an FMU on its process: output, global state, memory.
 
 use std::ffi::{CStr, c_char, c_int};
 use std::hint::black_box;
@@ -12,14 +12,14 @@ use crate::harness::raw::{Raw, ok};
 use crate::harness::{CheckResult, Stop, fault, skip, table};
 
 table! {
-    "silent", "2.1.5", Warning, "nothing is written to the standard output", silent;
-    "process-state", "2.1.1", Error, "working directory, rounding, denormal numbers and locale stay as they are", state;
-    "memory-instances", "2.1.5", Warning, "memory does not grow with instances made and freed", instances;
+    "silent", "2.1.5", Warning, "the FMU writes nothing to standard output", silent;
+    "process-state", "2.1.1", Error, "the FMU does not change working directory, rounding mode, denormal numbers or locale", state;
+    "memory-instances", "2.1.5", Warning, "memory does not grow when instances are made and freed", instances;
     "memory-steps", "4.2.2", Warning, "memory does not grow with steps, get and set", steps;
-    "memory-states", "2.1.8", Warning, "memory does not grow with states saved and freed", states;
+    "memory-states", "2.1.8", Warning, "memory does not grow when states are saved and freed", states;
 }
 
-/// The runner looks at what was written.
+/// Provokes messages; the runner looks at the standard output of the process.
 fn silent(bench: &Bench) -> CheckResult {
     let mut making = bench.making("unit");
     making.logging = true;
@@ -33,13 +33,13 @@ fn silent(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// What calls must not change.
+/// Global state of the process that an FMU must not change.
 #[derive(Debug, PartialEq)]
 struct Process {
     folder: Option<std::path::PathBuf>,
-    /// 1 + 2⁻⁵³ and -1 - 2⁻⁵³: both are the nearer 1 unless rounding is directed.
+    /// 1 + 2⁻⁵³ and -1 - 2⁻⁵³: 1 and -1 if rounding is to nearest.
     rounding: (f64, f64),
-    /// Half of the smallest normal number: 0 where denormal numbers are flushed.
+    /// Half of the smallest normal number: 0 if denormal numbers are flushed.
     denormal: f64,
     locale: Option<String>,
 }
@@ -48,13 +48,13 @@ unsafe extern "C" {
     fn setlocale(category: c_int, locale: *const c_char) -> *mut c_char;
 }
 
-/// LC_NUMERIC, which decides between point and comma.
+/// LC_NUMERIC, which determines the decimal separator.
 const NUMERIC: c_int = if cfg!(target_os = "linux") { 1 } else { 4 };
 
 impl Process {
     fn now() -> Self {
         let tiny = black_box(f64::EPSILON / 2.0);
-        // SAFETY: null asks, and changes nothing
+        // SAFETY: null queries the locale without a change
         let locale = unsafe { setlocale(NUMERIC, std::ptr::null()) };
         Self {
             folder: std::env::current_dir().ok(),
@@ -86,21 +86,21 @@ fn state(bench: &Bench) -> CheckResult {
     judge("fmi2FreeInstance")
 }
 
-/// Memory that the process has in use, in bytes.
+/// Memory in use by the process, in bytes.
 fn resident() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
     let pages: u64 = text.split_ascii_whitespace().nth(1)?.parse().ok()?;
     Some(pages * 4096)
 }
 
-/// Repeats something and asks whether the second half of it needs more memory than rounding to
-/// pages explains: 64 bytes in each turn and a quarter of a megabyte at all.
+/// Repeats a call in two halves. The second half must not need more memory than 64 bytes per turn and a quarter of a
+/// megabyte in total, which allow for rounding to pages.
 fn growth(bench: &Bench, what: &str, mut turn: impl FnMut() -> Result<(), Stop>) -> CheckResult {
-    /// Turns of a half, unless they take longer than [`LIMIT`].
+    /// Number of turns of a half, unless they take longer than [`LIMIT`].
     const TURNS: u64 = 200;
     const LIMIT: Duration = Duration::from_secs(1);
     if resident().is_none() {
-        return skip("this system does not tell how much memory is in use");
+        return skip("this system does not report the memory in use");
     }
     let half = |turn: &mut dyn FnMut() -> Result<(), Stop>| -> Result<(u64, u64), Stop> {
         let (begin, mut count) = (Instant::now(), 0);
@@ -118,7 +118,7 @@ fn growth(bench: &Bench, what: &str, mut turn: impl FnMut() -> Result<(), Stop>)
     let grown = end.saturating_sub(middle);
     if grown > (256 << 10) + 64 * count {
         let each = grown / count.max(1);
-        return fault(format!("memory grows by some {each} bytes with each {what}"));
+        return fault(format!("memory grows by about {each} bytes with each {what}"));
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Where the resources are (FMI 2.0.5, section 2.1.5).
+//! The location of the resources (FMI 2.0.5, section 2.1.5).
 
 use std::fs;
 use std::path::Path;
@@ -10,19 +10,19 @@ use crate::harness::{CheckResult, Stop, fault, table};
 use fmi2_import::package::file_uri;
 
 table! {
-    "location-forms", "2.1.5", Error, "file URIs with one, three and no slashes of an authority, and escaped characters, are understood", forms;
-    "location-odd", "2.1.5", Warning, "a missing, null, empty or foreign location ends in an instance or in null, without a crash", odd;
+    "location-forms", "2.1.5", Error, "all forms of file URIs are accepted: file:/, file:///, file://localhost/, escaped characters", forms;
+    "location-odd", "2.1.5", Warning, "a wrong, null or empty resource location does not crash", odd;
 }
 
 fn forms(bench: &Bench) -> CheckResult {
     let own = bench.package().resource_location();
     let path = own.trim_start_matches("file://").to_owned();
     let wanted = bench.initialized("usual")?.record(0, 2)?;
-    let Ok(folder) = tempfile::tempdir() else { return fault("no temporary folder") };
+    let Ok(folder) = tempfile::tempdir() else { return fault("cannot make a temporary folder") };
     let odd = folder.path().join("a folder 100% ü #1 [x]").join("resources");
     let copied = fs::create_dir_all(&odd).and_then(|()| copy(&bench.package().resources(), &odd));
     if let Err(error) = copied {
-        return fault(format!("the resources cannot be copied: {error}"));
+        return fault(format!("cannot copy the resources: {error}"));
     }
     for location in [
         format!("file:{path}"),
@@ -39,7 +39,7 @@ fn forms(bench: &Bench) -> CheckResult {
         };
         match unit.initialize().and_then(|()| unit.record(0, 2)) {
             Ok(record) => same(bench, &record, &wanted, &format!("with the location {location}"))?,
-            Err(Stop::Fault(text)) => bench.find(format!("with the location {location} {text}")),
+            Err(Stop::Fault(text)) => bench.find(format!("with the location {location}: {text}")),
             Err(skip) => return Err(skip),
         }
     }
@@ -75,7 +75,7 @@ fn odd(bench: &Bench) -> CheckResult {
         bench.part(&format!("resource location {location:?}"));
         let mut making = bench.making("unit");
         making.location = location.map(c_string);
-        // a unit without its resources may refuse any call
+        // an FMU without its resources may refuse any call
         if let Ok(unit) = Raw::make(bench, &making)
             && unit.initialize().is_ok()
         {

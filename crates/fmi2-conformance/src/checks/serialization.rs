@@ -1,4 +1,4 @@
-//! States as bytes (FMI 2.0.5, section 2.1.8).
+//! Serialized states (FMI 2.0.5, section 2.1.8).
 
 use std::ptr::null_mut;
 
@@ -12,9 +12,9 @@ use crate::harness::{CheckResult, Stop, fault, skip, table};
 use fmi2_import::description::Severity;
 
 table! {
-    "serialized", "2.1.8", Error, "from a serialized state a run goes on with the same bits", serialized;
-    "serialized-process", "2.1.8", Error, "a serialized state goes on in another process with the same bits", process;
-    "serialized-damaged", "2.1.8", Warning, "bytes of another length are refused, and damaged ones do not crash", damaged;
+    "serialized", "2.1.8", Error, "a run continues from a serialized state with the same values, bit for bit", serialized;
+    "serialized-process", "2.1.8", Error, "a run continues from a serialized state in another process with the same values, bit for bit", process;
+    "serialized-damaged", "2.1.8", Warning, "a serialized state of another length is refused, and a damaged one does not crash", damaged;
 }
 
 fn capable(bench: &Bench) -> CheckResult {
@@ -24,7 +24,7 @@ fn capable(bench: &Bench) -> CheckResult {
     skip("canSerializeFMUstate is false")
 }
 
-/// The instance's state as bytes.
+/// The serialized state of the instance.
 fn bytes(unit: &Raw) -> Result<Vec<u8>, Stop> {
     let mut saved = save(unit)?;
     let mut size = 0;
@@ -46,7 +46,12 @@ fn serialized(bench: &Bench) -> CheckResult {
         let mut saved = null_mut();
         ok(unit.deserialize(&bytes, &mut saved), "fmi2DeSerializeFMUstate")?;
         ok(unit.set_state(saved), "fmi2SetFMUstate")?;
-        same(bench, &onward(&unit, place)?, &wanted, &format!("from the bytes of {place}"))?;
+        same(
+            bench,
+            &onward(&unit, place)?,
+            &wanted,
+            &format!("from the serialized state of {place}"),
+        )?;
         ok(unit.free_state(&mut saved), "fmi2FreeFMUstate")?;
     }
     Ok(())
@@ -71,16 +76,18 @@ fn damaged(bench: &Bench) -> CheckResult {
         let status = unit.deserialize(&sound[..length], &mut saved);
         if !refused(status) {
             let (all, status) = (sound.len(), name(status));
-            return fault(format!("{length} of {all} bytes of a state returned {status}"));
+            return fault(format!(
+                "fmi2DeSerializeFMUstate of {length} of the {all} bytes of a state returned {status}"
+            ));
         }
     }
-    // no promise of the standard, but files do rot: bytes that are not a state must not crash
+    // the standard does not demand it, but a damaged file must not crash the process
     let unit = bench.initialized("another")?;
     let mut saved = null_mut();
     let rubbish = vec![0xA5; sound.len()];
     if !refused(unit.deserialize(&rubbish, &mut saved)) && !saved.is_null() {
         unit.free_state(&mut saved);
-        let text = "bytes that are no state of the unit were taken for one";
+        let text = "fmi2DeSerializeFMUstate accepted bytes that are not a state of the FMU";
         bench.observe(Severity::Note, text);
     }
     Ok(())

@@ -9,13 +9,13 @@ use crate::harness::raw::{Raw, SavedState, name, ok, passed};
 use crate::harness::{CheckResult, Stop, fault, skip, table};
 
 table! {
-    "state-restored", "2.1.8", Error, "from a restored state a run goes on with the same bits, wherever it was saved", restored;
-    "state-inputs", "2.1.8", Error, "a saved state holds inputs, and their derivatives", with_inputs;
-    "state-independent", "2.1.8", Error, "saved states do not change when the instance goes on, or with each other", independent;
-    "state-memory", "2.1.8", Error, "a saved state can be taken anew in its memory; freeing clears the pointer, and ignores null", memory;
+    "state-restored", "2.1.8", Error, "a run continues from a restored state with the same values, bit for bit, wherever it was saved", restored;
+    "state-inputs", "2.1.8", Error, "a saved state contains the inputs and their derivatives", with_inputs;
+    "state-independent", "2.1.8", Error, "a saved state does not change when the instance continues or other states are saved or freed", independent;
+    "state-memory", "2.1.8", Error, "a state can be saved again in the same memory; fmi2FreeFMUstate sets the pointer to null and ignores null", memory;
 }
 
-/// Skips units without saved states.
+/// Skips the check for FMUs without saved states.
 fn capable(bench: &Bench) -> CheckResult {
     if bench.description().co_simulation.can_get_and_set_fmu_state {
         return Ok(());
@@ -26,10 +26,10 @@ fn capable(bench: &Bench) -> CheckResult {
 pub(super) fn save(unit: &Raw) -> Result<SavedState, Stop> {
     let mut saved = null_mut();
     ok(unit.get_state(&mut saved), "fmi2GetFMUstate")?;
-    if saved.is_null() { fault("fmi2GetFMUstate gave a null pointer") } else { Ok(saved) }
+    if saved.is_null() { fault("fmi2GetFMUstate returned a null pointer") } else { Ok(saved) }
 }
 
-/// Goes on from one of [`PLACES`] to three steps later.
+/// Continues from one of [`PLACES`], and records three steps.
 pub(super) fn onward(unit: &Raw, place: &str) -> Result<Vec<ReadValues>, Stop> {
     match place {
         "instantiated" => unit.initialize()?,
@@ -99,7 +99,7 @@ fn with_inputs(bench: &Bench) -> CheckResult {
     ok(unit.set_state(saved), "fmi2SetFMUstate")?;
     let got = go()?;
     ok(unit.free_state(&mut saved), "fmi2FreeFMUstate")?;
-    same(bench, &got, &wanted, "after a state that was saved with inputs set")
+    same(bench, &got, &wanted, "from a state that was saved after inputs were set")
 }
 
 fn independent(bench: &Bench) -> CheckResult {
@@ -130,8 +130,8 @@ fn memory(bench: &Bench) -> CheckResult {
     unit.run(1, 2)?;
     ok(unit.get_state(&mut saved), "fmi2GetFMUstate into an older state")?;
     let wanted = unit.record(2, 4)?;
-    ok(unit.set_state(saved), "fmi2SetFMUstate of a state taken anew")?;
-    same(bench, &unit.record(2, 4)?, &wanted, "from a state taken anew")?;
+    ok(unit.set_state(saved), "fmi2SetFMUstate of a state saved again")?;
+    same(bench, &unit.record(2, 4)?, &wanted, "from a state saved again")?;
     ok(unit.free_state(&mut saved), "fmi2FreeFMUstate")?;
     if !saved.is_null() {
         bench.find("fmi2FreeFMUstate did not set the pointer to null");

@@ -1,4 +1,4 @@
-//! Communication steps of all sizes, and inputs of all values (FMI 2.0.5, section 4.2.2).
+//! Communication steps of all sizes, and extreme inputs (FMI 2.0.5, section 4.2.2).
 
 use std::ptr::null_mut;
 
@@ -12,15 +12,15 @@ use crate::harness::{CheckResult, Stop, fault, skip, table};
 use fmi2_import::per_type::CType;
 
 table! {
-    "step-varying", "4.3.1", Error, "steps of varying size work, where the unit promises it", varying;
-    "step-extreme", "4.2.2", Error, "a tiny and a huge step end, well or with a status; fmi2Reset recovers", extreme;
-    "step-split", "4.2.2", Warning, "an interval in one step, in two, in many and in odd ones ends alike, with inputs held", split;
-    "step-rounded", "4.2.2", Error, "communication points that were added up with rounding are accepted", rounded;
-    "step-invalid", "4.2.2", Error, "steps of size 0 and below are refused, and fmi2Reset recovers", invalid;
-    "step-not-finite", "4.2.2", Warning, "steps of size NaN and of infinite size are refused, and end", not_finite;
-    "step-elsewhere", "4.2.2", Warning, "a step that does not begin where the last one ended is refused", elsewhere;
+    "step-varying", "4.3.1", Error, "steps of varying size work if the FMU declares it", varying;
+    "step-extreme", "4.2.2", Error, "a tiny and a huge step end with any status but fmi2Fatal; fmi2Reset recovers the instance", extreme;
+    "step-split", "4.2.2", Warning, "with constant inputs an interval ends alike in one, two, many and unequal steps", split;
+    "step-rounded", "4.2.2", Error, "communication points with rounding errors of a sum are accepted", rounded;
+    "step-invalid", "4.2.2", Error, "steps of zero and negative size are refused; fmi2Reset recovers the instance", invalid;
+    "step-not-finite", "4.2.2", Warning, "steps of NaN and infinite size are refused; fmi2Reset recovers the instance", not_finite;
+    "step-elsewhere", "4.2.2", Warning, "a step that does not start at the end of the last one is refused", elsewhere;
     "step-past-stop", "2.1.6", Warning, "a step past the stop time is refused", past_stop;
-    "inputs-extreme", "2.1.3", Error, "NaN, infinite and huge inputs end with a status; fmi2Reset recovers", inputs;
+    "inputs-extreme", "2.1.3", Error, "steps with NaN, infinite and huge inputs end with any status but fmi2Fatal; fmi2Reset recovers the instance", inputs;
 }
 
 fn variable(bench: &Bench) -> bool {
@@ -42,7 +42,7 @@ fn varying(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// A call that may fail, but must not be fatal, nor leave fmi2Reset without effect.
+/// Makes a call that may fail, but must not return fmi2Fatal, and after which fmi2Reset must work.
 fn survives(
     bench: &Bench,
     what: &str,
@@ -70,7 +70,7 @@ fn extreme(bench: &Bench) -> CheckResult {
                 let answer = unit.real_status(2, &mut last);
                 if !passed(answer) || !last.is_finite() {
                     return fault(format!(
-                        "after fmi2Discard fmi2GetRealStatus(fmi2LastSuccessfulTime) returned {} \
+                        "after fmi2Discard, fmi2GetRealStatus(fmi2LastSuccessfulTime) returned {} \
                          with {last}",
                         name(answer)
                     ));
@@ -82,7 +82,7 @@ fn extreme(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// The Real outputs after an interval of eight steps, taken in steps of these sizes.
+/// The Real outputs after steps of these sizes, in multiples of the step.
 fn after(bench: &Bench, sizes: &[f64]) -> Result<Vec<f64>, Stop> {
     let unit = bench.initialized("unit")?;
     let mut done = 0.0;
@@ -95,7 +95,7 @@ fn after(bench: &Bench, sizes: &[f64]) -> Result<Vec<f64>, Stop> {
 }
 
 fn split(bench: &Bench) -> CheckResult {
-    // solvers of units may differ by what they promise, not by a part of what happened
+    // allowed difference as a fraction of the change over the interval
     const SHARE: f64 = 0.02;
     if !variable(bench) {
         return skip("canHandleVariableCommunicationStepSize is false");
@@ -109,13 +109,13 @@ fn split(bench: &Bench) -> CheckResult {
     let splits: [&[f64]; 4] =
         [&[8.0], &[4.0, 4.0], &[0.25; 32], &[0.5, 1.7, 0.3, 2.5, 0.01, 1.49, 1.5]];
     for sizes in splits {
-        bench.part(&format!("eight steps' time in {} steps", sizes.len()));
+        bench.part(&format!("the time of eight steps in {} steps", sizes.len()));
         for (index, (got, wanted)) in after(bench, sizes)?.iter().zip(&wanted).enumerate() {
             let scale = (wanted - begin[index]).abs() + 1e-6 * wanted.abs() + 1e-12;
             if (got - wanted).abs() > SHARE * scale {
                 let name = bench.description().name_of(CType::Real, of.reals[index]).unwrap_or("?");
                 return fault(format!(
-                    "{name} ends at {got} with steps of {sizes:?} times the step size, and at \
+                    "{name} ends at {got} with steps of {sizes:?} times the step size, but at \
                      {wanted} with eight equal steps"
                 ));
             }
@@ -149,7 +149,7 @@ fn not_finite(bench: &Bench) -> CheckResult {
     refuse(bench, [f64::NAN, f64::INFINITY])
 }
 
-/// Steps of sizes that must be refused.
+/// Tries steps of sizes that must be refused.
 fn refuse(bench: &Bench, sizes: [f64; 2]) -> CheckResult {
     for size in sizes {
         let what = format!("a step of {size} s");
@@ -164,7 +164,7 @@ fn refuse(bench: &Bench, sizes: [f64; 2]) -> CheckResult {
 fn elsewhere(bench: &Bench) -> CheckResult {
     for from in [0, 3] {
         let time = bench.time(from);
-        let what = format!("a step at {time} s, where the last ended at {} s", bench.time(1));
+        let what = format!("a step at {time} s, after the last one ended at {} s", bench.time(1));
         let status = survives(bench, &what, |unit| Ok(unit.do_step(time, bench.step())))?;
         if !refused(status) {
             bench.find(format!("{what}, returned {}", name(status)));
@@ -205,7 +205,7 @@ fn inputs(bench: &Bench) -> CheckResult {
                     return Ok(status);
                 }
             }
-            // whatever comes out, reading it must end
+            // reading must end, with any value
             let mut out = vec![0.0; references.len()];
             Ok(unit.get_real(&references, &mut out))
         })?;

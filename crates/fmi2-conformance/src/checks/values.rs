@@ -1,26 +1,26 @@
-//! What get and set are told (FMI 2.0.5, sections 2.1.2, 2.1.7, 2.2.7 and 2.2.8).
+//! Values of variables (FMI 2.0.5, sections 2.1.2, 2.1.7, 2.2.7 and 2.2.8).
 
 use std::time::{Duration, Instant};
 
 use crate::harness::bench::{Bench, RealInput, STEPS, is_start};
 use crate::harness::drive::{ReadList, c_string};
 use crate::harness::raw::{Raw, ok};
-use crate::harness::{CheckResult, fault, skip, table};
+use crate::harness::{CheckResult, Stop, fault, skip, table};
 use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
 use fmi2_import::per_type::CType;
 
 table! {
-    "start-values", "2.2.7", Error, "inputs, parameters and exact variables begin with their start values", start_values;
-    "set-then-get", "2.1.7", Error, "Reals that were set read back as they were set", set_then_get;
-    "strings", "2.1.2", Error, "strings are no null, UTF-8, differ where they should, and are copied when set", strings;
+    "start-values", "2.2.7", Error, "inputs, parameters and variables with initial=exact have their start values at first", start_values;
+    "set-then-get", "2.1.7", Error, "a Real that was set reads back the same", set_then_get;
+    "strings", "2.1.2", Error, "Strings are not null, are UTF-8 and are copied when set", strings;
     "booleans", "2.1.2", Error, "Booleans are 0 or 1", booleans;
-    "value-range", "2.2.7", Warning, "outputs stay within the min and max of the description", value_range;
-    "independent", "2.2.7", Error, "the independent variable is the time that was reached", independent;
-    "dependencies", "2.2.8", Error, "an output does not change with inputs that it does not depend on", dependencies;
+    "value-range", "2.2.7", Warning, "values stay within min and max of the description", value_range;
+    "independent", "2.2.7", Error, "the independent variable is the time of the communication point", independent;
+    "dependencies", "2.2.8", Error, "an output does not change with an input that it does not depend on", dependencies;
 }
 
 /// An instance in initialization mode.
-fn initializing<'b>(bench: &'b Bench, name: &str) -> Result<Raw<'b>, crate::harness::Stop> {
+fn initializing<'b>(bench: &'b Bench, name: &str) -> Result<Raw<'b>, Stop> {
     let unit = bench.instance(name)?;
     ok(unit.setup_default(), "fmi2SetupExperiment")?;
     ok(unit.enter_initialization(), "fmi2EnterInitializationMode")?;
@@ -38,10 +38,13 @@ fn start_values(bench: &Bench) -> CheckResult {
         let mut value = [f64::NAN];
         let what = format!("fmi2GetReal of {}", variable.name);
         ok(unit.get_real(&[variable.value_reference], &mut value), &what)?;
-        // the text of the description may be rounded
+        // the number in the description may be rounded
         if (value[0] - start).abs() > 1e-9 * start.abs() || value[0].is_nan() {
             let name = &variable.name;
-            return fault(format!("{name} is {} at first, its start value is {start}", value[0]));
+            return fault(format!(
+                "{name} is {} at first, but its start value is {start}",
+                value[0]
+            ));
         }
     }
     Ok(())
@@ -54,7 +57,7 @@ fn set_then_get(bench: &Bench) -> CheckResult {
         .map(RealInput::of)
         .collect();
     if settable.is_empty() {
-        return skip("there is no Real to set");
+        return skip("no Real can be set");
     }
     for input in settable {
         let (wanted, mut value) = (input.start + input.small, [f64::NAN]);
@@ -62,7 +65,7 @@ fn set_then_get(bench: &Bench) -> CheckResult {
         ok(unit.set_real(&[input.reference], &[wanted]), &what("fmi2SetReal"))?;
         ok(unit.get_real(&[input.reference], &mut value), &what("fmi2GetReal"))?;
         if value[0].to_bits() != wanted.to_bits() {
-            return fault(format!("{} was set to {wanted:?} and is {:?}", input.name, value[0]));
+            return fault(format!("{} was set to {wanted:?}, but is {:?}", input.name, value[0]));
         }
         unit.set_real(&[input.reference], &[input.start]);
     }
@@ -79,7 +82,7 @@ fn strings(bench: &Bench) -> CheckResult {
     for (index, &reference) in inputs.iter().enumerate() {
         let text = c_string(&format!("text {index} ä"));
         ok(unit.set_string(&[reference], &[text]), "fmi2SetString")?;
-        // the text is dropped here: a unit that kept the address reads rubbish
+        // the text is freed here: an FMU that kept the address reads something else
     }
     let mut cover = vec![0x55_u8; 4096];
     std::hint::black_box(&mut cover);
@@ -94,7 +97,7 @@ fn strings(bench: &Bench) -> CheckResult {
         if let Some(index) = inputs.iter().position(|it| it == reference) {
             let wanted = format!("text {index} ä");
             if text != wanted {
-                return fault(format!("{name} was set to {wanted:?} and is {text:?}"));
+                return fault(format!("{name} was set to {wanted:?}, but is {text:?}"));
             }
         }
     }
@@ -136,7 +139,7 @@ fn value_range(bench: &Bench) -> CheckResult {
             let low = variable.min.is_some_and(|min| *value < min);
             if low || variable.max.is_some_and(|max| *value > max) {
                 let name = &variable.name;
-                return fault(format!("{name} is {value}, outside of its range"));
+                return fault(format!("{name} is {value}, which is outside its range"));
             }
         }
     }
@@ -145,14 +148,14 @@ fn value_range(bench: &Bench) -> CheckResult {
 
 fn independent(bench: &Bench) -> CheckResult {
     let mut variables = bench.variables(|it| it.causality == Causality::Independent);
-    let Some(time) = variables.next() else { return skip("time is no variable") };
+    let Some(time) = variables.next() else { return skip("there is no independent variable") };
     let unit = bench.initialized("unit")?;
     for step in 0..STEPS {
         unit.run(step, step + 1)?;
         let mut value = [f64::NAN];
         ok(unit.get_real(&[time.value_reference], &mut value), "fmi2GetReal of the time")?;
         let reached = bench.time(step + 1);
-        // a unit may count in steps of its own, but must reach the communication point
+        // an FMU with internal steps must still reach the communication point
         if (value[0] - reached).abs() > 1e-3 * bench.step() || value[0].is_nan() {
             return fault(format!(
                 "{} is {} at the communication point {reached}",
@@ -198,8 +201,8 @@ fn dependencies(bench: &Bench) -> CheckResult {
             if changed && !depends[place].contains(&index) {
                 let name = &description.variables[output].name;
                 return fault(format!(
-                    "{name} changes with {} in initialization mode, but InitialUnknowns say that \
-                     it does not depend on it",
+                    "{name} changes with {} in initialization mode, but InitialUnknowns declare no \
+                     such dependency",
                     input.name
                 ));
             }

@@ -1,4 +1,4 @@
-//! What a check works with: the loaded unit, what its description says, and the findings so far.
+//! The FMU under test: its library, its description and the findings so far.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -13,12 +13,12 @@ use fmi2_import::library::Functions;
 use fmi2_import::package::Package;
 use fmi2_import::span::between;
 
-/// Steps of an ordinary run in a check.
+/// Number of steps of an ordinary run in a check.
 pub(crate) const STEPS: usize = 8;
-/// Step where the description suggests none, and no interval to take a hundredth of (s).
+/// Step if the description has neither a step nor an interval (s).
 const STEP: f64 = 1e-3;
 
-/// The unit under test.
+/// The FMU under test.
 pub(crate) struct Bench {
     package: Package,
     functions: Functions,
@@ -28,7 +28,7 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// Opens and loads the unit.
+    /// Opens and loads the FMU. Findings have the severity unless a check gives another.
     ///
     /// # Errors
     /// It cannot be opened or loaded.
@@ -37,7 +37,7 @@ impl Bench {
         severity: Severity,
         trace: Option<std::fs::File>,
     ) -> Result<Self, CheckError> {
-        // a unit may change the working directory
+        // an FMU may change the working directory
         let unit = std::path::absolute(unit).unwrap_or_else(|_| unit.to_owned());
         let package = Package::open(&unit)?;
         let functions = Functions::load(&package)?;
@@ -61,34 +61,34 @@ impl Bench {
         &self.trace
     }
 
-    /// Notes a finding and goes on.
+    /// Records a finding; the check continues.
     pub(crate) fn find(&self, message: impl Into<String>) {
         self.observe(self.severity, message);
     }
 
-    /// Notes a finding of another severity and goes on.
+    /// Records a finding with another severity; the check continues.
     pub(crate) fn observe(&self, severity: Severity, message: impl Into<String>) {
         let observation =
             Observation { severity, message: message.into(), calls: self.trace.last() };
         self.found.lock().unwrap_or_else(PoisonError::into_inner).push(observation);
     }
 
-    /// Takes the findings.
+    /// Takes the findings so far.
     pub(crate) fn take(&self) -> Vec<Observation> {
         std::mem::take(&mut *self.found.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Begins a part of the check: calls before it are not shown with its findings.
+    /// Starts a new part of the check. Findings in it do not show the calls before it.
     pub(crate) fn part(&self, what: &str) {
         self.trace.begin(what);
     }
 
-    /// Start of the suggested experiment (s).
+    /// Start of the default experiment (s).
     pub(crate) fn start(&self) -> f64 {
         self.description().default_experiment.start_time.unwrap_or(0.0)
     }
 
-    /// Communication step (s).
+    /// Communication step (s): that of the default experiment, or a hundredth of its interval.
     pub(crate) fn step(&self) -> f64 {
         let experiment = &self.description().default_experiment;
         experiment.step_size.filter(|size| *size > 0.0).unwrap_or_else(|| {
@@ -97,21 +97,21 @@ impl Bench {
         })
     }
 
-    /// Communication point number n (s).
+    /// Time of communication point n (s).
     pub(crate) fn time(&self, n: usize) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "small counts")]
         let n = n as f64;
         self.start() + n * self.step()
     }
 
-    /// Size of the step from communication point number n (s): the step itself, unless that would end
-    /// beyond the next point by a rounding, which may be the stop time.
+    /// Size of the step from communication point n (s). It is smaller than the step where rounding would take the end
+    /// past the next point, which may be the stop time.
     pub(crate) fn size(&self, n: usize) -> f64 {
         let (time, end, step) = (self.time(n), self.time(n + 1), self.step());
         if time + step <= end { step } else { between(time, end) }
     }
 
-    /// Variables that a test accepts.
+    /// The variables that satisfy a condition.
     pub(crate) fn variables(
         &self,
         test: impl Fn(&Variable) -> bool,
@@ -119,7 +119,7 @@ impl Bench {
         self.description().variables.iter().filter(move |variable| test(variable))
     }
 
-    /// Value references of a type, each once, that a test accepts.
+    /// Value references of the variables of a type that satisfy a condition, each once.
     pub(crate) fn references(&self, kind: Type, test: impl Fn(&Variable) -> bool) -> Vec<u32> {
         let mut references: Vec<u32> = self
             .variables(|variable| carried(variable.kind) == kind && test(variable))
@@ -130,7 +130,7 @@ impl Bench {
         references
     }
 
-    /// Real inputs with what they start from and how far they may be moved.
+    /// Real inputs with their start values and how far a check may move them.
     pub(crate) fn inputs(&self) -> Vec<RealInput> {
         self.variables(|variable| {
             variable.causality == Causality::Input && variable.kind == Type::Real
@@ -139,19 +139,19 @@ impl Bench {
         .collect()
     }
 
-    /// Reals that may be set before the initialization.
+    /// Reals that can be set before initialization.
     pub(crate) fn starts(&self) -> Vec<RealInput> {
         self.variables(|variable| variable.kind == Type::Real && is_start(variable))
             .map(RealInput::of)
             .collect()
     }
 
-    /// Whether the unit is for model exchange too.
+    /// Whether the FMU supports model exchange too.
     pub(crate) fn offers_model_exchange(&self) -> bool {
         self.description().offers_model_exchange
     }
 
-    /// Real inputs that vary continuously.
+    /// Continuous Real inputs.
     pub(crate) fn continuous_inputs(&self) -> Vec<RealInput> {
         self.variables(|variable| {
             variable.causality == Causality::Input
@@ -163,12 +163,12 @@ impl Bench {
     }
 }
 
-/// The type that a variable travels as.
+/// The type by which a variable is read and set.
 pub(crate) fn carried(kind: Type) -> Type {
     if kind == Type::Enumeration { Type::Integer } else { kind }
 }
 
-/// Whether a variable may be set before the initialization.
+/// Whether a variable can be set before initialization.
 pub(crate) fn is_start(variable: &Variable) -> bool {
     matches!(variable.initial, Some(Initial::Exact | Initial::Approx))
         && variable.variability != Variability::Constant
@@ -180,7 +180,7 @@ pub(crate) struct RealInput {
     pub(crate) name: String,
     pub(crate) reference: u32,
     pub(crate) start: f64,
-    /// A small change that keeps it within its range; may be negative.
+    /// A small change, twice of which stays within the range; may be negative.
     pub(crate) small: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Ordinary runs: initialization, steps with moving inputs, and everything that can be read.
+//! Ordinary runs: initialization, steps with moving inputs, reading all variables.
 
 use std::ffi::CString;
 
@@ -14,7 +14,7 @@ use fmi2_import::per_type::CType;
 /// Values of variables, bit for bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ReadValues {
-    /// Bits of the Reals, so that a NaN equals itself and 0 is not -0.
+    /// Bits of the Reals: a NaN equals itself, and 0 differs from -0.
     reals: Vec<u64>,
     integers: Vec<i32>,
     booleans: Vec<i32>,
@@ -31,7 +31,7 @@ impl ReadValues {
         &self.booleans
     }
 
-    /// The first difference to other values of the same selection.
+    /// The first difference to other values of the same list, in words.
     pub(crate) fn differs(&self, other: &Self, bench: &Bench, of: &ReadList) -> Option<String> {
         let name = |kind, reference| {
             bench.description().name_of(kind, reference).unwrap_or("?").to_owned()
@@ -54,7 +54,7 @@ impl ReadValues {
         strings
             .into_iter()
             .find(|((a, b), _)| a != b)
-            .map(|(_, &reference)| format!("{} is another text", name(CType::String, reference)))
+            .map(|(_, &reference)| format!("{} has another text", name(CType::String, reference)))
     }
 }
 
@@ -80,18 +80,18 @@ impl ReadList {
         }
     }
 
-    /// A selection of all variables that may be read.
+    /// All variables.
     pub(crate) fn all(bench: &Bench) -> Self {
         Self::of(bench, |_| true)
     }
 
-    /// What may be read in initialization mode: the outputs.
+    /// The outputs, which can be read in initialization mode too.
     pub(crate) fn outputs(bench: &Bench) -> Self {
         Self::of(bench, |variable| variable.causality == Causality::Output)
     }
 }
 
-/// Where an input is at a communication point: it moves a little, differently for each input.
+/// Value of an input at a communication point. Each input moves a little, in a pattern of its own.
 pub(crate) fn moved(input: &RealInput, index: usize, step: usize) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "0 to 4")]
     let pattern = ((step * 7 + index * 3) % 5) as f64;
@@ -99,7 +99,7 @@ pub(crate) fn moved(input: &RealInput, index: usize, step: usize) -> f64 {
 }
 
 impl Bench {
-    /// As a sound importer makes instances.
+    /// Correct arguments of `fmi2Instantiate`.
     pub(crate) fn making(&self, name: &str) -> Making {
         Making {
             name: CString::new(name).ok(),
@@ -114,7 +114,7 @@ impl Bench {
     pub(crate) fn instance(&self, name: &str) -> Result<Raw<'_>, Stop> {
         Raw::make(self, &self.making(name)).map_err(|records| {
             let said: Vec<String> = records.into_iter().map(|record| record.text).collect();
-            Stop::Fault(format!("fmi2Instantiate returned null; it logged {said:?}"))
+            Stop::Fault(format!("fmi2Instantiate returned null; messages: {said:?}"))
         })
     }
 
@@ -160,7 +160,7 @@ impl Raw<'_> {
         Ok(())
     }
 
-    /// As [`Raw::run`], reading everything after each step.
+    /// Steps as [`Raw::run`] does, and reads all variables after each step.
     pub(crate) fn record(&self, from: usize, to: usize) -> Result<Vec<ReadValues>, Stop> {
         let all = ReadList::all(self.bench());
         (from..to)
@@ -171,7 +171,7 @@ impl Raw<'_> {
             .collect()
     }
 
-    /// Reads a selection.
+    /// Reads the variables of a list.
     pub(crate) fn read(&self, of: &ReadList) -> Result<ReadValues, Stop> {
         let mut reals = vec![0.0; of.reals.len()];
         let mut integers = vec![0; of.integers.len()];
@@ -196,7 +196,7 @@ impl Raw<'_> {
     }
 }
 
-/// Ends the check where two records differ.
+/// Ends the check with a finding if two records differ.
 pub(crate) fn same(
     bench: &Bench,
     got: &[ReadValues],
@@ -212,7 +212,7 @@ pub(crate) fn same(
     Ok(())
 }
 
-/// A C string; texts with a zero byte, which XML cannot hold, become empty.
+/// A C string. A text with a zero byte becomes empty; XML cannot contain one.
 pub(crate) fn c_string(text: &str) -> CString {
     CString::new(text).unwrap_or_default()
 }

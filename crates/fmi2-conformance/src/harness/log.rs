@@ -1,4 +1,4 @@
-//! Receives everything that a unit logs, to be judged.
+//! Collects the messages that an FMU logs.
 
 use std::collections::HashSet;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -13,25 +13,25 @@ const KEPT: usize = 1000;
 /// One call of the logger.
 #[derive(Debug, Clone)]
 pub(crate) struct LogMessage {
-    /// The instance's name, as the unit gave it.
+    /// The instance's name as passed by the FMU.
     pub(crate) instance: Option<String>,
     pub(crate) status: c_int,
     pub(crate) category: Option<String>,
-    /// The text before it was formatted.
+    /// The format string.
     pub(crate) format: Option<String>,
-    /// The message after formatting.
+    /// The formatted message.
     pub(crate) text: String,
 }
 
-/// Where an instance's messages arrive; its address is the `componentEnvironment`.
+/// The messages of an instance. Its address is the `componentEnvironment`.
 #[derive(Debug, Default)]
 pub(crate) struct InstanceLog {
     records: Mutex<Vec<LogMessage>>,
 }
 
-/// Addresses of the logs that live: others are never followed.
+/// Addresses of the existing logs. Other addresses are never dereferenced.
 static LIVE: LazyLock<Mutex<HashSet<usize>>> = LazyLock::new(Mutex::default);
-/// Messages that came with an unknown environment.
+/// Number of messages with an unknown environment.
 static STRAY: AtomicUsize = AtomicUsize::new(0);
 
 unsafe extern "C" {
@@ -86,7 +86,7 @@ extern "C" fn conformance_log_sink(
 }
 
 impl InstanceLog {
-    /// A log that messages can arrive at.
+    /// An empty log, registered for messages.
     pub(crate) fn new() -> Box<Self> {
         let log = Box::new(Self::default());
         let address = std::ptr::from_ref(log.as_ref()).addr();
@@ -94,7 +94,7 @@ impl InstanceLog {
         log
     }
 
-    /// The callback functions for an instance whose messages arrive here.
+    /// The callback functions for an instance whose messages this log receives.
     pub(crate) fn callbacks(&self) -> sys::fmi2CallbackFunctions {
         sys::fmi2CallbackFunctions {
             logger: Some(conformance_log),
@@ -105,12 +105,12 @@ impl InstanceLog {
         }
     }
 
-    /// Takes what has arrived.
+    /// Takes the messages so far.
     pub(crate) fn take(&self) -> Vec<LogMessage> {
         std::mem::take(&mut *self.records.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Number of messages with an unknown environment since the last question.
+    /// Number of messages with an unknown environment since the last call.
     pub(crate) fn take_stray() -> usize {
         STRAY.swap(0, Ordering::Relaxed)
     }

@@ -1,4 +1,4 @@
-//! An instance as its C functions are: every call is traced, every status handed back, nothing is
+//! An instance with direct access to its C functions. Every call is traced and returns its status; no call is
 //! prevented.
 
 use std::cell::Cell;
@@ -12,10 +12,10 @@ use super::bench::Bench;
 use super::log::{InstanceLog, LogMessage};
 use super::{Stop, fault};
 
-/// Stands for a function that the binary lacks; no unit returns it.
+/// Status of a call to a function that the binary does not have; no FMU returns it.
 pub(crate) const LACKING: Status = Status(0xFFFF);
 
-/// How an instance is made; the defaults are those of a sound importer.
+/// Arguments of `fmi2Instantiate`.
 #[derive(Clone)]
 pub(crate) struct Making {
     pub(crate) name: Option<CString>,
@@ -34,19 +34,18 @@ pub(crate) struct Raw<'b> {
     label: String,
     component: *mut c_void,
     log: Box<InstanceLog>,
-    // the unit holds its address as long as it lives
+    // the FMU keeps its address as long as the instance exists
     _callbacks: Box<sys::fmi2CallbackFunctions>,
     freed: Cell<bool>,
 }
 
-/// A call of the component, traced; a missing function answers [`LACKING`].
+/// A traced call of the component; [`LACKING`] if the binary does not have the function.
 macro_rules! call {
     ($self:ident, $field:ident($($argument:expr),*), $($text:tt)+) => {{
         let trace = $self.bench.trace();
         trace.call(&$self.label, format_args!($($text)+));
         let status = match $self.bench.functions().$field {
-            // SAFETY: the component is what this library made; arguments are what the check means
-            // to try, in a process that may die of it
+            // SAFETY: the component was made by this library. Arguments may be wrong on purpose; this process may crash
             Some(function) => unsafe { function($self.component, $($argument),*) },
             None => LACKING,
         };
@@ -55,14 +54,14 @@ macro_rules! call {
     }};
 }
 
-/// A function that only takes the component.
+/// Functions with the component as their only argument.
 macro_rules! plain {
     ($($method:ident $field:ident $name:literal;)*) => {
         $(pub(crate) fn $method(&self) -> Status { call!(self, $field(), $name) })*
     };
 }
 
-/// Get and set of one type.
+/// Get and set functions of a type.
 macro_rules! values {
     ($($get:ident $set:ident $get_field:ident $set_field:ident $type:ty, $get_name:literal $set_name:literal;)*) => {
         $(
@@ -86,7 +85,7 @@ macro_rules! values {
 /// The first few items, for the trace.
 fn few<T: std::fmt::Debug>(items: &[T]) -> String {
     match items {
-        [a, b, c, _, ..] => format!("[{a:?}, {b:?}, {c:?}, … {} in all]", items.len()),
+        [a, b, c, _, ..] => format!("[{a:?}, {b:?}, {c:?}, … {} in total]", items.len()),
         _ => format!("{items:?}"),
     }
 }
@@ -96,7 +95,7 @@ fn pointer(text: Option<&CString>) -> *const c_char {
 }
 
 impl<'b> Raw<'b> {
-    /// Calls fmi2Instantiate; `Err` has what was logged when it returned null.
+    /// Calls fmi2Instantiate. `Err` has the messages logged if it returns null.
     pub(crate) fn make(bench: &'b Bench, making: &Making) -> Result<Self, Vec<LogMessage>> {
         let log = InstanceLog::new();
         let callbacks = Box::new(log.callbacks());
@@ -130,7 +129,7 @@ impl<'b> Raw<'b> {
         Ok(Self { bench, label, component, log, _callbacks: callbacks, freed })
     }
 
-    /// What was logged since the last question.
+    /// The messages since the last call.
     pub(crate) fn logged(&self) -> Vec<LogMessage> {
         self.log.take()
     }
@@ -176,7 +175,7 @@ impl<'b> Raw<'b> {
         )
     }
 
-    /// Reads Strings into copies; null is `None`.
+    /// Reads Strings; `None` for a null pointer.
     pub(crate) fn get_string(&self, references: &[u32]) -> (Status, Vec<Option<Vec<u8>>>) {
         let mut pointers: Vec<sys::fmi2String> = vec![null(); references.len()];
         let (r, n, v) = (references.as_ptr(), references.len(), pointers.as_mut_ptr());
@@ -185,7 +184,7 @@ impl<'b> Raw<'b> {
             return (status, Vec::new());
         }
         let copy = |&pointer: &sys::fmi2String| {
-            // SAFETY: not null; the unit keeps its strings until the next call
+            // SAFETY: not null; the FMU keeps its strings until the next call
             (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) }.to_bytes().to_vec())
         };
         (status, pointers.iter().map(copy).collect())
@@ -202,7 +201,7 @@ impl<'b> Raw<'b> {
         call!(self, do_step(time, size, 0), "fmi2DoStep({time}, {size})")
     }
 
-    /// Takes a state, into the memory of an older one where there is one.
+    /// Saves the state, into the memory of an older one if `saved` is not null.
     pub(crate) fn get_state(&self, saved: &mut SavedState) -> Status {
         call!(self, get_fmu_state(&raw mut *saved), "fmi2GetFMUstate")
     }
@@ -299,7 +298,7 @@ impl<'b> Raw<'b> {
         call!(self, get_boolean_status(kind, &raw mut *out), "fmi2GetBooleanStatus({})", kind.0)
     }
 
-    /// Whether the unit asks to end the simulation, after a step that it discarded.
+    /// Whether the FMU requests the end of the simulation after it discarded a step.
     pub(crate) fn wants_end(&self) -> bool {
         let mut terminated = 0;
         let kind = sys::fmi2StatusKind::fmi2Terminated.0;
@@ -311,7 +310,7 @@ impl<'b> Raw<'b> {
         call!(self, get_string_status(kind, &raw mut out), "fmi2GetStringStatus({})", kind.0)
     }
 
-    /// Frees the instance now.
+    /// Frees the instance before it is dropped.
     pub(crate) fn free(&self) {
         if self.freed.replace(true) {
             return;
@@ -330,26 +329,26 @@ impl Drop for Raw<'_> {
     }
 }
 
-/// Whether a call did what it was asked for.
+/// Whether a call succeeded, perhaps with a warning.
 pub(crate) fn passed(status: Status) -> bool {
     status == Status::fmi2OK || status == Status::fmi2Warning
 }
 
-/// Ends the check when a call that is allowed has failed.
+/// Ends the check with a finding if a call failed.
 pub(crate) fn ok(status: Status, what: &str) -> Result<(), Stop> {
     if passed(status) { Ok(()) } else { fault(format!("{what} returned {}", name(status))) }
 }
 
-/// A status in words.
+/// The name of a status.
 pub(crate) fn name(status: Status) -> String {
     if status == LACKING {
-        "nothing: the function is lacking".to_owned()
+        "nothing, because the binary does not have the function".to_owned()
     } else {
         status.to_string()
     }
 }
 
-/// Whether a status is an error that leaves the process alive: what a wrong call must return.
+/// Whether a status refuses the call without ending all instances, as a wrong call must.
 pub(crate) fn refused(status: Status) -> bool {
     status == Status::fmi2Error || status == Status::fmi2Discard
 }

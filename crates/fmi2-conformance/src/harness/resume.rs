@@ -1,4 +1,4 @@
-//! A serialized state that goes on in a process of its own.
+//! A serialized state from which another process continues.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -12,10 +12,10 @@ use super::raw::ok;
 use super::{CheckResult, Stop, fault};
 use fmi2_import::description::Severity;
 
-/// Name of the hidden subcommand.
+/// The hidden subcommand of `maglev` that calls [`resume`].
 pub(crate) const SUBCOMMAND: &str = "conformance-resume";
 
-/// What another process must be able to do with the bytes.
+/// A serialized state, and the values that must follow from it.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Continuation {
     pub(crate) bytes: Vec<u8>,
@@ -25,7 +25,7 @@ pub(crate) struct Continuation {
     pub(crate) wanted: Vec<ReadValues>,
 }
 
-/// Hands the continuation to another process of this program.
+/// Continues from the state in another process of this program.
 pub(crate) fn elsewhere(bench: &Bench, continuation: &Continuation) -> CheckResult {
     let internal = |what: &dyn std::fmt::Display| fault(format!("the check itself failed: {what}"));
     let folder = match tempfile::tempdir() {
@@ -54,26 +54,31 @@ pub(crate) fn elsewhere(bench: &Bench, continuation: &Continuation) -> CheckResu
     }
 }
 
-/// Goes on from a file that `elsewhere` wrote.
+/// Continues from the state in a file, in a process that `maglev validate --dynamic` started.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// The finding, in words.
 pub fn resume(unit: &Path, file: &Path) -> Result<(), String> {
     let text = std::fs::read(file).map_err(|error| error.to_string())?;
     let continuation: Continuation =
         serde_json::from_slice(&text).map_err(|error| error.to_string())?;
     let bench = Bench::new(unit, Severity::Error, None).map_err(|error| error.to_string())?;
-    go_on(&bench, &continuation).map_err(|stop| match stop {
+    continue_from(&bench, &continuation).map_err(|stop| match stop {
         Stop::Fault(text) | Stop::Skip(text) => text,
     })
 }
 
-fn go_on(bench: &Bench, continuation: &Continuation) -> CheckResult {
+fn continue_from(bench: &Bench, continuation: &Continuation) -> CheckResult {
     let unit = bench.instance("another process")?;
     let mut saved = null_mut();
     ok(unit.deserialize(&continuation.bytes, &mut saved), "fmi2DeSerializeFMUstate")?;
     ok(unit.set_state(saved), "fmi2SetFMUstate")?;
     ok(unit.free_state(&mut saved), "fmi2FreeFMUstate")?;
     let (from, steps) = (continuation.from, continuation.wanted.len());
-    same(bench, &unit.record(from, from + steps)?, &continuation.wanted, "from the bytes")
+    same(
+        bench,
+        &unit.record(from, from + steps)?,
+        &continuation.wanted,
+        "from the serialized state",
+    )
 }

@@ -1,4 +1,4 @@
-//! The record of calls, kept in memory for findings and in a file for the case of a crash.
+//! The trace of calls: in memory for findings, and in a file for the case of a crash.
 
 use std::collections::VecDeque;
 use std::fmt::Arguments;
@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 use fmi2_sys::fmi2Status;
 
-/// Calls that a finding shows.
+/// Number of calls that a finding shows.
 const SHOWN: usize = 30;
 
 /// The calls made so far.
@@ -21,12 +21,12 @@ pub(crate) struct CallTrace {
 }
 
 impl CallTrace {
-    /// A trace that is also written to the file.
+    /// A trace that is also written to the file, if there is one.
     pub(crate) fn new(file: Option<File>) -> Self {
         Self { file, ..Self::default() }
     }
 
-    /// Notes a call that is about to be made.
+    /// Records a call before it is made.
     pub(crate) fn call(&self, instance: &str, call: Arguments) {
         if self.quiet.load(Ordering::Relaxed) {
             return;
@@ -34,7 +34,7 @@ impl CallTrace {
         self.line(format!("{instance}: {call}"));
     }
 
-    /// Notes what the last call returned.
+    /// Records the status of the last call.
     pub(crate) fn answer(&self, status: fmi2Status) {
         if self.quiet.load(Ordering::Relaxed) {
             return;
@@ -46,13 +46,13 @@ impl CallTrace {
         }
     }
 
-    /// Begins anew.
+    /// Forgets the calls so far.
     pub(crate) fn begin(&self, what: &str) {
         self.calls.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.line(format!("# {what}"));
     }
 
-    /// Makes calls that are noted as a whole.
+    /// Makes many calls with a single entry in the trace.
     pub(crate) fn quietly<T>(&self, what: &str, calls: impl FnOnce() -> T) -> T {
         self.line(what.to_owned());
         self.quiet.store(true, Ordering::Relaxed);
@@ -63,7 +63,7 @@ impl CallTrace {
 
     fn line(&self, text: String) {
         if let Some(mut file) = self.file.as_ref() {
-            // unbuffered: a crash must leave it whole. A trace that cannot be written is no finding
+            // unbuffered, for the case of a crash. A trace that cannot be written is not a finding
             let _ = writeln!(file, "{text}");
         }
         let mut calls = self.calls.lock().unwrap_or_else(PoisonError::into_inner);
@@ -78,7 +78,7 @@ impl CallTrace {
         self.calls.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 
-    /// The last calls out of a trace's file.
+    /// The last calls in the text of a trace file.
     pub(crate) fn tail(text: &str) -> Vec<String> {
         let lines: Vec<&str> = text.lines().collect();
         let from = lines.len().saturating_sub(SHOWN);

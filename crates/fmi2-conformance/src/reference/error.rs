@@ -9,7 +9,7 @@ use fmi2_import::package::REFERENCE_RESULTS;
 /// Why reference results cannot be used or computed.
 #[derive(Debug, Error)]
 pub enum ReferenceError {
-    /// A file cannot be read.
+    /// A file of reference results is damaged or cannot be read.
     #[error("{file}: {message}")]
     File {
         /// Name of the reference file.
@@ -17,26 +17,28 @@ pub enum ReferenceError {
         /// What is wrong with the file, in words.
         message: String,
     },
-    /// The unit carries no reference results.
-    #[error("unit {unit} carries no reference results (no experiment in {})", REFERENCE_RESULTS)]
+    /// The FMU contains no reference results.
+    #[error("{unit} contains no reference results (no experiment in {})", REFERENCE_RESULTS)]
     None {
         /// Path of the .fmu file, as it was given.
         unit: String,
     },
-    /// A column that is no Real variable of the unit.
-    #[error("the unit has no Real variable {variable}, which a reference file names")]
+    /// A column that is not a Real variable of the FMU.
+    #[error(
+        "a reference file has a column {variable}, but the unit has no Real variable of that name"
+    )]
     Unknown {
         /// Column that names no variable of the FMU.
         variable: String,
     },
-    /// Times that do not fit.
+    /// A time of the reference that is not a communication point.
     #[error("{0}")]
     Times(String),
-    /// The unit's binary.
-    #[error("the unit cannot be loaded")]
+    /// The binary cannot be loaded.
+    #[error("cannot load the unit")]
     Library(#[from] LibraryError),
     /// The FMU failed while it repeated the experiment.
-    #[error("the unit fails")]
+    #[error("the unit failed")]
     Unit(#[from] FmuError),
 }
 
@@ -48,9 +50,9 @@ impl ReferenceError {
             Self::Library(error) => error.help(),
             Self::Unit(error) => return error.fault().help(),
             Self::None { .. } => {
-                "units packed by `cargo xtask package` carry them; run others in a scenario"
+                "units packed by `cargo xtask package` contain them; run other units in a scenario"
             }
-            _ => "the unit's files of reference results are damaged; package it again",
+            _ => "package the unit again with correct files of reference results",
         })
     }
 }

@@ -1,8 +1,8 @@
 //! The files of reference results: CSV tables, and experiments of the layered standard FMI-LS-REF.
 //!
-//! The tables follow the rules of the FMI cross-check: names in the first line, time in the first
-//! column, times that never fall; of two rows at one time the later one holds from then on. The
-//! manifest of FMI-LS-REF (1.0.0-alpha.1) names files of experiments, and those name the tables.
+//! The tables follow the rules of the FMI cross-check: names in the first line, time in the first column, times that
+//! never decrease. Of two rows at the same time the later one counts from there on. The manifest of FMI-LS-REF
+//! (1.0.0-alpha.1) refers to files of experiments, and these refer to the tables.
 
 use std::path::{Path, PathBuf};
 
@@ -24,10 +24,10 @@ pub struct ReferenceTable {
     pub rows: Vec<Vec<f64>>,
 }
 
-/// Inputs, and the outputs that a unit must give for them.
+/// Inputs, and the outputs that the FMU must reproduce.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReferenceExperiment {
-    /// Name of the experiment, as FMI-LS-REF has it.
+    /// Name of the experiment in FMI-LS-REF.
     pub name: String,
     /// First time (s).
     pub start: f64,
@@ -35,17 +35,16 @@ pub struct ReferenceExperiment {
     pub stop: f64,
     /// Communication step (s).
     pub step: f64,
-    /// Allowed deviation, as a part of each signal's largest absolute value.
+    /// Allowed deviation, as a fraction of each signal's largest absolute value.
     pub tolerance: f64,
-    /// What the unit gets.
+    /// Values of the inputs.
     pub inputs: ReferenceTable,
-    /// What it must answer.
+    /// Expected values of the outputs.
     pub reference: ReferenceTable,
 }
 
 impl ReferenceExperiment {
-    /// Time of the communication point with that number (s): counted, not added up, and never beyond
-    /// the stop time.
+    /// Time of a communication point (s), counted from the start; never after the stop time.
     #[must_use]
     pub fn time(&self, point: u64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "below 2^32")]
@@ -58,7 +57,7 @@ impl ReferenceTable {
     /// Reads a CSV file.
     ///
     /// # Errors
-    /// It cannot be read, or breaks a rule: the message says where.
+    /// It cannot be read, or violates a rule; with the row.
     pub fn read(file: &Path) -> Result<Self, ReferenceError> {
         let fail = fail(file);
         let mut reader = csv::ReaderBuilder::new()
@@ -73,18 +72,18 @@ impl ReferenceTable {
             let record = record.map_err(|error| at(error.to_string()))?;
             let number = |text: &str| match text.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
-                _ => Err(at(format!("\"{text}\" is no finite number"))),
+                _ => Err(at(format!("\"{text}\" is not a finite number"))),
             };
             let values: Vec<f64> = record.iter().map(number).collect::<Result<_, _>>()?;
             let (&time, row) = values.split_first().ok_or_else(|| at("is empty".into()))?;
             if table.times.last().is_some_and(|&last| last > time) {
-                return Err(at(format!("the time {time} lies before that of the row above")));
+                return Err(at(format!("the time {time} is before the time of the row above")));
             }
             table.times.push(time);
             table.rows.push(row.to_vec());
         }
         if table.times.is_empty() {
-            return Err(fail("it has no rows".into()));
+            return Err(fail("the table has no rows".into()));
         }
         Ok(table)
     }
@@ -105,7 +104,7 @@ impl ReferenceTable {
         lines.join("\n")
     }
 
-    /// Values at a time: linear between rows, the first and last rows beyond them.
+    /// Values at a time: linear between rows, constant before the first and after the last.
     pub fn at(&self, time: f64, values: &mut [f64]) {
         let after = self.times.partition_point(|&row| row <= time);
         let below = after.saturating_sub(1);
@@ -120,10 +119,10 @@ impl ReferenceTable {
     }
 }
 
-/// All experiments that a unit carries.
+/// All experiments in an FMU.
 ///
 /// # Errors
-/// It carries none, or a file of theirs is missing or damaged.
+/// There are none, or a file is missing or damaged.
 pub fn experiments(package: &Package) -> Result<Vec<ReferenceExperiment>, ReferenceError> {
     let folder = package.folder().join(FOLDER);
     let manifest = folder.join("fmi-ls-manifest.xml");
@@ -166,7 +165,7 @@ fn read_experiment(
     let number = |node: &Node<'_, '_>, name: &str| match node.attribute(name).map(str::parse) {
         Some(Ok(value)) => Ok(Some(value)),
         None => Ok(None),
-        Some(Err(_)) => Err(fail(format!("{name} is no number"))),
+        Some(Err(_)) => Err(fail(format!("{name} is not a number"))),
     };
     let table = |name: &str| match child(name) {
         Some(found) => ReferenceTable::read(&beside(file, found.attribute("source"))?),
@@ -176,7 +175,7 @@ fn read_experiment(
     let (Some(&first), Some(&last)) = (reference.times.first(), reference.times.last()) else {
         return Err(fail("an experiment has no References".into()));
     };
-    let need = |value: Option<f64>, name| value.ok_or_else(|| fail(format!("it needs a {name}")));
+    let need = |value: Option<f64>, name| value.ok_or_else(|| fail(format!("{name} is missing")));
     Ok(ReferenceExperiment {
         name: node.attribute("name").unwrap_or_default().to_owned(),
         start: number(&settings, "startTime")?.unwrap_or(first),
@@ -188,13 +187,13 @@ fn read_experiment(
     })
 }
 
-/// A file that another one names, relative to itself.
+/// Path of a file to which another one refers, relative to it.
 fn beside(file: &Path, source: Option<&str>) -> Result<PathBuf, ReferenceError> {
-    let source = source.ok_or_else(|| fail(file)("an entry has no source".into()))?;
+    let source = source.ok_or_else(|| fail(file)("an entry has no attribute source".into()))?;
     let decoded = percent_encoding::percent_decode_str(source).decode_utf8_lossy();
     if Path::new(decoded.as_ref()).is_absolute() || decoded.contains("..") {
         return Err(fail(file)(format!(
-            "the source {source} leaves the folder of the experiments"
+            "the source {source} is outside the folder of the experiments"
         )));
     }
     Ok(file.with_file_name(decoded.as_ref()))
@@ -247,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_tables_that_break_a_rule_are_refused_with_the_row() {
+    fn issue_tables_that_violate_a_rule_are_refused_with_the_row() {
         for (text, said) in [
             ("time,a\n1,2\n0,2\n", "row 2"),
             ("time,a\n0,NaN\n", "NaN"),

@@ -1,9 +1,9 @@
-//! Reference results: what a unit alone answers to given inputs, and whether it still does.
+//! Reference results: the outputs of a single FMU for given inputs, and whether it still reproduces them.
 //!
-//! An experiment is inputs over time, the outputs that belong to them, and a tolerance. Units carry
-//! theirs in the layered standard FMI-LS-REF ([`files`]). At each communication point every input gets
-//! its value there, linear between the rows of the file, the later of two rows at one time, and keeps
-//! it over the step, as importers do that send no input derivatives.
+//! An experiment has inputs over time, the outputs for them, and a tolerance. FMUs contain theirs in the form of the
+//! layered standard FMI-LS-REF ([`files`]). At each communication point an input is set to its value there, which is
+//! linear between the rows of the file. Of two rows at the same time the later one counts. Inputs are held during a
+//! step, as by importers that send no input derivatives.
 
 mod error;
 pub mod files;
@@ -20,21 +20,21 @@ use fmi2_import::library::Functions;
 use fmi2_import::package::Package;
 use fmi2_import::span::between;
 
-/// How far a signal is from its reference.
+/// The largest deviation of a signal from its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deviation {
     /// Name of the compared output.
     pub signal: String,
-    /// Largest difference, as a part of the reference's largest absolute value.
+    /// Largest difference, as a fraction of the largest absolute value of the reference.
     pub relative: f64,
-    /// When (s).
+    /// Time of the largest difference (s).
     pub time: f64,
 }
 
-/// Runs an experiment; the result has the columns and times of its reference.
+/// Runs an experiment. The result has the columns and times of its reference.
 ///
 /// # Errors
-/// A column is unknown, the times are no whole numbers of steps, or the unit fails.
+/// A column is unknown, the times are not whole numbers of steps, or the FMU fails.
 pub fn simulate(
     package: &Arc<Package>,
     experiment: &ReferenceExperiment,
@@ -86,7 +86,7 @@ fn references(package: &Package, table: &ReferenceTable) -> Result<Vec<u32>, Ref
     table.names.iter().map(find).collect()
 }
 
-/// The communication point, counted from the start, of each row of the reference.
+/// The number of the communication point of each row of the reference.
 fn points(experiment: &ReferenceExperiment) -> Result<Vec<u64>, ReferenceError> {
     let point = |&time: &f64| {
         let count = ((time - experiment.start) / experiment.step).round();
@@ -96,7 +96,7 @@ fn points(experiment: &ReferenceExperiment) -> Result<Vec<u64>, ReferenceError> 
             Ok(count as u64)
         } else {
             Err(ReferenceError::Times(format!(
-                "experiment {}: the reference's time {time} s is no whole number of steps of {} s \
+                "experiment {}: the time {time} s of the reference is not a whole number of steps of {} s \
                  after the start at {} s",
                 experiment.name, experiment.step, experiment.start
             )))
@@ -107,7 +107,7 @@ fn points(experiment: &ReferenceExperiment) -> Result<Vec<u64>, ReferenceError> 
 
 /// The largest deviation of each signal.
 ///
-/// Both tables have the same columns and times, as those of [`simulate`] do.
+/// Both tables must have the same columns and times, as the result of [`simulate`] has.
 #[must_use]
 pub fn compare(reference: &ReferenceTable, found: &ReferenceTable) -> Vec<Deviation> {
     let deviation = |(column, signal): (usize, &String)| {
@@ -117,7 +117,7 @@ pub fn compare(reference: &ReferenceTable, found: &ReferenceTable) -> Vec<Deviat
         for ((time, expected), row) in reference.times.iter().zip(&reference.rows).zip(&found.rows)
         {
             let relative = (row[column] - expected[column]).abs() / scale;
-            // a NaN must not pass as small
+            // a NaN must not count as small
             if relative.is_nan() || relative > worst.relative {
                 worst = Deviation { relative, time: *time, ..worst };
             }

@@ -6,19 +6,19 @@ use super::subject::{Subject, several, table};
 use fmi2_import::description::{Causality, Initial, Type, Variability, Variable};
 
 table! {
-    "alias-settable", "2.2.7", Error, "of variables that share a value, one can be set", settable;
-    "alias-independent", "2.2.7", Error, "what shares its value with the independent variable cannot be set", independent;
-    "alias-start", "2.2.7", Error, "of variables that share a value and are not constant, one has a start", start;
-    "alias-constant", "2.2.7", Error, "variables that share a value are all constant, or none is", constant;
+    "alias-settable", "2.2.7", Error, "of the variables that share a value, at most one can be set", settable;
+    "alias-independent", "2.2.7", Error, "a variable that shares its value with the independent variable cannot be set", independent;
+    "alias-start", "2.2.7", Error, "of the variables that share a value and are not constant, at most one has a start", start;
+    "alias-constant", "2.2.7", Error, "variables that share a value are all constant or all not constant", constant;
     "alias-value", "2.2.7", Error, "constants that share a value have the same start", value;
-    "alias-unit", "2.2.7", Error, "variables that share a value share its unit", unit;
+    "alias-unit", "2.2.7", Error, "variables that share a value have the same unit", unit;
 }
 
-/// Messages on groups of two or more variables that share a type and value reference.
+/// Messages for the groups of two or more variables with the same type and value reference.
 fn each_alias(subject: &Subject, check: impl Fn(&[&Variable]) -> Option<String>) -> Vec<String> {
     let mut groups: BTreeMap<(Type, u32), Vec<&Variable>> = BTreeMap::new();
     for (_, variable) in subject.variables() {
-        // both travel as fmi2Integer
+        // both are read and set as fmi2Integer
         let kind = if variable.kind == Type::Enumeration { Type::Integer } else { variable.kind };
         groups.entry((kind, variable.value_reference)).or_default().push(variable);
     }
@@ -36,7 +36,7 @@ fn is_constant(variable: &Variable) -> bool {
     variable.variability == Variability::Constant
 }
 
-/// Whether `fmi2SetXXX` may be called on it at any time.
+/// Whether `fmi2SetXXX` may be called for the variable in any state.
 fn is_settable(variable: &Variable) -> bool {
     let starts = matches!(variable.initial, Some(Initial::Exact | Initial::Approx));
     variable.causality == Causality::Input || starts && !is_constant(variable)
@@ -63,7 +63,7 @@ fn independent(subject: &Subject) -> Vec<String> {
 fn start(subject: &Subject) -> Vec<String> {
     each_alias(subject, |group| {
         let starts = count(group, |it| !is_constant(it) && it.start.is_some());
-        // with several that can be set, that is the reason
+        // several that can be set are a finding of `alias-settable`
         (starts > 1 && count(group, is_settable) < 2)
             .then(|| "and several of them have a start value".to_owned())
     })
@@ -83,7 +83,10 @@ fn value(subject: &Subject) -> Vec<String> {
         let first = constants.next()?;
         let other = constants.find(|it| it.start != first.start)?;
         let (one, two) = (first.start.as_ref()?, other.start.as_ref()?);
-        Some(format!("but the constant \"{}\" is {one}, \"{}\" is {two}", first.name, other.name))
+        Some(format!(
+            "but the constant \"{}\" is {one} and \"{}\" is {two}",
+            first.name, other.name
+        ))
     })
 }
 
@@ -96,6 +99,6 @@ fn unit(subject: &Subject) -> Vec<String> {
             None => "no unit".to_owned(),
         };
         let (one, two) = (name(first), name(other));
-        Some(format!("but \"{}\" has {one}, \"{}\" has {two}", first.name, other.name))
+        Some(format!("but \"{}\" has {one} and \"{}\" has {two}", first.name, other.name))
     })
 }

@@ -3,29 +3,29 @@
 use std::collections::HashMap;
 
 use super::directory::ZipEntry;
-use super::subject::{Subject, doubled, table};
+use super::subject::{Subject, duplicates, table};
 use fmi2_import::archive::ArchiveError;
 
 table! {
     "archive-zip", "2.3", Error, "the file is a readable zip archive", zip;
     "archive-extension", "2.3", Error, "the file's name ends in .fmu", extension;
     "archive-split", "2.3", Error, "the archive is one file", split;
-    "archive-version", "2.3", Error, "version 2.0 of the zip format is enough to unpack", version;
+    "archive-version", "2.3", Error, "unpacking needs at most version 2.0 of the zip format", version;
     "archive-compression", "2.3", Error, "files are stored or packed with Deflate", compression;
-    "archive-descriptor", "2.3", Error, "the sizes of stored files come before them", descriptor;
-    "archive-encrypted", "2.3", Error, "nothing is encrypted", encrypted;
-    "archive-damaged", "2.3", Error, "every file can be unpacked, with the right checksum", damaged;
-    "archive-link", "2.3", Error, "the archive holds no links", link;
-    "archive-backslash", "2.3", Error, "names in the archive have forward slashes", backslash;
-    "archive-escape", "2.3", Error, "no name leaves the folder: no \"..\", absolute name or drive", escape;
+    "archive-descriptor", "2.3", Error, "stored files have no data descriptor: their sizes come before them", descriptor;
+    "archive-encrypted", "2.3", Error, "no entry is encrypted", encrypted;
+    "archive-damaged", "2.3", Error, "every file can be unpacked and has the right checksum", damaged;
+    "archive-link", "2.3", Error, "the archive contains no symbolic links", link;
+    "archive-backslash", "2.3", Error, "names in the archive use forward slashes", backslash;
+    "archive-escape", "2.3", Error, "no name leads out of the folder: no \"..\", absolute path or drive", escape;
     "archive-control", "2.3", Error, "names in the archive have no control characters", control;
     "archive-duplicate", "2.3", Error, "no name occurs twice", duplicate;
-    "archive-case", "2.3", Warning, "names differ in more than upper and lower case", case;
-    "archive-dot", "2.3", Warning, "names in the archive do not begin with \"./\"", dot;
+    "archive-case", "2.3", Warning, "names do not differ only in upper and lower case", case;
+    "archive-dot", "2.3", Warning, "names in the archive do not start with \"./\"", dot;
     "archive-ascii", "2.3", Note, "names in the archive are ASCII", ascii;
-    "archive-top-level", "2.3", Note, "the top level holds what the standard names", top_level;
-    "archive-refused", "2.3", Error, "the archive can be opened safely: sizes and names are sound", refused;
-    "description-missing", "2.3", Error, "modelDescription.xml is at the top level", missing;
+    "archive-top-level", "2.3", Note, "the top level contains only names of the standard", top_level;
+    "archive-refused", "2.3", Error, "the sizes in the archive are within the limits of this importer", refused;
+    "description-missing", "2.3", Error, "there is a modelDescription.xml at the top level", missing;
     "icon", "2.3", Warning, "model.png is a PNG image", icon;
     "documentation", "2.3", Note, "there is documentation/index.html", documentation;
 }
@@ -34,13 +34,13 @@ fn entries<'a>(subject: &Subject<'a>) -> &'a [ZipEntry] {
     &subject.contents.directory.entries
 }
 
-fn names(subject: &Subject, check: impl Fn(&ZipEntry) -> Option<&'static str>) -> Vec<String> {
+fn each_entry(subject: &Subject, check: impl Fn(&ZipEntry) -> Option<&'static str>) -> Vec<String> {
     let object = |entry| check(entry).map(|text| format!("entry \"{}\" {text}", entry.name));
     entries(subject).iter().filter_map(object).collect()
 }
 
 fn zip(subject: &Subject) -> Vec<String> {
-    // a reader gives up on what the next rule names
+    // a split archive is a finding of `archive-split`
     if subject.contents.directory.split {
         return Vec::new();
     }
@@ -57,7 +57,7 @@ fn extension(subject: &Subject) -> Vec<String> {
 
 fn split(subject: &Subject) -> Vec<String> {
     let split = subject.contents.directory.split;
-    if split { vec!["the archive is spread over several files".to_owned()] } else { Vec::new() }
+    if split { vec!["the archive is split over several files".to_owned()] } else { Vec::new() }
 }
 
 fn version(subject: &Subject) -> Vec<String> {
@@ -73,21 +73,23 @@ fn version(subject: &Subject) -> Vec<String> {
 }
 
 fn compression(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| {
+    each_entry(subject, |entry| {
         let common = matches!(entry.method, 0 | 8);
         (!common && !entry.encrypted).then_some("is neither stored nor packed with Deflate")
     })
 }
 
 fn descriptor(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| {
+    each_entry(subject, |entry| {
         let odd = entry.descriptor && entry.method != 8 && !entry.encrypted;
-        odd.then_some("is stored with general purpose bit 3, which is for Deflate only")
+        odd.then_some(
+            "is stored with a data descriptor (general purpose bit 3), which is for Deflate only",
+        )
     })
 }
 
 fn encrypted(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| entry.encrypted.then_some("is encrypted"))
+    each_entry(subject, |entry| entry.encrypted.then_some("is encrypted"))
 }
 
 fn damaged(subject: &Subject) -> Vec<String> {
@@ -96,31 +98,31 @@ fn damaged(subject: &Subject) -> Vec<String> {
 }
 
 fn link(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| entry.link.then_some("is a link"))
+    each_entry(subject, |entry| entry.link.then_some("is a symbolic link"))
 }
 
 fn backslash(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| entry.name.contains('\\').then_some("has a backslash"))
+    each_entry(subject, |entry| entry.name.contains('\\').then_some("has a backslash in its name"))
 }
 
 fn escape(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| {
+    each_entry(subject, |entry| {
         let name = entry.name.replace('\\', "/");
         let leaves =
             name.starts_with('/') || name.split('/').any(|part| part == ".." || part.contains(':'));
-        leaves.then_some("may be written outside of the unit's folder")
+        leaves.then_some("would be written outside of the folder")
     })
 }
 
 fn control(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| {
-        entry.name.chars().any(char::is_control).then_some("has a control character")
+    each_entry(subject, |entry| {
+        entry.name.chars().any(char::is_control).then_some("has a control character in its name")
     })
 }
 
 fn duplicate(subject: &Subject) -> Vec<String> {
-    let twice = doubled(entries(subject).iter().map(ZipEntry::path));
-    twice.iter().map(|name| format!("there are several entries \"{name}\"")).collect()
+    let twice = duplicates(entries(subject).iter().map(ZipEntry::path));
+    twice.iter().map(|name| format!("the entry \"{name}\" occurs more than once")).collect()
 }
 
 fn case(subject: &Subject) -> Vec<String> {
@@ -129,7 +131,7 @@ fn case(subject: &Subject) -> Vec<String> {
     for path in entries(subject).iter().map(ZipEntry::path) {
         match seen.get(&path.to_lowercase()) {
             Some(other) if *other != path => {
-                found.push(format!("\"{other}\" and \"{path}\" are one file on some systems"));
+                found.push(format!("\"{other}\" and \"{path}\" are the same file on some systems"));
             }
             Some(_) => {}
             None => drop(seen.insert(path.to_lowercase(), path)),
@@ -139,11 +141,11 @@ fn case(subject: &Subject) -> Vec<String> {
 }
 
 fn dot(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| entry.name.starts_with("./").then_some("begins with \"./\""))
+    each_entry(subject, |entry| entry.name.starts_with("./").then_some("starts with \"./\""))
 }
 
 fn ascii(subject: &Subject) -> Vec<String> {
-    names(subject, |entry| (!entry.name.is_ascii()).then_some("is not plain ASCII"))
+    each_entry(subject, |entry| (!entry.name.is_ascii()).then_some("has a name that is not ASCII"))
 }
 
 fn top_level(subject: &Subject) -> Vec<String> {
@@ -164,11 +166,13 @@ fn top_level(subject: &Subject) -> Vec<String> {
     tops.sort_unstable();
     tops.dedup();
     tops.retain(|top| !top.is_empty() && !NAMED.contains(&top.as_str()));
-    tops.iter().map(|top| format!("\"{top}\" is not of the standard; tools ignore it")).collect()
+    tops.iter()
+        .map(|top| format!("\"{top}\" is not a name of the standard; tools ignore it"))
+        .collect()
 }
 
 fn refused(subject: &Subject) -> Vec<String> {
-    // what has a rule of its own is not told twice
+    // other refusals have their own rules
     let Some(refusal) = &subject.contents.refusal else { return Vec::new() };
     match refusal {
         ArchiveError::TooMany { .. } | ArchiveError::TooLarge { .. } => vec![refusal.to_string()],
@@ -187,10 +191,10 @@ fn missing(subject: &Subject) -> Vec<String> {
         |path: &String| path.rsplit('/').next().is_some_and(|last| last.eq_ignore_ascii_case(NAME));
     vec![match entries(subject).iter().map(ZipEntry::path).find(similar) {
         Some(path) if path.contains('/') => format!(
-            "there is no {NAME} at the top level, only \"{path}\": pack the folder's contents, \
-             not the folder"
+            "there is no {NAME} at the top level, but there is \"{path}\"; pack the contents of \
+             the folder, not the folder"
         ),
-        Some(path) => format!("there is no {NAME}, only \"{path}\""),
+        Some(path) => format!("there is no {NAME}, but there is \"{path}\""),
         None => format!("there is no {NAME}"),
     }]
 }

@@ -6,24 +6,24 @@ use object::{Architecture, BinaryFormat, Object as _};
 
 use super::directory::ZipEntry;
 use super::images::{images, missing_symbols};
-use super::subject::{Subject, counted, doubled, several, table};
+use super::subject::{Subject, counted, duplicates, several, table};
 use fmi2_import::package::PLATFORM;
 use fmi2_import::xml::Plain as _;
 
 table! {
-    "code-missing", "2.3", Error, "the archive holds a binary, or sources", code;
-    "platform", "2.3", Warning, "there is a binary for this system", platform;
-    "binary-name", "2.3", Error, "binaries are named by the modelIdentifier, without lib", name;
-    "binary-folder", "2.3", Note, "folders of binaries are named as the standard does", folder;
-    "binary-format", "2.3", Error, "binaries fit the platform of their folder", format;
+    "code-missing", "2.3", Error, "the archive contains a binary or sources", code;
+    "platform", "2.3", Warning, "there is a binary for this platform", platform;
+    "binary-name", "2.3", Error, "binaries are named after the modelIdentifier, without a prefix lib", name;
+    "binary-folder", "2.3", Note, "folders of binaries have names of the standard", folder;
+    "binary-format", "2.3", Error, "binaries are for the platform of their folder", format;
     "symbols", "2.1.1", Error, "binaries export all functions of FMI 2.0 for co-simulation", symbols;
-    "sources", "2.3", Error, "every file in SourceFiles is in the archive, and is named once", sources;
+    "sources", "2.3", Error, "every file in SourceFiles is in the archive and is listed once", sources;
 }
 
 /// Folder, ending, format and architecture of binaries.
 type Platform = (&'static str, &'static str, BinaryFormat, Architecture);
 
-/// What the standard names: its own names for x86, and the platform tuples of FMI 3.0 for others.
+/// The platforms of the standard: its own names for x86, and the platform tuples of FMI 3.0.
 const PLATFORMS: &[Platform] = &[
     ("linux64", "so", BinaryFormat::Elf, Architecture::X86_64),
     ("linux32", "so", BinaryFormat::Elf, Architecture::I386),
@@ -85,7 +85,7 @@ fn own<'a>(subject: &Subject<'a>) -> Vec<(&'static Platform, &'a [u8])> {
     PLATFORMS.iter().filter_map(bytes).collect()
 }
 
-/// There is code at all: a library, or a file in `sources`.
+/// Whether there is any code: a library, or a file in `sources`.
 fn has_code(subject: &Subject) -> bool {
     paths(subject, "binaries/").any(|path| LIBRARIES.contains(&ending(&path)))
         || paths(subject, "sources/").next().is_some()
@@ -101,7 +101,7 @@ fn code(subject: &Subject) -> Vec<String> {
 fn platform(subject: &Subject) -> Vec<String> {
     let files = files(subject);
     let here = files.iter().any(|(folder, name)| {
-        // under another name it is a matter of the next rule
+        // a wrong file name is a finding of `binary-name`
         folder == PLATFORM && LIBRARIES.contains(&ending(name))
     });
     if identifier(subject).is_none() || here || !has_code(subject) {
@@ -109,7 +109,7 @@ fn platform(subject: &Subject) -> Vec<String> {
     }
     let folders: BTreeSet<&str> = files.iter().map(|(folder, _)| folder.as_str()).collect();
     let has = if folders.is_empty() {
-        "it comes as source code only".to_owned()
+        "there is source code only".to_owned()
     } else {
         format!("there are binaries for: {}", folders.into_iter().collect::<Vec<_>>().join(", "))
     };
@@ -127,7 +127,7 @@ fn name(subject: &Subject) -> Vec<String> {
             let names: Vec<&str> = here.map(|(_, name)| name.as_str()).collect();
             (!names.is_empty() && !names.contains(&own.as_str())).then(|| {
                 format!(
-                    "binaries/{folder} has no \"{own}\", as the modelIdentifier demands, but {}",
+                    "binaries/{folder} has no \"{own}\", which the modelIdentifier demands, but {}",
                     several(&names)
                 )
             })
@@ -140,7 +140,7 @@ fn folder(subject: &Subject) -> Vec<String> {
     folders
         .into_iter()
         .filter(|folder| PLATFORMS.iter().all(|platform| platform.0 != folder))
-        .map(|folder| format!("binaries/{folder} is not a platform that the standard names"))
+        .map(|folder| format!("binaries/{folder} is not a platform of the standard"))
         .collect()
 }
 
@@ -159,7 +159,10 @@ fn format(subject: &Subject) -> Vec<String> {
             .iter()
             .map(|file| format!("{:?} for {:?}", file.format(), file.architecture()))
             .collect();
-        Some(format!("{place} is {}, not {format:?} for {architecture:?}", found.join(" and ")))
+        Some(format!(
+            "{place} is {}, but must be {format:?} for {architecture:?}",
+            found.join(" and ")
+        ))
     };
     own(subject).iter().filter_map(wrong).collect()
 }
@@ -169,7 +172,8 @@ fn symbols(subject: &Subject) -> Vec<String> {
         let missing = missing_symbols(bytes).unwrap_or_default();
         let count = counted(missing.len(), "function");
         let (folder, names) = (platform.0, several(&missing));
-        (!missing.is_empty()).then(|| format!("the binary for {folder} lacks {count}: {names}"))
+        (!missing.is_empty())
+            .then(|| format!("the binary for {folder} does not export {count}: {names}"))
     };
     own(subject).into_iter().filter_map(lacks).collect()
 }
@@ -207,7 +211,9 @@ fn sources(subject: &Subject) -> Vec<String> {
             let text = format!("names {count} that {verb} {why}: {}", several(&lost));
             found.push(subject.about(list, &text));
         }
-        for name in doubled(names().map(|name| resolved(name).unwrap_or_else(|| name.to_owned()))) {
+        for name in
+            duplicates(names().map(|name| resolved(name).unwrap_or_else(|| name.to_owned())))
+        {
             found.push(subject.about(list, &format!("names \"{name}\" more than once")));
         }
     }

@@ -7,24 +7,24 @@ use fmi2_import::description::CoSimulation;
 use fmi2_import::xml::Plain as _;
 
 table! {
-    "serialize", "4.3.1", Error, "serialization needs get and set of states", serialize;
-    "execution-tool", "4.3.1", Note, "the unit runs without another program", execution_tool;
-    "once-per-process", "4.3.1", Note, "the unit can have several instances in a process", once;
-    "asynchronous", "4.3.1", Note, "steps end before fmi2DoStep returns", asynchronous;
+    "serialize", "4.3.1", Error, "canSerializeFMUstate requires canGetAndSetFMUstate", serialize;
+    "execution-tool", "4.3.1", Note, "the FMU runs without another program", execution_tool;
+    "once-per-process", "4.3.1", Note, "the FMU can have several instances in a process", once;
+    "asynchronous", "4.3.1", Note, "a step is complete when fmi2DoStep returns", asynchronous;
     "multiple-set", "2.2.7", Error, "canHandleMultipleSetPerTimeInstant is for model exchange only", multiple_set;
     "reinit", "2.2.7", Error, "reinit is for model exchange only", reinit;
 }
 
-fn flag(subject: &Subject, raised: impl Fn(&CoSimulation) -> bool, text: &str) -> Vec<String> {
-    let raised = subject.description.is_some_and(|description| raised(&description.co_simulation));
-    if raised { vec![text.to_owned()] } else { Vec::new() }
+fn flag(subject: &Subject, is_set: impl Fn(&CoSimulation) -> bool, text: &str) -> Vec<String> {
+    let found = subject.description.is_some_and(|description| is_set(&description.co_simulation));
+    if found { vec![text.to_owned()] } else { Vec::new() }
 }
 
 fn serialize(subject: &Subject) -> Vec<String> {
     flag(
         subject,
         |it| it.can_serialize_fmu_state && !it.can_get_and_set_fmu_state,
-        "canSerializeFMUstate without canGetAndSetFMUstate",
+        "canSerializeFMUstate is true, but canGetAndSetFMUstate is not",
     )
 }
 
@@ -45,7 +45,7 @@ fn only_co_simulation(subject: &Subject) -> bool {
     subject.elements("ModelExchange").next().is_none()
 }
 
-/// One message for all variables that have an attribute which is for model exchange only.
+/// One message for all variables with an attribute that is for model exchange only.
 fn present(subject: &Subject, attribute: &str, has: impl Fn(Node) -> bool) -> Vec<String> {
     if !only_co_simulation(subject) {
         return Vec::new();
@@ -55,7 +55,7 @@ fn present(subject: &Subject, attribute: &str, has: impl Fn(Node) -> bool) -> Ve
     if names.is_empty() {
         return Vec::new();
     }
-    vec![format!("{attribute} is given for {}", several(&names))]
+    vec![format!("{attribute} is for model exchange only, but given for {}", several(&names))]
 }
 
 fn multiple_set(subject: &Subject) -> Vec<String> {

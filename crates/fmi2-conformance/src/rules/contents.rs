@@ -1,4 +1,4 @@
-//! The raw contents of an archive, read without judging them.
+//! The raw contents of an archive.
 
 use std::error::Error as _;
 use std::fs::File;
@@ -13,9 +13,9 @@ use zip::result::ZipError;
 use super::directory::{self, ZipDirectory};
 use fmi2_import::archive::{self, ArchiveError, FmuArchive, MAX_DESCRIPTION_SIZE, MAX_ENTRY_SIZE};
 
-/// The file cannot be read.
+/// A .fmu file cannot be opened or read.
 #[derive(Debug, Error)]
-#[error("{path} cannot be read")]
+#[error("cannot read {path}")]
 pub struct Unreadable {
     /// Path of the .fmu file, as it was given.
     pub path: PathBuf,
@@ -24,20 +24,20 @@ pub struct Unreadable {
     pub source: io::Error,
 }
 
-/// A .fmu file taken apart.
+/// The parts of a .fmu file.
 #[derive(Default)]
 pub(super) struct Contents {
-    /// The file's name.
+    /// Name of the file.
     pub file_name: String,
-    /// What its directory says; empty when it is no zip archive.
+    /// Its directory; empty if it is not a zip archive.
     pub directory: ZipDirectory,
-    /// Why it is no zip archive.
+    /// Why it is not a zip archive.
     pub damage: Option<String>,
     /// Why the importer refuses it.
     pub refusal: Option<ArchiveError>,
-    /// The bytes of modelDescription.xml, as far as they can be unpacked.
+    /// The bytes of modelDescription.xml, if they can be unpacked.
     pub description: Option<Vec<u8>>,
-    /// Files in `binaries/` with their bytes, as far as they can be unpacked.
+    /// Files in `binaries/` with their bytes, if they can be unpacked.
     pub binaries: Vec<(String, Vec<u8>)>,
     /// The bytes of model.png.
     pub icon: Option<Vec<u8>>,
@@ -45,13 +45,12 @@ pub(super) struct Contents {
     pub damaged: Vec<(String, String)>,
     /// The description as text.
     text: Option<String>,
-    /// Names below `resources` with the hashes of their contents, in units whose GUID follows from
-    /// them.
+    /// Names below `resources` with the hashes of their contents, in FMUs whose GUID depends on them.
     pub resources: Vec<(String, Uuid)>,
 }
 
 impl Contents {
-    /// Takes a file apart.
+    /// Reads a file.
     ///
     /// # Errors
     /// The file cannot be opened.
@@ -98,9 +97,9 @@ impl Contents {
         }
     }
 
-    /// Unpacks every entry: to keep it, or to see that it is whole.
+    /// Unpacks every entry, to keep its content or to verify the checksum.
     fn unpack(&mut self, zip: &mut ZipArchive<BufReader<File>>) {
-        // what could fill the memory or the time is only read where it is needed
+        // an archive of excessive size is read only where rules need the content
         let safe = !matches!(
             self.refusal,
             Some(ArchiveError::TooLarge { .. } | ArchiveError::TooMany { .. })
@@ -137,20 +136,20 @@ impl Contents {
         }
     }
 
-    /// The description as text, if it is one.
+    /// The description as text, if it is UTF-8.
     #[must_use]
     pub fn text(&self) -> Option<&str> {
         let text = self.text.as_deref()?;
         Some(text.strip_prefix('\u{feff}').unwrap_or(text))
     }
 
-    /// Whether a file of that name is there.
+    /// Whether there is a file of that name.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.directory.entries.iter().any(|entry| entry.path() == name)
     }
 
-    /// Whether a folder of that name is there, as an entry of its own or around others.
+    /// Whether there is a folder of that name, as an entry or in the path of one.
     #[must_use]
     pub fn has_folder(&self, name: &str) -> bool {
         let inside = format!("{name}/");
@@ -158,17 +157,17 @@ impl Contents {
     }
 }
 
-/// Whether a description was printed by the kit.
+/// Whether the FMU was made with fmi2-export.
 pub(super) fn made_by_kit(text: &str) -> bool {
     text.contains("generationTool=\"fmi2-export ")
 }
 
-/// The hash of a resource that counts into the GUID.
+/// The hash of a resource, as the GUID depends on it.
 fn hash(content: &[u8]) -> Uuid {
     Uuid::new_v5(&Uuid::NAMESPACE_OID, content)
 }
 
-/// Unpacks one entry within the limit, or says why it cannot be.
+/// Unpacks one entry up to a limit. The error is why it cannot be unpacked.
 fn copy(
     zip: &mut ZipArchive<BufReader<File>>,
     index: usize,
@@ -177,7 +176,7 @@ fn copy(
 ) -> Result<(), String> {
     let entry = match zip.by_index(index) {
         Ok(entry) => entry,
-        // a rule of its own
+        // a finding of `archive-compression` or `archive-encrypted`
         Err(ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_)) => {
             return Ok(());
         }

@@ -1,59 +1,58 @@
-//! The directory at the end of a zip archive, as it stands there.
+//! The raw directory at the end of a zip archive.
 //!
-//! A reader of archives drops the first of two entries with one name, and hides what it can deal
-//! with. The rules want to see everything.
+//! The crate `zip` drops the first of two entries with the same name and hides details. The rules need all of them.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-/// What the directory says.
+/// The directory of a zip archive.
 #[derive(Default)]
 pub struct ZipDirectory {
-    /// Its entries, in order.
+    /// The entries in order, with duplicates.
     pub entries: Vec<ZipEntry>,
-    /// The archive is spread over several files.
+    /// The archive is split over several files.
     pub split: bool,
 }
 
-/// One entry.
+/// An entry of the directory.
 pub struct ZipEntry {
-    /// Name, as it is.
+    /// Raw name.
     pub name: String,
-    /// Version of the zip format that a reader needs, times ten.
+    /// Version of the zip format that is needed to unpack, times ten.
     pub version: u16,
-    /// How it is packed: 0 stored, 8 Deflate.
+    /// Compression method: 0 stored, 8 Deflate.
     pub method: u16,
-    /// It is encrypted.
+    /// The content is encrypted.
     pub encrypted: bool,
-    /// Its sizes follow after its content.
+    /// A data descriptor with the sizes follows after the content.
     pub descriptor: bool,
     /// It is a symbolic link.
     pub link: bool,
 }
 
 impl ZipEntry {
-    /// It is a folder.
+    /// Whether the entry is a folder.
     #[must_use]
     pub fn is_folder(&self) -> bool {
         self.name.ends_with(['/', '\\'])
     }
 
-    /// The name as importers mean it: with forward slashes and without `./` in front.
+    /// The name with forward slashes and without a leading `./`, as importers use it.
     #[must_use]
     pub fn path(&self) -> String {
         path(&self.name)
     }
 }
 
-/// A name with forward slashes and without `./` in front.
+/// A name with forward slashes and without a leading `./`.
 pub(super) fn path(name: &str) -> String {
     let name = name.replace('\\', "/");
     name.strip_prefix("./").unwrap_or(&name).to_owned()
 }
 
-/// End record, and the longest comment after it.
+/// Size of the end record with the longest comment after it.
 const LONGEST_END: u64 = 22 + 65_535;
 
-/// Reads the directory of an archive; what cannot be read is left out.
+/// Reads the directory of an archive, as far as it is intact.
 pub fn read(file: &mut (impl Read + Seek)) -> io::Result<ZipDirectory> {
     let size = file.seek(SeekFrom::End(0))?;
     let from = size.saturating_sub(LONGEST_END);
@@ -72,7 +71,7 @@ pub fn read(file: &mut (impl Read + Seek)) -> io::Result<ZipDirectory> {
     Ok(ZipDirectory { entries: entries(&content, count), split })
 }
 
-/// Where the end record of a zip64 archive lies, and the count of entries and length in it.
+/// Position of the end record of a zip64 archive, and the number of entries and the length of the directory in it.
 fn large_end(file: &mut (impl Read + Seek), stop: u64) -> io::Result<Option<(u64, u64, u64)>> {
     let Some(from) = stop.checked_sub(20) else { return Ok(None) };
     let locator = bytes(file, from, 20)?;
@@ -86,7 +85,7 @@ fn large_end(file: &mut (impl Read + Seek), stop: u64) -> io::Result<Option<(u64
 }
 
 fn entries(content: &[u8], count: u64) -> Vec<ZipEntry> {
-    /// The part of an entry that all have.
+    /// Size of an entry without name, extra field and comment.
     const FIXED: usize = 46;
     let mut entries = Vec::new();
     let mut rest = content;

@@ -1,24 +1,24 @@
-//! Rules on what a unit calls itself (FMI 2.0.5, sections 2.1.1, 2.2.1 and 2.2.4 to 2.2.6).
+//! Rules on names, version and default experiment of an FMU (FMI 2.0.5, sections 2.1.1, 2.2.1 and 2.2.4 to 2.2.6).
 
 use roxmltree::Node;
 
-use super::subject::{Subject, doubled, table};
+use super::subject::{Subject, duplicates, table};
 use fmi2_import::xml::{Plain as _, number};
 
 table! {
     "fmi-version", "2.2.1", Error, "fmiVersion is 2.0", version;
-    "co-simulation", "2.2.1", Error, "the unit offers co-simulation", co_simulation;
-    "interface-once", "2.2.1", Error, "ModelExchange and CoSimulation are there once at most", once;
+    "co-simulation", "2.2.1", Error, "the FMU supports co-simulation", co_simulation;
+    "interface-once", "2.2.1", Error, "ModelExchange and CoSimulation occur at most once", once;
     "guid", "2.2.1", Error, "the GUID is not empty", guid;
-    "model-name", "2.2.1", Warning, "the model's name is not empty", model_name;
+    "model-name", "2.2.1", Warning, "the modelName is not empty", model_name;
     "model-identifier", "2.1.1", Error, "the modelIdentifier is a C identifier", identifier;
-    "model-identifier-length", "2.1.1", Note, "the modelIdentifier is short, which file names need", length;
+    "model-identifier-length", "2.1.1", Note, "the modelIdentifier is short enough for a file name", length;
     "generation-date", "2.2.1", Note, "generationDateAndTime is in UTC, as YYYY-MM-DDThh:mm:ssZ", date;
     "log-categories", "2.2.4", Error, "log categories have different names", log_categories;
-    "experiment-interval", "2.2.5", Error, "the default experiment does not stop before its start", interval;
-    "experiment-value", "2.2.5", Error, "tolerance and step of the default experiment are positive", positive;
-    "experiment-step", "2.2.5", Warning, "the default experiment's step fits into its interval", step;
-    "annotations", "2.2.6", Error, "a tool has one entry in a list of annotations", annotations;
+    "experiment-interval", "2.2.5", Error, "the default experiment does not stop before it starts", interval;
+    "experiment-value", "2.2.5", Error, "tolerance and stepSize of the default experiment are positive", positive;
+    "experiment-step", "2.2.5", Warning, "the stepSize of the default experiment does not exceed its interval", step;
+    "annotations", "2.2.6", Error, "a list of annotations has at most one entry per tool", annotations;
 }
 
 /// Longest modelIdentifier that leaves room for folders in a path of 260 characters.
@@ -31,16 +31,19 @@ fn root<'a>(subject: &Subject<'a>, attribute: &str) -> Option<&'a str> {
 
 fn version(subject: &Subject) -> Vec<String> {
     let other = root(subject, "fmiVersion").filter(|version| *version != "2.0");
-    other.map(|version| format!("fmiVersion is \"{version}\"")).into_iter().collect()
+    other
+        .map(|version| format!("fmiVersion is \"{version}\", but must be \"2.0\""))
+        .into_iter()
+        .collect()
 }
 
 fn co_simulation(subject: &Subject) -> Vec<String> {
     let Some(root) = subject.elements("fmiModelDescription").next() else { return Vec::new() };
-    // an element that the schema does not know is told by the schema's rules
+    // an unknown element is a finding of `schema-element`
     let unknown = |child: &Node| child.is_element() && subject.reading.is_unknown(*child);
     let offered = subject.elements("CoSimulation").next().is_some();
     if !offered && !root.children().any(|child| unknown(&child)) {
-        vec!["there is no <CoSimulation>: the unit is not for co-simulation".to_owned()]
+        vec!["there is no <CoSimulation>: the FMU does not support co-simulation".to_owned()]
     } else {
         Vec::new()
     }
@@ -50,7 +53,7 @@ fn once(subject: &Subject) -> Vec<String> {
     ["ModelExchange", "CoSimulation"]
         .into_iter()
         .filter(|name| subject.elements(name).count() > 1)
-        .map(|name| format!("there are several <{name}>; importers take the first or the last"))
+        .map(|name| format!("<{name}> occurs more than once; importers use the first or the last"))
         .collect()
 }
 
@@ -81,7 +84,7 @@ fn length(subject: &Subject) -> Vec<String> {
     subject.each_element("CoSimulation", |node| {
         let length = node.attr("modelIdentifier")?.len();
         (length > LONGEST_IDENTIFIER).then(|| {
-            format!("has a modelIdentifier of {length} characters, more than {LONGEST_IDENTIFIER}")
+            format!("has a modelIdentifier of {length} characters, which is more than {LONGEST_IDENTIFIER}")
         })
     })
 }
@@ -89,12 +92,20 @@ fn length(subject: &Subject) -> Vec<String> {
 fn date(subject: &Subject) -> Vec<String> {
     let local = root(subject, "generationDateAndTime")
         .filter(|date| !(date.len() == 20 && date.ends_with('Z')));
-    local.map(|date| format!("generationDateAndTime=\"{date}\"")).into_iter().collect()
+    local
+        .map(|date| {
+            format!("generationDateAndTime=\"{date}\" is not in UTC as YYYY-MM-DDThh:mm:ssZ")
+        })
+        .into_iter()
+        .collect()
 }
 
 fn log_categories(subject: &Subject) -> Vec<String> {
     let names = subject.elements("Category").filter_map(|node| node.attr("name"));
-    doubled(names).iter().map(|name| format!("there are two log categories \"{name}\"")).collect()
+    duplicates(names)
+        .iter()
+        .map(|name| format!("there are two log categories \"{name}\""))
+        .collect()
 }
 
 /// A number of the default experiment.
@@ -118,7 +129,7 @@ fn positive(subject: &Subject) -> Vec<String> {
         .into_iter()
         .filter_map(|name| Some((name, experiment(subject, name)?)))
         .filter(|(_, value)| !(*value > 0.0 && value.is_finite()))
-        .map(|(name, value)| format!("{name} {value} is not positive"))
+        .map(|(name, value)| format!("{name} is {value}, which is not positive"))
         .collect()
 }
 
@@ -137,7 +148,7 @@ fn annotations(subject: &Subject) -> Vec<String> {
     let mut found = Vec::new();
     for list in lists.into_iter().flatten() {
         let tools = list.children().filter(|child| child.is("Tool"));
-        for name in doubled(tools.filter_map(|tool| tool.attr("name"))) {
+        for name in duplicates(tools.filter_map(|tool| tool.attr("name"))) {
             found.push(subject.about(list, &format!("lists the tool \"{name}\" more than once")));
         }
     }

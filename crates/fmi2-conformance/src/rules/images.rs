@@ -1,4 +1,4 @@
-//! What is in a file of machine code.
+//! Formats and exported symbols of binaries.
 
 use std::collections::HashSet;
 
@@ -7,10 +7,10 @@ use object::{FileKind, Object as _, ObjectSymbol as _};
 
 use fmi2_import::library::SYMBOLS;
 
-/// The binaries in a file: one, or several for different processors in a universal one of macOS.
+/// The binaries in a file: one, or several for different processors in a universal binary of macOS.
 ///
 /// # Errors
-/// It is of no known format.
+/// The file has no known format.
 pub fn images(file: &[u8]) -> Result<Vec<object::File<'_>>, object::Error> {
     let slices: Vec<&[u8]> = match FileKind::parse(file)? {
         FileKind::MachOFat32 => {
@@ -26,17 +26,17 @@ pub fn images(file: &[u8]) -> Result<Vec<object::File<'_>>, object::Error> {
     slices.into_iter().map(object::File::parse).collect()
 }
 
-/// Names of the co-simulation functions that a file does not export, without loading it.
+/// The functions of FMI 2.0 for co-simulation that a file does not export. The file is not loaded.
 ///
 /// # Errors
-/// It is of no known format.
+/// The file has no known format.
 pub fn missing_symbols(file: &[u8]) -> Result<Vec<&'static str>, object::Error> {
     let images: Vec<HashSet<String>> = images(file)?.iter().map(exported).collect();
     let in_all = |name: &str| images.iter().all(|image| image.contains(name));
     Ok(SYMBOLS.iter().copied().filter(|name| !in_all(name)).collect())
 }
 
-/// Names that a binary exports, without the underscore that some systems put in front.
+/// Names that a binary exports, without the leading underscore of some platforms.
 fn exported(file: &object::File) -> HashSet<String> {
     let names: Vec<String> = match file.exports() {
         Ok(exports) if !exports.is_empty() => exports

@@ -1,5 +1,5 @@
-//! Rule on units of the kit `fmi2-export`, whose GUID follows from description and resources
-//! (FMI 2.0.5, section 2.2.1: a fingerprint of the relevant information).
+//! Rule on FMUs made with `fmi2-export`. Their GUID is a hash of description and resources (FMI 2.0.5, section 2.2.1: a
+//! fingerprint of the relevant information).
 
 use uuid::Uuid;
 
@@ -8,10 +8,10 @@ use super::subject::{Subject, table};
 use fmi2_import::xml::Plain as _;
 
 table! {
-    "guid-content", "2.2.1", Warning, "the GUID follows from description and resources, in units of fmi2-export", content;
+    "guid-content", "2.2.1", Warning, "in FMUs made with fmi2-export, the GUID is the hash of description and resources", content;
 }
 
-/// More resources than these can be read in too many orders to try them all.
+/// Largest number of resources. More can be read in too many orders to try all of them.
 const MOST: usize = 4;
 
 fn content(subject: &Subject) -> Vec<String> {
@@ -21,7 +21,7 @@ fn content(subject: &Subject) -> Vec<String> {
     };
     let root = subject.elements("fmiModelDescription").next();
     let Some(guid) = root.and_then(|root| root.attr("guid")) else { return Vec::new() };
-    // the resources that cannot be unpacked are another rule's
+    // resources that cannot be unpacked are a finding of `archive-damaged`
     if resources.len() > MOST || !subject.contents.damaged.is_empty() {
         return Vec::new();
     }
@@ -31,13 +31,13 @@ fn content(subject: &Subject) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "the GUID {guid} does not follow from the description and the resources: one of them was \
-         changed after the unit was made. If the resources were, the unit refuses to be \
-         instantiated; fmi2-package makes the description that belongs to them"
+        "the GUID {guid} is not the hash of the description and the resources: one of them was \
+         changed after the FMU was made. With other resources the FMU refuses to be instantiated; \
+         fmi2-package makes a matching description"
     )]
 }
 
-/// The description as it counts into the GUID: without the GUID itself and without annotations.
+/// The description as the GUID depends on it: without the GUID and without annotations.
 fn printed(text: &str, guid: &str) -> String {
     let mut text = text.replacen(&format!("guid=\"{guid}\""), "guid=\"\"", 1);
     let block = text.find("  <VendorAnnotations>\n").zip(text.find("</VendorAnnotations>\n"));
@@ -47,7 +47,7 @@ fn printed(text: &str, guid: &str) -> String {
     text
 }
 
-/// The GUID of a description and the resources that were read for it, in that order.
+/// The GUID of a description and resources in the order in which the FMU reads them.
 fn braced(printed: &str, read: &[&(String, Uuid)]) -> String {
     let mut content = printed.as_bytes().to_vec();
     for (name, hash) in read {
@@ -59,7 +59,7 @@ fn braced(printed: &str, read: &[&(String, Uuid)]) -> String {
     Uuid::new_v5(&kit, &content).braced().to_string()
 }
 
-/// Whether a test holds for some of the resources in some order.
+/// Whether a test holds for any of the resources in any order.
 fn any_order<'a>(
     resources: &'a [(String, Uuid)],
     read: &mut Vec<&'a (String, Uuid)>,

@@ -1,8 +1,8 @@
-//! Static checks of a unit: what its archive, description and binaries say, without running it.
+//! Rules on the files of an FMU: archive, description, binaries. Nothing is loaded.
 //!
-//! A [`Rule`] is one small named check with its place in the FMI 2.0.5 text. [`rules`] lists all
-//! of them, [`check`] applies them to a file. They look at the raw archive and the raw XML, so that
-//! also a unit that cannot be opened is told everything that is wrong with it.
+//! A [`Rule`] is one small function with its place in the FMI 2.0.5 text. [`rules`] lists all of them, [`check`]
+//! applies them to a file. They read the raw archive and the raw XML, so that an FMU that cannot be opened gets all its
+//! findings too.
 
 mod aliases;
 mod archive;
@@ -32,7 +32,7 @@ use fmi2_import::description::{Finding, ModelDescription, Severity};
 pub use subject::Rule;
 use subject::Subject;
 
-/// All rules, in the order of their subjects.
+/// All rules, by subject.
 pub fn rules() -> impl Iterator<Item = &'static Rule> {
     [
         archive::RULES,
@@ -53,10 +53,10 @@ pub fn rules() -> impl Iterator<Item = &'static Rule> {
     .flatten()
 }
 
-/// Everything found wrong with a .fmu file, gravest first.
+/// The findings of all rules in a .fmu file, most severe first.
 ///
 /// # Errors
-/// The file cannot be read at all.
+/// The file cannot be opened or read.
 pub fn check(path: &Path) -> Result<Vec<Finding>, Unreadable> {
     let contents = Contents::read(path)?;
     let text = contents.text();
@@ -83,8 +83,8 @@ pub fn check(path: &Path) -> Result<Vec<Finding>, Unreadable> {
         .collect();
     let errors = findings.iter().any(|finding| finding.severity == Severity::Error);
     if let Some(Err(error)) = described.filter(|_| !errors) {
-        // the rules are meant to explain every refusal; if they do not, the refusal itself counts
-        let message = format!("the description cannot be used: {error}");
+        // the rules should explain every refusal; if none does, the refusal itself is the finding
+        let message = format!("cannot use the description: {error}");
         findings.push(Finding { rule: "description-xml", severity: Severity::Error, message });
     }
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));

@@ -1,15 +1,15 @@
 //! Rules on the names of variables (FMI 2.0.5, sections 2.2.7 and 2.2.9).
 
-use super::subject::{Subject, doubled, table};
+use super::subject::{Subject, duplicates, table};
 use fmi2_import::xml::Plain as _;
 
 table! {
-    "variable-duplicate", "2.2.7", Error, "variables have different names", duplicates;
-    "variable-empty", "2.2.7", Error, "variables have names", empty;
+    "variable-duplicate", "2.2.7", Error, "variables have different names", twice;
+    "variable-empty", "2.2.7", Error, "names of variables are not empty", empty;
     "variable-flat", "2.2.9", Error, "names have no tab or line break", flat;
     "variable-structured", "2.2.9", Error, "structured names follow the grammar", structured;
-    "type-structured", "2.2.1", Warning, "with structured names, those of types follow the grammar too", types;
-    "variable-der", "2.2.9", Error, "der(...) names a Real", der;
+    "type-structured", "2.2.1", Warning, "with structured names, the names of types follow the grammar too", types;
+    "variable-der", "2.2.9", Error, "a variable der(...) is a Real", der;
 }
 
 fn convention(subject: &Subject) -> &'static str {
@@ -20,15 +20,18 @@ fn convention(subject: &Subject) -> &'static str {
     }
 }
 
-fn duplicates(subject: &Subject) -> Vec<String> {
+fn twice(subject: &Subject) -> Vec<String> {
     let names = subject.elements("ScalarVariable").filter_map(|node| node.attr("name"));
-    doubled(names).iter().map(|name| format!("there are two variables \"{name}\"")).collect()
+    duplicates(names)
+        .iter()
+        .map(|name| format!("the variable name \"{name}\" occurs more than once"))
+        .collect()
 }
 
 fn empty(subject: &Subject) -> Vec<String> {
     subject.each_element("ScalarVariable", |node| {
         let empty = node.attr("name")?.is_empty();
-        empty.then(|| "has no name".to_owned())
+        empty.then(|| "has an empty name".to_owned())
     })
 }
 
@@ -69,7 +72,7 @@ fn der(subject: &Subject) -> Vec<String> {
     subject.each_element("ScalarVariable", |node| {
         let derivative = node.attr("name")?.starts_with("der(");
         let real = node.children().any(|child| child.is("Real"));
-        (derivative && !real).then(|| "is a derivative, but no Real".to_owned())
+        (derivative && !real).then(|| "is named as a derivative, but is not a Real".to_owned())
     })
 }
 
@@ -87,7 +90,7 @@ fn is_structured(name: &str) -> bool {
     rest == ")"
 }
 
-/// `identifier = part {"." part}`; returns what follows it.
+/// `identifier = part {"." part}`; returns the text after it.
 fn identifier(text: &str) -> Option<&str> {
     let mut rest = part(text)?;
     while let Some(next) = rest.strip_prefix('.') {
@@ -96,7 +99,7 @@ fn identifier(text: &str) -> Option<&str> {
     Some(rest)
 }
 
-/// `part = (word | quoted) ["[" number {"," number} "]"]`; returns what follows it.
+/// `part = (word | quoted) ["[" number {"," number} "]"]`; returns the text after it.
 fn part(text: &str) -> Option<&str> {
     let rest = match text.strip_prefix('\'') {
         Some(quoted) => after_quoted(quoted)?,
@@ -116,17 +119,17 @@ fn part(text: &str) -> Option<&str> {
     }
 }
 
-/// What follows one or more digits.
+/// The text after one or more digits.
 fn after_digits(text: &str) -> Option<&str> {
     let rest = text.trim_start_matches(|c: char| c.is_ascii_digit());
     (rest.len() < text.len()).then_some(rest)
 }
 
-/// What follows the closing quote; at least one character must be between the quotes.
+/// The text after the closing quote. There must be at least one character between the quotes.
 fn after_quoted(text: &str) -> Option<&str> {
-    /// What may follow a backslash.
+    /// Characters allowed after a backslash.
     const ESCAPES: &str = "'\"?\\abfnrtv";
-    /// What may stand between quotes besides letters, digits and the underscore.
+    /// Characters allowed between quotes, besides letters, digits and the underscore.
     const OTHERS: &str = "!#$%&()*+,-./:;<>=?@[]^{}|~ ";
     let mut characters = text.char_indices();
     while let Some((at, c)) = characters.next() {

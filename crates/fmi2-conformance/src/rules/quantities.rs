@@ -4,27 +4,30 @@ use std::collections::{BTreeMap, HashSet};
 
 use roxmltree::Node;
 
-use super::subject::{Subject, doubled, several, table};
+use super::subject::{Subject, duplicates, several, table};
 use fmi2_import::xml::{Plain as _, number};
 
 table! {
     "unit-duplicate", "2.2.2", Error, "units have different names", unit_names;
-    "unit-base", "2.2.2", Note, "every unit has a BaseUnit to convert by", unit_base;
-    "unit-factor", "2.2.2", Error, "factors are finite and not zero, offsets finite", factor;
+    "unit-base", "2.2.2", Note, "every unit has a BaseUnit, which conversions need", unit_base;
+    "unit-factor", "2.2.2", Error, "factors are finite and not zero; offsets are finite", factor;
     "display-unit-duplicate", "2.2.2", Error, "display units of a unit have different names", display_names;
-    "unit-defined", "2.2.3", Error, "every unit used is defined", unit_defined;
+    "unit-defined", "2.2.3", Error, "every unit in use is defined", unit_defined;
     "display-unit-alone", "2.2.3", Error, "a display unit comes with a unit", display_alone;
-    "display-unit-defined", "2.2.3", Note, "every display unit used is defined for its unit, or else ignored", display_defined;
+    "display-unit-defined", "2.2.3", Note, "every display unit in use is defined for its unit; others are ignored", display_defined;
     "type-duplicate", "2.2.3", Error, "types have different names", type_names;
-    "type-name", "2.2.3", Error, "no type is named as a variable", type_and_variable;
+    "type-name", "2.2.3", Error, "a type does not have the name of a variable", type_and_variable;
     "type-range", "2.2.3", Error, "a type's min does not exceed its max", type_range;
-    "enumeration-items", "2.2.3", Error, "items of an enumeration differ in name and value", items;
-    "declared-type", "2.2.7", Error, "declared types are defined, and for that kind of variable", declared;
+    "enumeration-items", "2.2.3", Error, "items of an enumeration have different names and values", items;
+    "declared-type", "2.2.7", Error, "a declared type is defined and has the type of the variable", declared;
 }
 
 fn unit_names(subject: &Subject) -> Vec<String> {
     let names = subject.elements("Unit").filter_map(|node| node.attr("name"));
-    doubled(names).iter().map(|name| format!("the unit \"{name}\" is defined twice")).collect()
+    duplicates(names)
+        .iter()
+        .map(|name| format!("the unit \"{name}\" is defined more than once"))
+        .collect()
 }
 
 fn unit_base(subject: &Subject) -> Vec<String> {
@@ -34,7 +37,7 @@ fn unit_base(subject: &Subject) -> Vec<String> {
     if names.is_empty() {
         return Vec::new();
     }
-    vec![format!("without a BaseUnit, importers cannot convert {}", several(&names))]
+    vec![format!("importers cannot convert units without a BaseUnit: {}", several(&names))]
 }
 
 fn value(node: Node, attribute: &str) -> Option<f64> {
@@ -57,19 +60,19 @@ fn factor(subject: &Subject) -> Vec<String> {
 fn display_names(subject: &Subject) -> Vec<String> {
     subject.each_element("Unit", |node| {
         let names = node.children().filter(|child| child.is("DisplayUnit"));
-        let twice = doubled(names.filter_map(|child| child.attr("name")));
-        twice.first().map(|name| format!("has the display unit \"{name}\" twice"))
+        let twice = duplicates(names.filter_map(|child| child.attr("name")));
+        twice.first().map(|name| format!("has the display unit \"{name}\" more than once"))
     })
 }
 
-/// The element of a type's kind, by the type's name.
+/// The type elements (Real, Integer, …) of the declared types, by name.
 fn types<'a>(subject: &Subject<'a>) -> BTreeMap<&'a str, Node<'a, 'a>> {
     let element =
         |node: Node<'a, 'a>| Some((node.attr("name")?, node.children().find(Node::is_element)?));
     subject.elements("SimpleType").filter_map(element).collect()
 }
 
-/// The Reals, of variables and of types, each with the element around it.
+/// The Real elements of variables and types, each with the element around it.
 pub(super) fn reals<'a>(
     subject: &Subject<'a>,
 ) -> impl Iterator<Item = (Node<'a, 'a>, Node<'a, 'a>)> {
@@ -78,7 +81,7 @@ pub(super) fn reals<'a>(
     subject.elements("Real").filter_map(around).filter(sound)
 }
 
-/// Messages on the Reals, of variables and of types, that a check objects to.
+/// Messages for the Reals of variables and types for which a check returns a text.
 pub(super) fn each_real<'a>(
     subject: &Subject<'a>,
     check: impl Fn(Node<'a, 'a>) -> Option<String>,
@@ -87,7 +90,7 @@ pub(super) fn each_real<'a>(
     reals(subject).filter_map(object).collect()
 }
 
-/// One message for all Reals in which a check objects to the same word.
+/// One message for all Reals for which a check returns the same word.
 fn each_word<'a>(
     subject: &Subject<'a>,
     check: impl Fn(Node<'a, 'a>) -> Option<&'a str>,
@@ -121,7 +124,7 @@ fn display_alone(subject: &Subject) -> Vec<String> {
             let alone = real.attr("unit").or_else(|| lent(real)).is_none();
             real.attr("displayUnit").filter(|_| alone)
         },
-        |display, users| format!("the display unit \"{display}\" of {users} is without a unit"),
+        |display, users| format!("the display unit \"{display}\" of {users} has no unit"),
     )
 }
 
@@ -140,14 +143,17 @@ fn display_defined(subject: &Subject) -> Vec<String> {
             (!known).then_some(display)
         },
         |display, users| {
-            format!("the display unit \"{display}\" of {users} is not defined and will be ignored")
+            format!("the display unit \"{display}\" of {users} is not defined; importers ignore it")
         },
     )
 }
 
 fn type_names(subject: &Subject) -> Vec<String> {
     let names = subject.elements("SimpleType").filter_map(|node| node.attr("name"));
-    doubled(names).iter().map(|name| format!("the type \"{name}\" is defined twice")).collect()
+    duplicates(names)
+        .iter()
+        .map(|name| format!("the type \"{name}\" is defined more than once"))
+        .collect()
 }
 
 fn type_and_variable(subject: &Subject) -> Vec<String> {
@@ -172,10 +178,12 @@ fn items(subject: &Subject) -> Vec<String> {
     subject.each_element("SimpleType", |node| {
         let element = node.children().find(|child| child.is("Enumeration"))?;
         let items = || element.children().filter(|it| it.is("Item"));
-        let names = doubled(items().filter_map(|item| item.attr("name")));
-        let values = doubled(items().filter_map(|item| number::<i32>(item.attr("value")?)));
-        let name = names.first().map(|it| format!("has the item \"{it}\" twice"));
-        name.or_else(|| values.first().map(|it| format!("has two items of the value {it}")))
+        let names = duplicates(items().filter_map(|item| item.attr("name")));
+        let values = duplicates(items().filter_map(|item| number::<i32>(item.attr("value")?)));
+        let name = names.first().map(|it| format!("has the item \"{it}\" more than once"));
+        name.or_else(|| {
+            values.first().map(|it| format!("has more than one item with the value {it}"))
+        })
     })
 }
 
@@ -197,7 +205,7 @@ fn declared(subject: &Subject) -> Vec<String> {
         };
         let (is, of) = (declared.tag_name().name(), element.tag_name().name());
         if is != of {
-            let text = format!("is {of}, but its type \"{name}\" is for {is}");
+            let text = format!("is of type {of}, but its declared type \"{name}\" is {is}");
             found.push(subject.about(variable, &text));
         }
     }

@@ -1,47 +1,47 @@
-//! Rules on the model structure (FMI 2.0.5, section 2.2.8).
+//! Rules on the ModelStructure (FMI 2.0.5, section 2.2.8).
 
 use std::collections::{BTreeSet, HashSet};
 
 use roxmltree::Node;
 
-use super::subject::{Subject, counted, doubled, several, table};
+use super::subject::{Subject, counted, duplicates, several, table};
 use fmi2_import::description::{Causality, Initial, ModelDescription, Type, Variability, Variable};
 use fmi2_import::xml::{Plain as _, number, words};
 
 table! {
-    "structure-index", "2.2.8", Error, "indices refer to variables, counted from 1", index;
-    "structure-duplicate", "2.2.8", Error, "no unknown is listed twice", duplicate;
-    "outputs", "2.2.8", Error, "Outputs are exactly the outputs", outputs;
-    "derivatives", "2.2.8", Error, "Derivatives are derivatives of continuous states", derivatives;
-    "initial-unknowns", "2.2.8", Error, "InitialUnknowns are complete", initial_missing;
-    "initial-unknowns-excess", "2.2.8", Error, "InitialUnknowns hold only unknowns", initial_excess;
-    "initial-unknowns-order", "2.2.8", Error, "InitialUnknowns are sorted by index", initial_order;
-    "dependencies-order", "2.2.8", Error, "dependencies are ascending, none twice", order;
-    "dependencies-known", "2.2.8", Warning, "outputs and derivatives depend on inputs, states and time", known;
-    "dependencies-known-initial", "2.2.8", Error, "in InitialUnknowns dependencies are inputs, time, or exact", known_initial;
-    "dependencies-kind", "2.2.8", Error, "dependenciesKind has one word for each dependency", kinds;
-    "dependencies-kind-initial", "2.2.8", Error, "in InitialUnknowns dependencies are dependent or constant", initial_kinds;
-    "dependencies-kind-type", "2.2.8", Error, "only Reals depend by constant, fixed, tunable or discrete factors", kind_types;
+    "structure-index", "2.2.8", Error, "indices are those of variables, counted from 1", index;
+    "structure-duplicate", "2.2.8", Error, "an unknown is listed at most once", duplicate;
+    "outputs", "2.2.8", Error, "Outputs lists exactly the outputs", outputs;
+    "derivatives", "2.2.8", Error, "Derivatives lists only derivatives of continuous states", derivatives;
+    "initial-unknowns", "2.2.8", Error, "InitialUnknowns is complete", initial_missing;
+    "initial-unknowns-excess", "2.2.8", Error, "InitialUnknowns lists only unknowns", initial_excess;
+    "initial-unknowns-order", "2.2.8", Error, "InitialUnknowns is sorted by index", initial_order;
+    "dependencies-order", "2.2.8", Error, "dependencies are in ascending order, without duplicates", order;
+    "dependencies-known", "2.2.8", Warning, "outputs and derivatives depend only on inputs, states and time", known;
+    "dependencies-known-initial", "2.2.8", Error, "unknowns in InitialUnknowns depend only on inputs, time and variables with initial=exact", known_initial;
+    "dependencies-kind", "2.2.8", Error, "dependenciesKind has one word per dependency", kinds;
+    "dependencies-kind-initial", "2.2.8", Error, "in InitialUnknowns the kind of a dependency is dependent or constant", initial_kinds;
+    "dependencies-kind-type", "2.2.8", Error, "only Reals have dependencies of the kind constant, fixed, tunable or discrete", kind_types;
 }
 
 const LISTS: [&str; 3] = ["Outputs", "Derivatives", "InitialUnknowns"];
 
-/// An `<Unknown>` with the list that it is in, its variable and its dependencies.
-struct Entry<'a> {
+/// An `<Unknown>` element: its list, its variable and its dependencies.
+struct Unknown<'a> {
     list: &'static str,
     node: Node<'a, 'a>,
     index: usize,
     dependencies: Option<Vec<usize>>,
 }
 
-impl<'a> Entry<'a> {
+impl<'a> Unknown<'a> {
     fn kinds(&self) -> Option<Vec<&'a str>> {
         Some(words(self.node.attr("dependenciesKind")?).collect())
     }
 }
 
-/// The entries that the schema does not object to.
-fn entries<'a>(subject: &Subject<'a>) -> impl Iterator<Item = Entry<'a>> {
+/// The `<Unknown>` elements without those that violate the schema.
+fn entries<'a>(subject: &Subject<'a>) -> impl Iterator<Item = Unknown<'a>> {
     let sound = subject.elements("Unknown").filter(|node| !subject.reading.breaks(*node));
     sound.filter_map(|node| {
         let parent = node.parent_element()?;
@@ -49,14 +49,14 @@ fn entries<'a>(subject: &Subject<'a>) -> impl Iterator<Item = Entry<'a>> {
         let index = number(node.attr("index")?)?;
         let dependencies =
             node.attr("dependencies").map(|text| words(text).filter_map(number).collect());
-        Some(Entry { list, node, index, dependencies })
+        Some(Unknown { list, node, index, dependencies })
     })
 }
 
-/// Messages on the entries that a check objects to.
+/// Messages for the `<Unknown>` elements for which a check returns a text.
 fn each_entry<'a>(
     subject: &Subject<'a>,
-    check: impl Fn(&Entry<'a>) -> Option<String>,
+    check: impl Fn(&Unknown<'a>) -> Option<String>,
 ) -> Vec<String> {
     entries(subject)
         .filter_map(|entry| {
@@ -77,32 +77,35 @@ fn index(subject: &Subject) -> Vec<String> {
         let own = std::iter::once(&entry.index);
         let all = own.chain(entry.dependencies.iter().flatten());
         let odd = all.into_iter().find(|index| !(1..=count).contains(*index))?;
-        Some(format!("there is no variable {odd}, only 1 to {count}"))
+        Some(format!("there is no variable {odd}; the variables are 1 to {count}"))
     })
 }
 
 fn duplicate(subject: &Subject) -> Vec<String> {
-    let twice = doubled(entries(subject).map(|entry| (entry.list, entry.index)));
-    twice.iter().map(|(list, index)| format!("{list} lists variable {index} twice")).collect()
+    let twice = duplicates(entries(subject).map(|entry| (entry.list, entry.index)));
+    twice
+        .iter()
+        .map(|(list, index)| format!("{list} lists variable {index} more than once"))
+        .collect()
 }
 
-/// Indices from 1 in a list.
+/// The indices in a list, from 1.
 fn listed(subject: &Subject, list: &str) -> BTreeSet<usize> {
     entries(subject).filter(|entry| entry.list == list).map(|entry| entry.index).collect()
 }
 
-/// Indices from 1 of the variables that a test accepts.
+/// The indices of the variables that satisfy a condition, from 1.
 fn all(subject: &Subject, test: impl Fn(&Variable) -> bool) -> BTreeSet<usize> {
     subject.variables().filter(|(_, variable)| test(variable)).map(|(index, _)| index).collect()
 }
 
-/// What a list should hold, as one message, and what it holds besides.
+/// A message on variables that are missing in a list, and the indices of those that do not belong there.
 fn compared(
     subject: &Subject,
     list: &'static str,
     wanted: &BTreeSet<usize>,
 ) -> (Option<String>, BTreeSet<usize>) {
-    // without a list, or in one that breaks the schema, the schema's rules say what is wrong
+    // violations of the schema are findings of its own rules
     let Some(structure) = subject.elements("ModelStructure").next() else {
         return (None, BTreeSet::new());
     };
@@ -111,11 +114,11 @@ fn compared(
     }
     let listed = listed(subject, list);
     let lacks: Vec<&str> = wanted.difference(&listed).filter_map(|it| name(subject, *it)).collect();
-    let why = if subject.elements(list).next().is_some() { "lists" } else { "has no" };
     let count = counted(lacks.len(), "variable");
-    let text = match why {
-        "lists" => format!("{list} lacks {count}: {}", several(&lacks)),
-        _ => format!("there is no <{list}>, which {count} should be in: {}", several(&lacks)),
+    let text = if subject.elements(list).next().is_some() {
+        format!("{list} does not list {count}: {}", several(&lacks))
+    } else {
+        format!("there is no <{list}>, which must list {count}: {}", several(&lacks))
     };
     let line = subject.line(structure);
     let excess = listed.difference(wanted).copied().filter(|it| !subject.is_broken(*it)).collect();
@@ -145,7 +148,7 @@ fn derivatives(subject: &Subject) -> Vec<String> {
         let node = subject.variable_node(entry.index)?;
         let given = node.children().any(|child| child.attr("derivative").is_some());
         if !given {
-            return Some(format!("\"{}\" has no attribute derivative", variable.name));
+            return Some(format!("\"{}\" does not have the attribute derivative", variable.name));
         }
         let state = description.variables.get(variable.derivative_of?)?;
         let odd =
@@ -154,7 +157,7 @@ fn derivatives(subject: &Subject) -> Vec<String> {
     })
 }
 
-/// Derivatives that are listed, and their states: indices from 1.
+/// The listed derivatives and their states, as indices from 1.
 fn exposed_states(subject: &Subject, description: &ModelDescription) -> BTreeSet<usize> {
     let derivatives = listed(subject, "Derivatives");
     let state = |index: &usize| Some(variable(description, *index)?.derivative_of? + 1);
@@ -162,19 +165,19 @@ fn exposed_states(subject: &Subject, description: &ModelDescription) -> BTreeSet
     derivatives.into_iter().chain(states).collect()
 }
 
-fn guessed(variable: &Variable) -> bool {
+fn is_unknown(variable: &Variable) -> bool {
     matches!(variable.initial, Some(Initial::Calculated | Initial::Approx))
 }
 
 fn initial_wanted(subject: &Subject, description: &ModelDescription) -> BTreeSet<usize> {
     let states = exposed_states(subject, description);
     let mut wanted = all(subject, |variable| match variable.causality {
-        Causality::Output => guessed(variable),
+        Causality::Output => is_unknown(variable),
         Causality::CalculatedParameter => true,
         _ => false,
     });
     wanted.extend(
-        states.into_iter().filter(|&index| variable(description, index).is_some_and(guessed)),
+        states.into_iter().filter(|&index| variable(description, index).is_some_and(is_unknown)),
     );
     wanted
 }
@@ -190,7 +193,7 @@ fn initial_excess(subject: &Subject) -> Vec<String> {
     let wanted = initial_wanted(subject, description);
     let (_, excess) = compared(subject, "InitialUnknowns", &wanted);
     let names = excess.into_iter().filter_map(|index| name(subject, index));
-    let text = "which is not an unknown of the initialization";
+    let text = "which is not an unknown during initialization";
     names.map(|name| format!("InitialUnknowns lists \"{name}\", {text}")).collect()
 }
 
@@ -200,7 +203,7 @@ fn initial_order(subject: &Subject) -> Vec<String> {
         .map(|entry| entry.index)
         .collect();
     let turn = list.windows(2).find(|pair| pair[0] > pair[1]);
-    turn.map(|pair| format!("InitialUnknowns lists {} before {}", pair[0], pair[1]))
+    turn.map(|pair| format!("InitialUnknowns lists variable {} before {}", pair[0], pair[1]))
         .into_iter()
         .collect()
 }
@@ -210,14 +213,15 @@ fn order(subject: &Subject) -> Vec<String> {
         let list = entry.dependencies.as_ref()?;
         let turn = list.windows(2).find(|pair| pair[0] >= pair[1])?;
         Some(if turn[0] == turn[1] {
-            format!("the dependency {} is listed twice", turn[0])
+            format!("the dependency {} is listed more than once", turn[0])
         } else {
-            format!("the dependency {} comes before {}", turn[0], turn[1])
+            format!("the dependency {} is listed before {}", turn[0], turn[1])
         })
     })
 }
 
-/// Messages on entries of these lists that depend on a variable which a test does not accept.
+/// Messages for the unknowns in these lists that depend on a variable which is neither an input nor the time, nor
+/// satisfies the condition.
 fn unknown(
     subject: &Subject,
     lists: &[&str],
@@ -230,8 +234,9 @@ fn unknown(
         dependencies.find_map(|&index| {
             let variable = variable(description, index).filter(|_| !subject.is_broken(index))?;
             let always = matches!(variable.causality, Causality::Input | Causality::Independent);
-            (!always && !accepts(index, variable))
-                .then(|| format!("it depends on \"{}\", which is not a known", variable.name))
+            (!always && !accepts(index, variable)).then(|| {
+                format!("it depends on \"{}\", on which it must not depend", variable.name)
+            })
         })
     })
 }
@@ -240,7 +245,7 @@ fn known_initial(subject: &Subject) -> Vec<String> {
     unknown(subject, &["InitialUnknowns"], |_, variable| variable.initial == Some(Initial::Exact))
 }
 
-/// Any variable that is said to have a derivative passes for a state.
+/// Accepts as a state any variable of which another one is declared the derivative.
 fn known(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     let states: HashSet<usize> =
@@ -252,10 +257,10 @@ fn kinds(subject: &Subject) -> Vec<String> {
     each_entry(subject, |entry| {
         let kinds = entry.kinds()?.len();
         let Some(dependencies) = &entry.dependencies else {
-            return Some("dependenciesKind without dependencies".to_owned());
+            return Some("there is a dependenciesKind, but no dependencies".to_owned());
         };
         let count = dependencies.len();
-        (kinds != count).then(|| format!("{kinds} kinds for {count} dependencies"))
+        (kinds != count).then(|| format!("there are {kinds} kinds for {count} dependencies"))
     })
 }
 
@@ -263,7 +268,7 @@ fn initial_kinds(subject: &Subject) -> Vec<String> {
     each_entry(subject, |entry| {
         let kinds = entry.kinds().filter(|_| entry.list == "InitialUnknowns")?;
         let odd = kinds.into_iter().find(|kind| ["fixed", "tunable", "discrete"].contains(kind))?;
-        Some(format!("the kind \"{odd}\" is for the time after the initialization"))
+        Some(format!("the kind \"{odd}\" applies only after initialization"))
     })
 }
 
@@ -276,7 +281,8 @@ fn kind_types(subject: &Subject) -> Vec<String> {
         }
         let kind = entry.kinds()?.into_iter().find(|kind| *kind != "dependent")?;
         let kind_of = unknown.kind;
-        (kind_of != Type::Real)
-            .then(|| format!("the kind \"{kind}\" on a variable of type {kind_of}"))
+        (kind_of != Type::Real).then(|| {
+            format!("the kind \"{kind}\" is for Reals, but the variable is of type {kind_of}")
+        })
     })
 }

@@ -1,4 +1,4 @@
-//! What the rules look at, and how they report what they find.
+//! The input of the rules, and helpers for their messages.
 
 use roxmltree::{Document, Node};
 
@@ -7,36 +7,36 @@ use super::schema::Reading;
 use fmi2_import::description::{ModelDescription, Severity, Variable};
 use fmi2_import::xml::Plain as _;
 
-/// One check.
+/// A rule on the files of an FMU.
 pub struct Rule {
     /// Name in findings and in the table of rules, such as `alias-start`.
     pub id: &'static str,
     /// Section of the FMI 2.0.5 specification.
     pub section: &'static str,
-    /// How grave a violation is.
+    /// Severity of a violation.
     pub severity: Severity,
-    /// What the rule demands, one line of the table of rules.
+    /// The demand, one line of the table of rules.
     pub demand: &'static str,
     /// One message per violation.
     pub(super) check: fn(&Subject) -> Vec<String>,
 }
 
-/// What the rules look at.
+/// A .fmu file as the rules see it.
 pub(super) struct Subject<'a> {
-    /// The raw archive: also entries that cannot be unpacked.
+    /// The raw archive, with entries that cannot be unpacked.
     pub(super) contents: &'a Contents,
     /// modelDescription.xml, if it is well-formed XML without a DTD.
     pub(super) document: Option<&'a Document<'a>>,
-    /// Why it is not.
+    /// Why there is no document.
     pub(super) malformed: Option<&'a roxmltree::Error>,
-    /// What the description says, if it is complete enough to be used.
+    /// The parsed description, if it is complete enough.
     pub(super) description: Option<&'a ModelDescription>,
-    /// What the schema has to say, and the elements that it knows.
+    /// Violations of the schema, and the elements that it knows.
     pub(super) reading: Reading<'a>,
 }
 
 impl<'a> Subject<'a> {
-    /// All elements of that name that belong to the description.
+    /// The elements of a name that belong to the description.
     pub(super) fn elements(&self, name: &str) -> impl Iterator<Item = Node<'a, 'a>> + use<'a, '_> {
         self.reading.elements(name).iter().copied()
     }
@@ -46,13 +46,14 @@ impl<'a> Subject<'a> {
         self.document.map_or(0, |document| document.text_pos_at(node.range().start).row)
     }
 
-    /// A message about an element: its line, its name and what is wrong.
+    /// A message about an element, with line and name.
     pub(super) fn about(&self, node: Node, text: &str) -> String {
         let name = node.attr("name").map(|name| format!(" \"{name}\"")).unwrap_or_default();
         format!("line {}: <{}>{name} {text}", self.line(node), node.tag_name().name())
     }
 
-    /// Messages on the elements of a name that a check objects to, unless the schema does.
+    /// Messages for the elements of a name for which a check returns a text. Elements that violate the schema are left
+    /// out.
     pub(super) fn each_element(
         &self,
         name: &str,
@@ -64,7 +65,7 @@ impl<'a> Subject<'a> {
             .collect()
     }
 
-    /// The variables, each with its index from 1, which the schema does not object to.
+    /// The variables with their indices from 1, without those that violate the schema.
     pub(super) fn variables(&self) -> impl Iterator<Item = (usize, &'a Variable)> {
         let described = self.description.into_iter().flat_map(|it| &it.variables).enumerate();
         described
@@ -72,8 +73,7 @@ impl<'a> Subject<'a> {
             .filter(|(index, _)| !self.is_broken(*index))
     }
 
-    /// Whether the schema objects to the variable of an index from 1: what a reader made of it is
-    /// a guess.
+    /// Whether the variable of an index from 1 violates the schema. Its parsed form is then a guess.
     pub(super) fn is_broken(&self, index: usize) -> bool {
         self.variable_node(index).is_some_and(|node| self.reading.breaks(node))
     }
@@ -83,7 +83,7 @@ impl<'a> Subject<'a> {
         self.reading.elements("ScalarVariable").get(index.checked_sub(1)?).copied()
     }
 
-    /// Messages on the variables that a check objects to.
+    /// Messages for the variables for which a check returns a text.
     pub(super) fn each_variable(&self, check: impl Fn(&Variable) -> Option<String>) -> Vec<String> {
         self.variables()
             .filter_map(|(_, variable)| {
@@ -93,7 +93,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// A table of rules.
+/// Declares the rules of a file as `RULES`.
 macro_rules! table {
     ($($id:literal, $section:literal, $severity:ident, $demand:literal, $check:expr;)*) => {
         pub(super) const RULES: &[$crate::rules::subject::Rule] = &[$($crate::rules::subject::Rule {
@@ -107,7 +107,7 @@ macro_rules! table {
 }
 pub(super) use table;
 
-/// The first names of a list in quotes, and how many more there are.
+/// The first names of a list in quotes, and the number of others.
 pub(super) fn several<T: std::fmt::Display>(names: &[T]) -> String {
     const SHOWN: usize = 5;
     let shown: Vec<String> = names.iter().take(SHOWN).map(|name| format!("\"{name}\"")).collect();
@@ -117,13 +117,15 @@ pub(super) fn several<T: std::fmt::Display>(names: &[T]) -> String {
     }
 }
 
-/// A word in singular or plural with its number: "1 file", "3 files".
+/// A number with its word in singular or plural: "1 file", "3 files".
 pub(super) fn counted(count: usize, word: &str) -> String {
     format!("{count} {word}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The items that occur more than once, each once.
-pub(super) fn doubled<T: Eq + std::hash::Hash + Clone>(items: impl Iterator<Item = T>) -> Vec<T> {
+pub(super) fn duplicates<T: Eq + std::hash::Hash + Clone>(
+    items: impl Iterator<Item = T>,
+) -> Vec<T> {
     let mut seen = std::collections::HashMap::new();
     let mut twice = Vec::new();
     for item in items {

@@ -8,11 +8,11 @@ use fmi2_import::description::{Causality, Initial, Value, Variable};
 use fmi2_import::xml::{self, Plain as _};
 
 table! {
-    "start-required", "2.2.7", Error, "inputs, parameters and exact variables have a start", required;
-    "start-forbidden", "2.2.7", Error, "what is calculated has no start", forbidden;
+    "start-required", "2.2.7", Error, "inputs, parameters and variables with initial=exact or approx have a start", required;
+    "start-forbidden", "2.2.7", Error, "calculated and independent variables have no start", forbidden;
     "start-finite", "2.2", Error, "start values are finite", finite;
     "start-outside-range", "2.2.7", Error, "start values are within min and max", outside;
-    "start-enumeration", "2.2.7", Error, "an enumeration starts with one of its items", enumeration;
+    "start-enumeration", "2.2.7", Error, "the start of an enumeration is one of its items", enumeration;
     "range", "2.2.7", Error, "min does not exceed max", range;
     "range-finite", "2.2", Error, "min and max are finite", range_finite;
     "nominal", "2.2.3", Error, "nominal values are positive and finite", nominal;
@@ -57,7 +57,7 @@ fn outside(subject: &Subject) -> Vec<String> {
     let items = items(subject);
     subject.each_variable(|variable| {
         let value = number(variable)?;
-        // other rules are on these
+        // findings of `range` and `start-enumeration`
         let upside_down = variable.min.zip(variable.max).is_some_and(|(min, max)| min > max);
         let declared = variable.declared_type.as_deref().and_then(|name| items.get(name));
         let no_item = declared.is_some_and(|items| items.iter().all(|it| f64::from(*it) != value));
@@ -72,7 +72,7 @@ fn outside(subject: &Subject) -> Vec<String> {
     })
 }
 
-/// The items' values of enumerations by their names.
+/// The values of the items of each enumeration, by its name.
 fn items<'a>(subject: &Subject<'a>) -> HashMap<&'a str, HashSet<i32>> {
     let mut items: HashMap<&str, HashSet<i32>> = HashMap::new();
     for item in subject.elements("Item") {
@@ -91,12 +91,12 @@ fn enumeration(subject: &Subject) -> Vec<String> {
         let name = node.attr("declaredType")?;
         let start = xml::number::<i32>(node.attr("start")?)?;
         let known = items.get(name)?.contains(&start);
-        (!known).then(|| format!("starts with {start}, which is not an item of \"{name}\""))
+        (!known).then(|| format!("has the start value {start}, which is not an item of \"{name}\""))
     })
 }
 
 fn range(subject: &Subject) -> Vec<String> {
-    // a range that is the type's alone is the type's fault
+    // a range from the declared type is a finding of `type-range`
     let own = |index: usize| {
         let mut children = subject.variable_node(index).into_iter().flat_map(|it| it.children());
         children.any(|child| child.attr("min").is_some() || child.attr("max").is_some())

@@ -1,4 +1,4 @@
-//! Rules on causality, variability and initial, and on how variables relate (FMI 2.0.5, section
+//! Rules on causality, variability, initial and derivatives of variables (FMI 2.0.5, section
 //! 2.2.7).
 
 use roxmltree::Node;
@@ -10,17 +10,17 @@ use fmi2_import::xml::{Plain as _, number};
 
 table! {
     "variability-type", "2.2.7", Error, "only a Real is continuous", continuous_type;
-    "variability-missing", "2.2.7", Error, "variables that are no Real state their variability", missing;
-    "causality-variability", "2.2.7", Error, "causality and variability go together", variability;
-    "initial", "2.2.7", Error, "initial fits causality and variability", initial;
-    "independent-once", "2.2.7", Error, "at most one variable is the independent one", independent;
+    "variability-missing", "2.2.7", Error, "variables that are not Real declare their variability", missing;
+    "causality-variability", "2.2.7", Error, "the combination of causality and variability is allowed", variability;
+    "initial", "2.2.7", Error, "initial is allowed for causality and variability", initial;
+    "independent-once", "2.2.7", Error, "at most one variable is independent", independent;
     "independent-type", "2.2.7", Error, "the independent variable is a Real", independent_type;
-    "derivative", "2.2.7", Error, "derivative refers to another Real", derivative;
-    "derivative-discrete", "2.2.7", Warning, "derivative refers to a continuous variable", derivative_discrete;
-    "state-causality", "2.2.7", Error, "states are outputs or local", state_causality;
+    "derivative", "2.2.7", Error, "the attribute derivative refers to another Real", derivative;
+    "derivative-discrete", "2.2.7", Warning, "the attribute derivative refers to a continuous variable", derivative_discrete;
+    "state-causality", "2.2.7", Error, "states are outputs or locals", state_causality;
 }
 
-/// How the description writes it.
+/// A value as the description writes it.
 fn word(value: impl Serialize) -> String {
     let json = serde_json::to_value(value).unwrap_or_default();
     json.as_str().unwrap_or_default().to_owned()
@@ -29,7 +29,7 @@ fn word(value: impl Serialize) -> String {
 fn continuous_type(subject: &Subject) -> Vec<String> {
     subject.each_variable(|variable| {
         (variable.variability == Variability::Continuous && variable.kind != Type::Real)
-            .then(|| format!("is {}, which cannot be continuous", variable.kind))
+            .then(|| format!("is of type {}, which cannot be continuous", variable.kind))
     })
 }
 
@@ -37,7 +37,7 @@ fn missing(subject: &Subject) -> Vec<String> {
     subject.each_element("ScalarVariable", |node| {
         let real = node.children().any(|child| child.is("Real"));
         (!real && node.attr("variability").is_none())
-            .then(|| "has no variability, and the default is for Reals only".to_owned())
+            .then(|| "has no variability; the default is for Reals only".to_owned())
     })
 }
 
@@ -77,7 +77,7 @@ fn initial(subject: &Subject) -> Vec<String> {
         (!allowed.contains(&given)).then(|| {
             let (causality, variability) = (word(variable.causality), word(variable.variability));
             let given = word(given);
-            format!("has initial {given} with causality {causality}, variability {variability}")
+            format!("has initial {given} with causality {causality} and variability {variability}")
         })
     })
 }
@@ -85,13 +85,17 @@ fn initial(subject: &Subject) -> Vec<String> {
 fn independent(subject: &Subject) -> Vec<String> {
     let independent = subject.variables().filter(|(_, it)| it.causality == Causality::Independent);
     let names: Vec<&str> = independent.map(|(_, it)| it.name.as_str()).collect();
-    if names.len() > 1 { vec![format!("{} are independent", several(&names))] } else { vec![] }
+    if names.len() > 1 {
+        vec![format!("more than one variable is independent: {}", several(&names))]
+    } else {
+        vec![]
+    }
 }
 
 fn independent_type(subject: &Subject) -> Vec<String> {
     subject.each_variable(|variable| {
         let wrong = variable.causality == Causality::Independent && variable.kind != Type::Real;
-        wrong.then(|| format!("is independent, but {} and not Real", variable.kind))
+        wrong.then(|| format!("is independent, but is of type {}, not Real", variable.kind))
     })
 }
 
@@ -102,7 +106,7 @@ fn derivative(subject: &Subject) -> Vec<String> {
         let index: usize = number(real.attr("derivative")?)?;
         let Some(state) = subject.variable_node(index) else {
             return Some(format!(
-                "is the derivative of variable {index}; there are variables 1 to {count}"
+                "is the derivative of variable {index}; the variables are 1 to {count}"
             ));
         };
         let name = state.attr("name").unwrap_or_default();
@@ -125,7 +129,7 @@ fn derivative_discrete(subject: &Subject) -> Vec<String> {
     })
 }
 
-/// States are what the listed derivatives are derivatives of.
+/// The states are the variables of which the listed ones are the derivatives.
 fn state_causality(subject: &Subject) -> Vec<String> {
     let Some(description) = subject.description else { return Vec::new() };
     let derivative = |node: Node| -> Option<usize> { number(node.attr("index")?) };

@@ -4,9 +4,9 @@ use super::subject::{Subject, table};
 
 table! {
     "description-text", "2.2", Error, "modelDescription.xml is UTF-8", text;
-    "description-encoding", "2.2", Error, "its first line declares the encoding UTF-8", encoding;
-    "description-doctype", "2.2", Error, "it has no document type declaration", doctype;
-    "description-xml", "2.2", Error, "it is well-formed XML that can be used", well_formed;
+    "description-encoding", "2.2", Error, "modelDescription.xml declares the encoding UTF-8 in its first line", encoding;
+    "description-doctype", "2.2", Error, "modelDescription.xml has no document type declaration", doctype;
+    "description-xml", "2.2", Error, "modelDescription.xml is well-formed XML and can be used", well_formed;
 }
 
 fn text(subject: &Subject) -> Vec<String> {
@@ -31,7 +31,7 @@ fn encoding(subject: &Subject) -> Vec<String> {
     let Some(content) = subject.contents.text().filter(|_| text(subject).is_empty()) else {
         return Vec::new();
     };
-    let demand = "must begin with <?xml version=\"1.0\" encoding=\"UTF-8\"?>";
+    let demand = "must start with <?xml version=\"1.0\" encoding=\"UTF-8\"?>";
     match declared(content) {
         Some(encoding) if encoding.eq_ignore_ascii_case("UTF-8") => Vec::new(),
         Some(encoding) => {
@@ -44,8 +44,8 @@ fn encoding(subject: &Subject) -> Vec<String> {
 fn doctype(subject: &Subject) -> Vec<String> {
     match subject.malformed {
         Some(roxmltree::Error::DtdDetected) => vec![
-            "a document type declaration can name files and addresses that a parser fetches, and \
-             can blow up a few bytes to gigabytes"
+            "there is a document type declaration, which can make a parser read other files and \
+             addresses, and expand a few bytes to gigabytes"
                 .to_owned(),
         ],
         _ => Vec::new(),

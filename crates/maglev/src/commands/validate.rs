@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
-use fmi2_conformance::CheckError;
 use fmi2_conformance::runner::{self, CheckOutcome, ConformanceOptions};
 use fmi2_import::description::{Finding, Severity};
 use maglev::Error;
@@ -86,12 +85,6 @@ fn lines(findings: &[Finding]) -> String {
 }
 
 fn dynamic(unit: &Path, arguments: &Arguments) -> Result<ExitCode, Error> {
-    if let Some(id) =
-        arguments.only.iter().find(|id| fmi2_conformance::checks().all(|it| it.id != **id))
-    {
-        let known: Vec<&str> = fmi2_conformance::checks().map(|check| check.id).collect();
-        return Err(CheckError::Unknown { id: id.clone(), known: known.join(", ") }.into());
-    }
     let options = ConformanceOptions {
         program: std::env::current_exe().map_err(Error::Program)?,
         only: arguments.only.clone(),

@@ -1,8 +1,7 @@
-//! Rules that the XML schema of FMI 2.0 makes: elements, their order, attributes and their types.
+//! Rules of the XML schema of FMI 2.0: elements, their order, attributes and their types.
 //!
-//! [`table`] is that schema as a table; [`read`] walks the document along it. It also gathers the
-//! elements that the schema knows where they are, so that no rule looks at what a vendor wrote
-//! into annotations, or at elements of another namespace.
+//! [`table`](self::table) has the schema as a table, and [`read`] compares a document with it. It also collects the
+//! elements that the schema knows, so that no rule reads annotations of vendors or elements of other namespaces.
 
 mod table;
 mod types;
@@ -14,14 +13,14 @@ pub(super) use walk::{Reading, read};
 
 table! {
     "schema-root", "2.2.1", Error, "the root element is fmiModelDescription", |it| of(it, Fault::Root);
-    "schema-element", "2.2", Error, "there are no elements that the schema does not allow", |it| of(it, Fault::Element);
-    "schema-order", "2.2", Error, "elements come in the order of the schema", |it| of(it, Fault::Order);
-    "schema-missing", "2.2", Error, "required elements are there, and lists are not empty", |it| of(it, Fault::Missing);
+    "schema-element", "2.2", Error, "all elements are allowed by the schema", |it| of(it, Fault::Element);
+    "schema-order", "2.2", Error, "elements are in the order of the schema", |it| of(it, Fault::Order);
+    "schema-missing", "2.2", Error, "required elements exist, and lists are not empty", |it| of(it, Fault::Missing);
     "schema-repeated", "2.2", Error, "elements do not occur more often than the schema allows", |it| of(it, Fault::Repeated);
-    "schema-attribute", "2.2", Error, "there are no attributes that the schema does not allow", |it| of(it, Fault::Attribute);
-    "schema-required", "2.2", Error, "required attributes are there", |it| of(it, Fault::Required);
-    "schema-value", "2.2", Error, "attributes have values of the schema's types", |it| of(it, Fault::Value);
-    "schema-text", "2.2", Error, "elements hold no stray text", |it| of(it, Fault::Text);
+    "schema-attribute", "2.2", Error, "all attributes are allowed by the schema", |it| of(it, Fault::Attribute);
+    "schema-required", "2.2", Error, "required attributes exist", |it| of(it, Fault::Required);
+    "schema-value", "2.2", Error, "values of attributes have the type of the schema", |it| of(it, Fault::Value);
+    "schema-text", "2.2", Error, "elements contain no text", |it| of(it, Fault::Text);
 }
 
 fn of(subject: &Subject, fault: Fault) -> Vec<String> {

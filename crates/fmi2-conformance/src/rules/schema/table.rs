@@ -14,9 +14,9 @@ pub(super) struct Element {
 pub(super) enum Content {
     /// No element and no text, not even white space.
     Empty,
-    /// Groups that follow each other.
+    /// Groups in this order.
     Groups(&'static [Group]),
-    /// At most one element, which may be anything.
+    /// At most one element, of any name.
     OneOfAny,
     /// Any attributes, elements and text.
     Anything,
@@ -27,7 +27,7 @@ pub(super) struct Group {
     pub(super) any_of: &'static [&'static Element],
     pub(super) least: usize,
     pub(super) most: usize,
-    /// How often `any_of` may be gone through in its order; 0 if the order is free.
+    /// How often the elements of `any_of` may repeat in their order; 0: any order.
     pub(super) rounds: usize,
 }
 

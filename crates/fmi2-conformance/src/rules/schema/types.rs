@@ -1,4 +1,4 @@
-//! The types that the schema gives to attributes: what their values look like.
+//! Types of attributes in the schema, and which values they allow.
 
 use fmi2_import::xml::{number, trim, words};
 
@@ -14,11 +14,11 @@ pub(super) enum Kind {
     /// A list of variable indices.
     Indices,
     OneOf(&'static [&'static str]),
-    /// A list of these words.
+    /// A list of words out of these.
     ManyOf(&'static [&'static str]),
 }
 
-/// Whether a value is of the type, and if not, what it should be.
+/// Whether a value has the type. The error is what it should be.
 pub(super) fn fits(kind: Kind, value: &str) -> Result<(), String> {
     let (fits, expected) = match kind {
         Kind::Text => (true, String::new()),

@@ -1,4 +1,4 @@
-//! The walk through a document along the schema.
+//! Comparison of a document with the schema.
 
 use std::collections::{HashMap, HashSet};
 
@@ -28,35 +28,35 @@ pub(super) struct Violation {
     pub(super) message: String,
 }
 
-/// What the walk along the schema found.
+/// Violations of the schema in a document, and the elements that it knows.
 #[derive(Default)]
 pub(in crate::rules) struct Reading<'a> {
     pub(super) violations: Vec<Violation>,
-    /// The elements of the description by name, in the order of the document.
+    /// The elements of the description by name, in document order.
     elements: HashMap<&'static str, Vec<Node<'a, 'a>>>,
-    /// Elements that break the schema themselves or in an element below.
+    /// Elements that violate the schema, or contain an element that does.
     broken: HashSet<NodeId>,
 }
 
 impl<'a> Reading<'a> {
-    /// The elements of that name.
+    /// The elements of a name.
     pub(in crate::rules) fn elements(&self, name: &str) -> &[Node<'a, 'a>] {
         self.elements.get(name).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether an element is none that the schema knows in its place.
+    /// Whether the schema does not allow an element in its place.
     pub(in crate::rules) fn is_unknown(&self, node: Node<'a, 'a>) -> bool {
         !self.elements(node.tag_name().name()).contains(&node)
     }
 
-    /// Whether the schema is broken in or below an element: what else is found there follows from
+    /// Whether an element violates the schema, or contains one that does. Other findings there would only follow from
     /// that.
     pub(in crate::rules) fn breaks(&self, node: Node) -> bool {
         self.broken.contains(&node.id())
     }
 }
 
-/// Walks the document along the schema.
+/// Compares a document with the schema.
 pub(in crate::rules) fn read<'a>(document: &'a Document<'a>) -> Reading<'a> {
     let mut walk = Walk { document, foreign: false, found: Reading::default() };
     let root = document.root_element();
@@ -64,28 +64,32 @@ pub(in crate::rules) fn read<'a>(document: &'a Document<'a>) -> Reading<'a> {
         walk.element(root, &ROOT);
     } else {
         let space = space(root.tag_name().namespace());
-        walk.tell(root, Fault::Root, &format!("{space} is the root, not <{}>", ROOT.name));
+        walk.violation(
+            root,
+            Fault::Root,
+            &format!("{space} is the root element, but must be <{}>", ROOT.name),
+        );
     }
     walk.found
 }
 
-/// Namespace of attributes by which a document speaks of its schema.
+/// Namespace of attributes that refer to the schema of a document.
 const INSTANCE: &str = "http://www.w3.org/2001/XMLSchema-instance";
 
-/// How a message names a namespace.
+/// A namespace in a message.
 fn space(namespace: Option<&str>) -> String {
     namespace.map(|it| format!(" of the namespace \"{it}\"")).unwrap_or_default()
 }
 
 struct Walk<'a> {
     document: &'a Document<'a>,
-    /// Below an annotation, whose elements are not the description's.
+    /// Inside an annotation, whose elements are not those of the description.
     foreign: bool,
     found: Reading<'a>,
 }
 
 impl<'a> Walk<'a> {
-    fn tell(&mut self, node: Node<'a, 'a>, fault: Fault, text: &str) {
+    fn violation(&mut self, node: Node<'a, 'a>, fault: Fault, text: &str) {
         let line = self.document.text_pos_at(node.range().start).row;
         let message = format!("line {line}: <{}>{text}", node.tag_name().name());
         self.found.broken.extend(node.ancestors().map(|it| it.id()));
@@ -111,7 +115,7 @@ impl<'a> Walk<'a> {
         self.attributes(node, element);
     }
 
-    /// What a tool likes; but the schema holds for whole descriptions in it.
+    /// Any content is allowed, but whole descriptions in it must conform to the schema.
     fn anything(&mut self, node: Node<'a, 'a>) {
         let before = std::mem::replace(&mut self.foreign, true);
         for inner in node.descendants().skip(1).filter(|inner| inner.is(ROOT.name)) {
@@ -123,8 +127,8 @@ impl<'a> Walk<'a> {
     fn one_of_any(&mut self, node: Node<'a, 'a>) {
         self.stray_text(node);
         if let Some(second) = node.children().filter(Node::is_element).nth(1) {
-            let text = format!(" is one too many in <{}>: put one around both", tag(node));
-            self.tell(second, Fault::Repeated, &text);
+            let text = format!(" is one too many in <{}>; enclose both in one element", tag(node));
+            self.violation(second, Fault::Repeated, &text);
         }
         self.anything(node);
     }
@@ -133,7 +137,7 @@ impl<'a> Walk<'a> {
         self.children(node, &[]);
         let blank = |child: &Node| child.is_text() && child.text().is_some_and(is_blank);
         if node.children().any(|child| blank(&child)) {
-            self.tell(node, Fault::Text, " must be empty, but holds white space");
+            self.violation(node, Fault::Text, " must be empty, but contains white space");
         }
     }
 
@@ -142,7 +146,11 @@ impl<'a> Walk<'a> {
             let text = child.text().unwrap_or_default();
             if !is_blank(text) {
                 let start: String = text.trim().chars().take(20).collect();
-                self.tell(node, Fault::Text, &format!(" holds the text \"{start}\""));
+                self.violation(
+                    node,
+                    Fault::Text,
+                    &format!(" contains the text \"{start}\", which is not allowed"),
+                );
             }
         }
     }
@@ -150,7 +158,11 @@ impl<'a> Walk<'a> {
     fn attributes(&mut self, node: Node<'a, 'a>, element: &Element) {
         for (name, _) in element.required {
             if node.attr(name).is_none() {
-                self.tell(node, Fault::Required, &format!(" lacks the attribute \"{name}\""));
+                self.violation(
+                    node,
+                    Fault::Required,
+                    &format!(" does not have the required attribute \"{name}\""),
+                );
             }
         }
         for attribute in node.attributes() {
@@ -166,22 +178,19 @@ impl<'a> Walk<'a> {
         let (name, value) = (attribute.name(), attribute.value());
         let known = element.required.iter().chain(element.optional);
         let Some((_, kind)) = known.clone().find(|(it, _)| *it == name) else {
-            let likeness = |it: &str| strsim::jaro_winkler(it, name);
-            let near = known.map(|(it, _)| *it).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-            let hint = near
-                .filter(|it| likeness(it) > 0.9)
+            let hint = patterns::suggest(name, known.map(|(it, _)| *it))
                 .map(|it| format!("; did you mean \"{it}\"?"))
                 .unwrap_or_default();
             let text = format!(" has the unknown attribute \"{name}\"{hint}");
-            return self.tell(node, Fault::Attribute, &text);
+            return self.violation(node, Fault::Attribute, &text);
         };
         if let Err(expected) = types::fits(*kind, value) {
             let text = format!(" has {name}=\"{value}\", which is not {expected}");
-            self.tell(node, Fault::Value, &text);
+            self.violation(node, Fault::Value, &text);
         }
     }
 
-    /// The schema allows attributes that say where it is, and names of the type it gives anyway.
+    /// Of other namespaces, only references to the schema and the name of the element's own type are allowed.
     fn foreign_attribute(&mut self, node: Node<'a, 'a>, element: &Element, attribute: &Attribute) {
         let (name, namespace) = (attribute.name(), attribute.namespace());
         let allowed = namespace == Some(INSTANCE)
@@ -192,7 +201,7 @@ impl<'a> Walk<'a> {
             };
         if !allowed {
             let text = format!(" has the attribute \"{name}\"{}", space(namespace));
-            self.tell(node, Fault::Attribute, &(text + ", which the schema does not allow"));
+            self.violation(node, Fault::Attribute, &(text + ", which the schema does not allow"));
         }
     }
 
@@ -200,7 +209,7 @@ impl<'a> Walk<'a> {
         self.stray_text(node);
         let mut counts = vec![0_usize; groups.len()];
         let mut furthest = 0;
-        let mut course = Course::default();
+        let mut progress = Progress::default();
         for child in node.children().filter(Node::is_element) {
             let place = groups.iter().enumerate().find_map(|(index, group)| {
                 let position = group.any_of.iter().position(|it| child.is(it.name))?;
@@ -209,17 +218,17 @@ impl<'a> Walk<'a> {
             let Some((index, position, element)) = place else {
                 let space = space(child.tag_name().namespace());
                 let text = format!("{space} is not allowed in <{}>", tag(node));
-                self.tell(child, Fault::Element, &text);
+                self.violation(child, Fault::Element, &text);
                 continue;
             };
             let group = &groups[index];
             counts[index] += 1;
             if index < furthest {
                 let earlier = groups[furthest].any_of[0].name;
-                self.tell(child, Fault::Order, &format!(" must come before <{earlier}>"));
-            } else if counts[index] > group.most || !course.takes(position, group.rounds) {
+                self.violation(child, Fault::Order, &format!(" must come before <{earlier}>"));
+            } else if counts[index] > group.most || !progress.takes(position, group.rounds) {
                 let text = format!(" is one too many in <{}>", tag(node));
-                self.tell(child, Fault::Repeated, &text);
+                self.violation(child, Fault::Repeated, &text);
             }
             furthest = furthest.max(index);
             self.element(child, element);
@@ -227,22 +236,23 @@ impl<'a> Walk<'a> {
         for (group, count) in groups.iter().zip(counts) {
             if count < group.least {
                 let names: Vec<&str> = group.any_of.iter().map(|it| it.name).collect();
-                let text = format!(" lacks an element <{}>", names.join("> or <"));
-                self.tell(node, Fault::Missing, &text);
+                let text =
+                    format!(" does not contain the required element <{}>", names.join("> or <"));
+                self.violation(node, Fault::Missing, &text);
             }
         }
     }
 }
 
-/// How far a group is gone through that may be gone through several times.
+/// Progress in a group whose elements may repeat in their order.
 #[derive(Default)]
-struct Course {
+struct Progress {
     round: usize,
     next: usize,
 }
 
-impl Course {
-    /// Takes the element at that position of its group, if it is still its turn.
+impl Progress {
+    /// Whether the element at that position of its group may come next.
     fn takes(&mut self, position: usize, rounds: usize) -> bool {
         if rounds == 0 {
             return true;
@@ -263,7 +273,7 @@ fn is_blank(text: &str) -> bool {
     fmi2_import::xml::trim(text).is_empty()
 }
 
-/// The name of the type that the schema gives to an element, where the type has one.
+/// The name of an element's type in the schema, if the type has one.
 fn type_name(element: &str) -> Option<&'static str> {
     Some(match element {
         "ScalarVariable" => "fmi2ScalarVariable",
