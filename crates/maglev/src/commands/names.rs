@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use scenario::{AlgorithmName, ResultFormat, LogLevel};
+use scenario::{AlgorithmName, LogLevel, ResultFormat};
 
 /// Coupling algorithms.
 pub fn algorithms() -> impl TypedValueParser<Value = AlgorithmName> {

@@ -7,7 +7,9 @@ use clap::Args;
 use fmi2_import::package::Package;
 use maglev::Error;
 use maglev::run::Job;
-use scenario::{AlgorithmName, Checkpoints, ResultFormat, GivenTimes, LogLevel, Override, Scenario};
+use scenario::{
+    AlgorithmName, Checkpoints, GivenTimes, LogLevel, Override, ResultFormat, Scenario,
+};
 
 use super::display::{Terminal, watch};
 use super::names;
