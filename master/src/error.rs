@@ -1,4 +1,4 @@
-//! Why a co-simulation could not be set up, started or stepped.
+//! Errors of setting up, starting and stepping a co-simulation.
 
 use std::path::PathBuf;
 
@@ -8,50 +8,45 @@ use scenario::ScenarioError;
 use thiserror::Error;
 
 use crate::initialize::InitializeError;
-use crate::modes::ModesError;
 use crate::system::SystemError;
 
-/// Why a co-simulation could not be set up, started or stepped.
+/// A co-simulation cannot be set up, started or stepped.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// The scenario file.
+    /// The scenario is invalid by itself.
     #[error("invalid scenario")]
     Scenario(#[from] ScenarioError),
-    /// What the scenario describes.
+    /// The scenario does not fit its units.
     #[error("invalid scenario")]
     System(#[from] SystemError),
-    /// A unit's binary.
+    /// A unit's library cannot be loaded.
     #[error("cannot load a unit")]
     Library(#[from] LibraryError),
-    /// A unit that refuses to be instantiated.
+    /// A unit cannot be instantiated.
     #[error("cannot instantiate a unit")]
     Instantiate(#[source] FmuError),
-    /// Modes of the coupled system.
-    #[error("cannot find the modes of the system")]
-    Modes(#[from] ModesError),
-    /// Initialization.
+    /// Initialization failed.
     #[error("the run could not start")]
     Initialize(#[from] InitializeError),
-    /// Stepping.
+    /// A step failed.
     #[error("the run failed at {time} s")]
     Step {
         /// Time at the beginning of the step (s).
         time: f64,
-        /// The unit's failure.
+        /// The failure of the unit.
         #[source]
         source: FmuError,
     },
-    /// A loop of direct feed-through that the algorithm cuts has become unstable.
+    /// An algebraic loop that the algorithm cuts has become unstable.
     #[error(
-        "the run failed at {time} s: values grew without bound in the loop of direct feed-through \
-         through {loops}"
+        "the run failed at {time} s: values grew without bound in the algebraic loop through {loops}"
     )]
     Diverged {
         /// Time at the beginning of the step (s).
         time: f64,
-        /// The loop, by its outputs.
+        /// Names of the loop's outputs.
         loops: String,
-        /// The failure of a unit that the values led to.
+        /// The failure of a unit that these values caused, if any.
         #[source]
         source: Option<FmuError>,
     },
@@ -60,7 +55,7 @@ pub enum Error {
     Trace {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
@@ -75,12 +70,11 @@ impl Error {
             Self::System(error) => return error.help(),
             Self::Library(error) => error.help(),
             Self::Instantiate(error) => return error.fault().help(),
-            Self::Modes(error) => return error.help(),
             Self::Initialize(error) => return error.help(),
             Self::Step { source, .. } => return source.fault().help(),
             Self::Diverged { .. } => {
-                "use the algorithm \"newton\" (or \"iterated\"), which solves such loops in every \
-                 step; a smaller step does not help"
+                "use the algorithm \"newton\" or \"iterated\", which solve such loops in every step; a \
+                 smaller step does not help"
             }
             Self::Trace { .. } => "choose another file with --trace",
         })
@@ -97,30 +91,30 @@ impl Error {
     }
 }
 
-/// Why a simulation cannot continue from a saved state.
+/// A simulation cannot continue from a saved state.
 #[derive(Debug, Error)]
 pub enum StateError {
-    /// The state is of another system.
-    #[error("the checkpoint does not fit: other {what}")]
+    /// The state belongs to another system.
+    #[error("the checkpoint does not fit this scenario: different {what}")]
     Misfit {
         /// What differs.
         what: Misfit,
     },
     /// A unit refuses its state.
-    #[error("a unit refuses its saved state")]
+    #[error("a unit refused its saved state")]
     Refused {
-        /// The unit's failure.
+        /// The failure of the unit.
         #[source]
         source: FmuError,
     },
 }
 
-/// What differs between a saved state and the system that should continue from it.
+/// Difference between a saved state and the system that is to continue from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Misfit {
     /// The instances, or the number of steps.
     Instances,
-    /// The steps of a unit that steps less often than the others.
+    /// The steps of a unit that does not step in every communication step.
     OwnSteps,
     /// The signals between the units.
     Signals,
@@ -134,7 +128,7 @@ impl std::fmt::Display for Misfit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Instances => "instances or steps",
-            Self::OwnSteps => "steps of a unit's own",
+            Self::OwnSteps => "own steps of a unit",
             Self::Signals => "signals between the units",
             Self::Recorded => "recorded signals",
             Self::Units => "units",

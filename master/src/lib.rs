@@ -1,4 +1,4 @@
-//! FMI 2.0 co-simulation master: connects units of any make and steps them.
+//! FMI 2.0 co-simulation master: connects units from any exporter and steps them.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -15,20 +15,21 @@
 //! # Ok::<(), master::Error>(())
 //! ```
 //!
-//! A [`Scenario`](scenario::Scenario) becomes a [`Setup`]: its units are opened and the [`system`] of
-//! instances, connections and values is checked. The setup starts a [`Simulation`]: the units are loaded, [`initialize`]d
-//! and joined to a [`coupling`] algorithm as its [`participant`]s, and stepped. [`modes`] finds the modes of
-//! the coupled system instead. Results and files are the business of the crate `maglev`. Nothing in here
-//! knows what the units model.
+//! A [`Setup`] is a checked [`Scenario`](scenario::Scenario): its units are opened, and the [`system`] of
+//! instances, connections and values is checked. Starting it loads and [`initialize`]s the units, connects
+//! them as [`participant`]s to the algorithms of a [`coupling`], and gives a [`Simulation`] to step.
+//! [`modes`] computes the modes of the coupled system instead. The crate `results` writes files, and the
+//! crate `maglev` is the command. Nothing in here knows what the units model.
 
 #![expect(
     clippy::result_large_err,
-    reason = "errors that say much are large; they end a run, and those of steps are boxed"
+    reason = "detailed errors are large; they end a run, and those of steps are boxed"
 )]
 
 pub mod coupling;
 mod error;
 pub mod graph;
+mod index;
 pub mod initialize;
 pub mod modes;
 pub mod participant;

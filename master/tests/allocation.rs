@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
 use master::coupling::{
-    Blueprint, Capabilities, Coupling, Exchange, Inputs, IntegerLink, Links, Outputs, RealLink,
-    Unit, Whole,
+    Capabilities, Coupling, Exchange, InputIndex, IntegerLink, Links, OutputIndex, RealLink,
+    Schedule, Taylor, Unit, UnitIndex, UnitValues, Whole, WholeOutput,
 };
 use scenario::algorithm::{AlgorithmName, IterationSettings};
 
@@ -38,7 +38,7 @@ static ALLOCATOR: Counting = Counting;
 /// Gives back what it got, with another integer.
 #[derive(Default)]
 struct Echo {
-    real: [f64; 4],
+    real: Taylor,
     integer: i32,
 }
 
@@ -49,7 +49,7 @@ impl Unit for Echo {
         Capabilities { restore: true, variable_step: true, directional: true }
     }
 
-    fn send(&mut self, inputs: &Inputs) -> Result<(), ()> {
+    fn send(&mut self, inputs: &UnitValues) -> Result<(), ()> {
         self.real = inputs.reals[0];
         self.integer = inputs.integers[0];
         Ok(())
@@ -60,7 +60,7 @@ impl Unit for Echo {
         Ok(())
     }
 
-    fn receive(&mut self, _time: f64, outputs: &mut Outputs) -> Result<(), ()> {
+    fn receive(&mut self, _time: f64, outputs: &mut UnitValues) -> Result<(), ()> {
         outputs.reals[0] = self.real;
         outputs.integers[0] = self.integer;
         Ok(())
@@ -70,9 +70,9 @@ impl Unit for Echo {
 fn stepped(name: AlgorithmName) -> u64 {
     let n = 5;
     let link = |unit| RealLink {
-        input: 0,
+        input: InputIndex(0),
         unit,
-        output: 0,
+        output: OutputIndex(0),
         factor: 0.5,
         offset: 1.0,
         limit: 3,
@@ -81,10 +81,11 @@ fn stepped(name: AlgorithmName) -> u64 {
     };
     let links = (0..n)
         .map(|k| {
-            let unit = (k + 1) % n;
+            let unit = UnitIndex((k + 1) % n);
+            let from = WholeOutput { unit, output: OutputIndex(0), kind: Whole::Integer };
             Links {
                 reals: vec![link(unit)],
-                integers: vec![IntegerLink { from: (unit, 0, Whole::Integer), items: None }],
+                integers: vec![IntegerLink { from, items: None }],
                 offered: vec![1],
                 integer_outputs: 1,
                 ..Links::default()
@@ -94,8 +95,9 @@ fn stepped(name: AlgorithmName) -> u64 {
     let mut exchange = Exchange::new(links, 2);
     let mut units: Vec<Echo> = (0..n).map(|_| Echo::default()).collect();
     exchange.start(0.0, &mut units).unwrap();
-    let blueprint = Blueprint::whole(name, IterationSettings::default(), (0..n).collect());
-    let mut coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
+    let order = (0..n).map(UnitIndex).collect();
+    let schedule = Schedule::whole(name, IterationSettings::default(), order);
+    let mut coupling = Coupling::new(&schedule, &exchange, &Arc::default());
     // algorithms that iterate lay out their unknowns in the first step
     coupling.step(&mut exchange, &mut units, 0.0, 1.0).unwrap();
     let before = COUNT.load(Ordering::Relaxed);

@@ -10,6 +10,7 @@ use fmi2_conformance::{CheckError, Defects};
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
+use master::modes::ModesError;
 use results::ParquetError;
 use scenario::ScenarioError;
 use thiserror::Error;
@@ -22,6 +23,9 @@ pub enum Error {
     /// The co-simulation: its setup, its start or a step.
     #[error(transparent)]
     Master(#[from] master::Error),
+    /// The modes of the coupled system.
+    #[error("cannot find the modes of the system")]
+    Modes(#[source] ModesError),
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
@@ -110,6 +114,15 @@ impl From<ScenarioError> for Error {
     }
 }
 
+impl From<ModesError> for Error {
+    fn from(error: ModesError) -> Self {
+        match error {
+            ModesError::Start(error) => error.into(),
+            error => Self::Modes(error),
+        }
+    }
+}
+
 impl Error {
     /// The fault of a unit whose call was given up because the user ended a hanging step.
     #[must_use]
@@ -158,6 +171,7 @@ impl Error {
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
             Self::Master(error) => return error.help(),
+            Self::Modes(error) => return error.help(),
             Self::Package(error) => return error.help(),
             Self::Library(error) => error.help(),
             Self::Instantiate(error) => return error.fault().help(),

@@ -266,12 +266,12 @@ fn analytic_loops_of_feed_through_settle_by_default() {
         assert!((end - 20.0 / 1.9).abs() < allowed, "{algorithm}: {end}");
         let summary = bench.summary();
         let limits = summary["algorithm"]["limits"].to_string();
-        let held = limits.contains("b.z, a.z: in a loop of direct feed-through");
+        let held = limits.contains("b.z, a.z: in an algebraic loop");
         assert_eq!(held, matches!(algorithm, "jacobi" | "gauss-seidel"), "{algorithm}: {limits}");
     }
     let ran = bench.run(&["--extrapolation", "2"]);
-    ran.fails(1, &["the loop of direct feed-through through b.z, a.z", "newton", "does not help"]);
-    assert!(ran.stderr().contains("as the scenario says"), "{}", ran.stderr());
+    ran.fails(1, &["the algebraic loop through b.z, a.z", "newton", "does not help"]);
+    assert!(ran.stderr().contains("as the scenario sets it"), "{}", ran.stderr());
 }
 
 /// Held, a loop of gain 1.5 grows; the failure names the loop and what solves it, and that does.

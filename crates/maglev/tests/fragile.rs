@@ -390,8 +390,7 @@ fn issue_units_that_die_of_a_declared_capability_are_started_again_without_it() 
                 let ran = bench.run(more);
                 ran.succeeds();
                 assert!((last(&bench) - 0.5).abs() < 1e-12, "{define}: {}", last(&bench));
-                let text =
-                    format!("b declares that it can be asked by {call}, which returned fmi2Error");
+                let text = format!("b declares that it supports {call}, which returned fmi2Error");
                 assert!(limits(&bench).contains(&text), "{define}: {}", limits(&bench));
                 // what it said while it was tried
                 assert!(bench.result("events.csv").contains("simulation terminated"), "{define}");
@@ -413,7 +412,7 @@ fn issue_output_derivatives_that_are_not_given_come_from_history() {
         bench.recorded(&[]).succeeds();
         assert!((last(&bench) - 0.5).abs() < 1e-13);
         let limits = limits(&bench);
-        assert!(limits.contains("b does not give all derivatives of outputs"), "{limits}");
+        assert!(limits.contains("b does not return all derivatives of outputs"), "{limits}");
         assert!(bench.result("events.csv").contains("not supported"));
         let asked = bench.calls().matches("fmi2GetRealOutputDerivatives").count();
         assert_eq!(asked, 1);

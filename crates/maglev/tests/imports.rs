@@ -184,7 +184,7 @@ fn issue_enumerations_are_set_by_name() {
     for wrong in ["a.n=fourth", "a.n=4", "a.n=true"] {
         bench
             .run(&["--set", wrong])
-            .fails(2, &["no item of a.n", "\"neutral\" (0), \"third\" (3)"]);
+            .fails(2, &["is not an item of a.n", "\"neutral\" (0), \"third\" (3)"]);
     }
 }
 
@@ -374,7 +374,7 @@ fn issue_a_step_that_does_not_suit_a_unit_of_fixed_step_is_noted() {
     let ran = bench.run(&["--step", "0.02"]);
     ran.succeeds();
     let report = ran.stderr();
-    assert!(notes(&report)[0].contains("names 0.05 s: a step of 0.02 s"), "{report}");
+    assert!(notes(&report)[0].contains("declares 0.05 s: a step of 0.02 s"), "{report}");
     bench.run(&["--step", "0.02", "--strict"]).succeeds();
 }
 

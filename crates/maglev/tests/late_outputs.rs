@@ -106,7 +106,7 @@ fn issue_what_is_fed_through_late_is_noted() {
         ran.succeeds();
         let note = "a.y changed on leaving initialization mode (0 → 5); b.z, which depends on it \
                     through b.u, still has its earlier value at the start, and c.u gets the new \
-                    value a step later, unless it steps after b";
+                    value one step later, unless it steps after b";
         assert!(ran.stderr().contains(note), "{}", ran.stderr());
         let events = bench.result("events.csv");
         assert!(events.lines().any(|line| line.starts_with("0.0,note,") && line.contains(note)));

@@ -64,7 +64,7 @@ fn issue_a_recorded_local_may_be_nan() {
         assert_eq!((&good["points"], good.get("not_finite")), (&json!(11), None));
         assert_eq!(summary["events"]["warning"], 1);
         let events = bench.result("events.csv");
-        assert_eq!(events.matches("y is NaN; it is recorded as it is").count(), 1, "{events}");
+        assert_eq!(events.matches("y is NaN; it is recorded unchanged").count(), 1, "{events}");
         assert!(bench.result("y.svg").contains("polyline"));
     }
     bench.maglev(&["report", "out", "--format", "html,svg"]).succeeds();

@@ -317,7 +317,12 @@ fn issue_paths_are_relative_to_the_scenario() {
     fs::remove_file(bench.path("sub/data/profile.csv")).unwrap();
     bench.maglev(&["run", "sub/s.json", "--out", "never"]).fails(
         2,
-        &["instances.a.parameters.file", "sub/data/profile.csv", "cannot be used", "No such file"],
+        &[
+            "instances.a.parameters.file",
+            "cannot use the file",
+            "sub/data/profile.csv",
+            "No such file",
+        ],
     );
     assert!(!bench.path("never").exists());
     it["instances"]["a"]["parameters"] = json!({ "crash_at": { "path": "s.json" } });

@@ -7,20 +7,21 @@
 //!   call IQN-ILS (Degroote, Bathe & Vierendeels 2009): from the differences V of successive
 //!   residuals and W of successive G(x) within the step, x ← G(x) + W α with α the least-squares
 //!   solution of V α ≈ −r. For a linear problem in n unknowns it ends after n + 1 differences;
-//!   what it needs is usually the few directions in which the coupling is strong.
+//!   usually it needs only the few directions in which the coupling is strong.
 //!
-//! All norms are of components divided by their scales, since signals differ in unit.
+//! All norms are of components divided by their scales, since signals have different units.
 
 use scenario::algorithm::Acceleration;
 
-/// Differences that Anderson acceleration remembers.
+/// Number of differences that Anderson acceleration keeps.
 const DEPTH: usize = 8;
-/// A difference that is left with less than this part of its length beside the others is dropped.
+/// A difference is dropped if its component orthogonal to the others is below this fraction of its
+/// length.
 const DEPENDENT: f64 = 1e-7;
 
-/// Makes the next iterate of the last ones.
+/// Computes the next iterate from the last ones.
 #[derive(Debug, Clone)]
-pub(crate) struct Accelerator {
+pub struct Accelerator {
     kind: Acceleration,
     relaxation: f64,
     omega: f64,
@@ -36,7 +37,10 @@ pub(crate) struct Accelerator {
 }
 
 impl Accelerator {
-    pub(crate) fn new(kind: Acceleration, relaxation: f64, size: usize) -> Self {
+    /// For so many unknowns. `relaxation` is ω, of Aitken's method and Anderson acceleration for the
+    /// first step.
+    #[must_use]
+    pub fn new(kind: Acceleration, relaxation: f64, size: usize) -> Self {
         let rows = || vec![vec![0.0; size]; if kind == Acceleration::Anderson { DEPTH } else { 0 }];
         Self {
             kind,
@@ -52,14 +56,14 @@ impl Accelerator {
         }
     }
 
-    /// Forgets what it learnt: a new step begins.
-    pub(super) fn begin(&mut self) {
+    /// Discards the history: a new step begins.
+    pub fn begin(&mut self) {
         self.count = 0;
         self.omega = self.relaxation;
     }
 
-    /// Puts the next iterate in the place of `x`, whose image is `image`.
-    pub(crate) fn next(&mut self, x: &mut [f64], image: &[f64], scales: &[f64]) {
+    /// Replaces `x`, whose image is `image`, by the next iterate.
+    pub fn next(&mut self, x: &mut [f64], image: &[f64], scales: &[f64]) {
         match self.kind {
             Acceleration::None => relax(x, image, self.relaxation),
             Acceleration::Aitken => {
@@ -167,41 +171,4 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A linear map of spectral radius beyond one, for which plain iteration diverges.
-    fn image(x: &[f64]) -> Vec<f64> {
-        vec![-3.0 * x[0] + 0.5 * x[1] + 1.0, 0.2 * x[0] + 0.4 * x[1] - 2.0, 0.1 * x[2]]
-    }
-
-    fn iterations(kind: Acceleration) -> Option<usize> {
-        let scales = [1.0, 10.0, 0.1];
-        let mut accelerator = Accelerator::new(kind, 1.0, 3);
-        let mut x = vec![1.0, -1.0, 0.5];
-        accelerator.begin();
-        (1..100).find(|_| {
-            let image = image(&x);
-            let residual = image.iter().zip(&x).map(|(g, x)| (g - x).abs()).fold(0.0, f64::max);
-            accelerator.next(&mut x, &image, &scales);
-            residual < 1e-10
-        })
-    }
-
-    /// Three unknowns: three differences, so the fifth image at the latest agrees; one more is
-    /// allowed for rounding.
-    #[test]
-    fn analytic_anderson_solves_a_linear_problem_in_as_many_steps_as_unknowns() {
-        let count = iterations(Acceleration::Anderson);
-        assert!(count.is_some_and(|count| count <= 6), "{count:?}");
-    }
-
-    #[test]
-    fn analytic_acceleration_converges_where_plain_iteration_diverges() {
-        assert_eq!(iterations(Acceleration::None), None);
-        assert!(iterations(Acceleration::Aitken).is_some());
-    }
 }

@@ -1,37 +1,40 @@
-//! The size of the communication step by an estimate of the coupling error.
+//! The size of the communication step, from an estimate of the coupling error.
 //!
-//! A step is accepted if the estimate e is at most one, where e is the largest error of a signal in
-//! units of what its tolerance allows; else it is made again, smaller, from saved states. The next
+//! A step is accepted if the estimate e is at most one, where e is the largest error of a signal
+//! relative to the allowed error; else it is repeated, smaller, from saved states. The next
 //! step is larger or smaller by the factor 0.9 · e^(−0.7/k) · e₋^(0.4/k), between 0.2 and 2: a
 //! proportional-integral controller (Gustafsson 1991; Hairer & Wanner, "Solving Ordinary
 //! Differential Equations II", IV.2) with the last estimate e₋ and the order k of the estimate in h.
 //!
-//! - `predictor`: e compares extrapolated signals with what they turned out to be (Milne's device;
+//! - `predictor`: e compares extrapolated signals with their actual ends (Milne's device;
 //!   Busch & Schweizer 2011). Costs nothing; k = N + 1.
-//! - `doubling`: e compares one step with two of half the size, whose results stay, and is divided
-//!   by 2^p − 1 for the order p = N + 1 of the coupling. Costs half as much again; k = N + 2.
+//! - `doubling`: e compares one step with two of half the size, whose results are kept, and is divided
+//!   by 2^p − 1 for the order p = N + 1 of the coupling. Costs 50 % more; k = N + 2.
 //!
-//! Steps divide a span exactly: sizes are whole numbers of ticks, 2⁻²⁰ of it, and the ends of spans
-//! are met. Units that cannot save their states cannot go back: then every step stands and only the
+//! Steps divide a span exactly: sizes are whole numbers of ticks, 2⁻²⁰ of the span, and the last step
+//! ends at the end of the span. If a unit cannot save its state, every step is accepted and only the
 //! next one is smaller.
 
 use results::summary::ControlReport;
 
-use super::{CONTROL, Coupling, Exchange, ExchangeState, SignalId, Unit};
+use super::coupled::Coupling;
+use super::exchange::{Exchange, ExchangeState};
+use super::index::SignalIndex;
+use super::unit::{CONTROL, Unit};
 use fmi2_import::span::{between, parts};
 use scenario::algorithm::{Estimate, VariableStep};
 
 /// Ticks in a span.
 const TICKS: u32 = 1 << 20;
-/// The first step is this part of a span: nothing is known yet.
+/// The first step as a fraction of a span.
 const FIRST: f64 = 1.0 / 16.0;
 const SAFETY: f64 = 0.9;
 
-/// Chooses the step.
+/// Chooses the size of the steps.
 pub struct Control {
     settings: VariableStep,
     degree: usize,
-    signals: Vec<SignalId>,
+    signals: Vec<SignalIndex>,
     /// size of the next step in ticks
     next: f64,
     last_error: f64,
@@ -48,9 +51,9 @@ struct Piece {
 }
 
 impl Control {
-    /// Controls the error of these signals, which are extrapolated with that degree.
+    /// Controls the error of these signals; `degree` is that of their extrapolation.
     #[must_use]
-    pub fn new(settings: VariableStep, degree: usize, signals: Vec<SignalId>) -> Self {
+    pub fn new(settings: VariableStep, degree: usize, signals: Vec<SignalIndex>) -> Self {
         Self {
             settings,
             degree,
@@ -69,29 +72,29 @@ impl Control {
         }
     }
 
-    /// Counts and extremes of the step control so far.
+    /// Counts and extremes of the steps so far.
     #[must_use]
     pub fn report(&self) -> &ControlReport {
         &self.report
     }
 
-    /// What it remembers from step to step, for a checkpoint: the next step and the last estimate.
+    /// What it remembers from step to step, for a checkpoint: the next size and the last estimate.
     #[must_use]
     pub fn state(&self) -> [f64; 2] {
         [self.next, self.last_error]
     }
 
-    /// Goes back to such a state.
+    /// Restores such a state.
     pub fn restore(&mut self, [next, last_error]: [f64; 2]) {
         (self.next, self.last_error) = (next, last_error);
     }
 
-    /// Steps all units over a span, given by begin and length, in as many steps as it takes. After
-    /// each that stands, `after` gets the exchange, the end and the size; of two halves it sees the
-    /// second.
+    /// Steps all units over a span, given by begin and length, in as many steps as needed. `after`
+    /// is called after each accepted step with the exchange, the end and the size. Of two halves it
+    /// sees the second.
     ///
     /// # Errors
-    /// The first unit's that fails.
+    /// A unit fails.
     pub fn advance<U: Unit>(
         &mut self,
         coupling: &mut Coupling<U>,
@@ -120,7 +123,7 @@ impl Control {
             self.next = (f64::from(ticks) * factor).max(least);
             if good || !able || f64::from(ticks) <= least {
                 done += ticks;
-                // which is where the units are, be it a rounding before the tick
+                // where the units are, which may be a rounding error before the tick
                 time = it.time + it.size;
                 again = false;
                 self.last_error = error.max(1e-4);
@@ -131,7 +134,7 @@ impl Control {
             for unit in units.iter_mut() {
                 unit.restore(CONTROL)?;
             }
-            // of the same exchange, so it fits
+            // it fits: it is a state of this exchange
             let _ = exchange.restore(&self.before);
             again = true;
             self.report.rejected += 1;
@@ -147,7 +150,7 @@ impl Control {
         report.largest = report.largest.max(size);
     }
 
-    /// Makes a step and estimates its error.
+    /// Makes one step and estimates its error.
     fn attempt<U: Unit>(
         &mut self,
         coupling: &mut Coupling<U>,
@@ -160,10 +163,10 @@ impl Control {
             for unit in units.iter_mut() {
                 unit.save(CONTROL)?;
             }
-            exchange.keep(&mut self.before);
+            self.before.clone_from(exchange.state());
         }
         coupling.step(exchange, units, time, size)?;
-        let mut settled = coupling.settled();
+        let mut converged = coupling.converged();
         let tolerance = self.settings.tolerance;
         let mut error = 0.0;
         if able && self.settings.estimate == Estimate::Doubling {
@@ -176,21 +179,21 @@ impl Control {
             let _ = exchange.restore(&self.before);
             for (time, size) in parts(time, size, 2) {
                 coupling.step(exchange, units, time, size)?;
-                settled &= coupling.settled();
+                converged &= coupling.converged();
             }
             let gain = f64::from((1_u32 << (self.degree + 1)) - 1);
             for (long, &signal) in self.long.iter().zip(&self.signals) {
                 let difference = (exchange.signal(signal).now()[0] - long).abs() / gain;
-                error = f64::max(error, difference / exchange.allowed(signal, tolerance));
+                error = f64::max(error, difference / exchange.allowed_error(signal, tolerance));
             }
         } else {
             for &signal in &self.signals {
-                let difference = exchange.surprise(signal);
-                error = f64::max(error, difference / exchange.allowed(signal, tolerance));
+                let difference = exchange.prediction_error(signal);
+                error = f64::max(error, difference / exchange.allowed_error(signal, tolerance));
             }
         }
-        // what has not settled is made again with less
-        Ok(if settled { error } else { error.max(2.0) })
+        // an iteration that has not converged is repeated with a smaller step
+        Ok(if converged { error } else { error.max(2.0) })
     }
 
     fn factor(&self, error: f64, shrink: bool) -> f64 {
@@ -204,7 +207,7 @@ impl Control {
     }
 }
 
-/// Size of the next step: what is left in equal parts, none larger than proposed.
+/// Size of the next step: the rest in equal parts, none larger than proposed.
 fn piece(left: u32, proposed: f64) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,

@@ -1,29 +1,32 @@
 //! Gauss-Seidel: the units step one after the other.
 //!
-//! An input whose source comes later in the sequence is extrapolated, as in
+//! An input whose source comes later in the order is extrapolated, as in
 //! [Jacobi](super::Jacobi); one whose source has already stepped is interpolated between both ends
-//! of the step, which is more exact and more stable. One pass, no iteration. The sequence matters:
-//! units whose outputs react at once to their inputs (feed-through) step late, those with smooth
-//! outputs first. Neighbours in the sequence that do not feed each other may step at once.
+//! of the step, which is more exact and more stable. One pass, no iteration. The order matters:
+//! units with direct feed-through step late, units with smooth outputs first. Neighbours in the order
+//! that do not feed each other may step at the same time.
 
 use std::sync::Arc;
 
-use super::crew::{Phase, Task};
-use super::{Algorithm, Crew, Exchange, Unit};
+use super::algorithm::Algorithm;
+use super::exchange::Exchange;
+use super::index::UnitIndex;
+use super::unit::Unit;
+use super::workers::{Phase, Task, Workers};
 
-/// Units step one after the other; who steps later sees the ends of those before.
+/// Units step one after the other. Later ones see where earlier ones have ended.
 pub struct GaussSeidel {
-    order: Vec<usize>,
+    order: Vec<UnitIndex>,
     phases: Vec<Phase>,
-    crew: Arc<Crew>,
+    workers: Arc<Workers>,
 }
 
 impl GaussSeidel {
     /// Steps the units in the order given.
     #[must_use]
-    pub fn new(exchange: &Exchange, order: Vec<usize>, crew: Arc<Crew>) -> Self {
+    pub fn new(exchange: &Exchange, order: Vec<UnitIndex>, workers: Arc<Workers>) -> Self {
         let phases = Phase::divide(exchange, &order);
-        Self { order, phases, crew }
+        Self { order, phases, workers }
     }
 }
 
@@ -36,16 +39,16 @@ impl<U: Unit> Algorithm<U> for GaussSeidel {
         size: f64,
     ) -> Result<(), U::Error> {
         for phase in &self.phases {
-            self.crew.step(exchange, units, phase, Task { time, size, again: false })?;
+            self.workers.step(exchange, units, phase, Task { time, size, again: false })?;
             for &k in &phase.members {
-                exchange.take(k, size);
+                exchange.accept(k, size);
                 exchange.interpolate(k, size);
             }
         }
         Ok(())
     }
 
-    fn members(&self) -> &[usize] {
+    fn members(&self) -> &[UnitIndex] {
         &self.order
     }
 }

@@ -1,23 +1,27 @@
-//! Iterated Gauss-Seidel: the step is made again, from saved states, until its inputs fit its
+//! Iterated Gauss-Seidel: the step is repeated, from saved states, until its inputs agree with its
 //! outputs (dynamic iteration, waveform relaxation: Lelarasmee 1982; Kübler & Schiehlen 2000).
 //!
-//! Unknowns and sweeps are those of `interface.rs`, the next iterate is by `acceleration.rs`. At
-//! the end all inputs are interpolated, with an error of O(h⁴) where the sources give first
-//! derivatives: the coupling is of order 4 for any degree of extrapolation, and implicit, hence
+//! `sweeps.rs` defines unknowns and sweeps, `acceleration.rs` computes the next iterate. At
+//! the end all inputs are interpolated, with an error of O(h⁴) where the sources provide first
+//! derivatives: the coupling is of order 4 for any degree of extrapolation. It is implicit, hence
 //! stable at steps where explicit couplings are not. A step whose first sweep already ends within
 //! the tolerance of its prediction costs one step of each unit.
 //!
-//! Needs saved states; output derivatives and interpolated inputs for its order.
+//! It needs saved states, and for its order output derivatives and interpolated inputs.
 
 use std::sync::Arc;
 
 use super::acceleration::Accelerator;
-use super::interface::Sweeps;
-use super::{Algorithm, Crew, Exchange, Unit};
+use super::algorithm::Algorithm;
+use super::exchange::Exchange;
+use super::index::UnitIndex;
+use super::sweeps::Sweeps;
+use super::unit::Unit;
+use super::workers::Workers;
 use results::summary::Iteration;
 use scenario::algorithm::IterationSettings;
 
-/// Sweeps until the step's inputs fit its outputs.
+/// Sweeps until the step's inputs agree with its outputs.
 pub struct Iterated {
     sweeps: Sweeps,
     accelerator: Option<Accelerator>,
@@ -28,11 +32,11 @@ impl Iterated {
     #[must_use]
     pub fn new(
         exchange: &Exchange,
-        order: Vec<usize>,
+        order: Vec<UnitIndex>,
         settings: IterationSettings,
-        crew: Arc<Crew>,
+        workers: Arc<Workers>,
     ) -> Self {
-        Self { sweeps: Sweeps::new(exchange, order, settings, crew), accelerator: None }
+        Self { sweeps: Sweeps::new(exchange, order, settings, workers), accelerator: None }
     }
 }
 
@@ -63,7 +67,7 @@ impl<U: Unit> Algorithm<U> for Iterated {
         Ok(())
     }
 
-    fn members(&self) -> &[usize] {
+    fn members(&self) -> &[UnitIndex] {
         &self.sweeps.order
     }
 

@@ -2,25 +2,28 @@
 //!
 //! The units are independent during a step. With inputs extrapolated to degree N the coupling is
 //! of order N + 1 until the units' own errors show (Kübler & Schiehlen 2000, "Two methods of
-//! simulator coupling"). Needs nothing of a unit but steps; uses `canInterpolateInputs` and output
-//! derivatives where they are on offer.
+//! simulator coupling"). It needs only plain steps; it uses `canInterpolateInputs` and output
+//! derivatives where units have them.
 
 use std::sync::Arc;
 
-use super::crew::{Phase, Task};
-use super::{Algorithm, Crew, Exchange, Unit};
+use super::algorithm::Algorithm;
+use super::exchange::Exchange;
+use super::index::UnitIndex;
+use super::unit::Unit;
+use super::workers::{Phase, Task, Workers};
 
 /// All inputs from the beginning of the step, then all units step.
 pub struct Jacobi {
     phase: Phase,
-    crew: Arc<Crew>,
+    workers: Arc<Workers>,
 }
 
 impl Jacobi {
     /// Steps these units.
     #[must_use]
-    pub fn new(_: &Exchange, members: Vec<usize>, crew: Arc<Crew>) -> Self {
-        Self { phase: Phase::new(members), crew }
+    pub fn new(members: Vec<UnitIndex>, workers: Arc<Workers>) -> Self {
+        Self { phase: Phase::new(members), workers }
     }
 }
 
@@ -32,14 +35,14 @@ impl<U: Unit> Algorithm<U> for Jacobi {
         time: f64,
         size: f64,
     ) -> Result<(), U::Error> {
-        self.crew.step(exchange, units, &self.phase, Task { time, size, again: false })?;
+        self.workers.step(exchange, units, &self.phase, Task { time, size, again: false })?;
         for &k in &self.phase.members {
-            exchange.take(k, size);
+            exchange.accept(k, size);
         }
         Ok(())
     }
 
-    fn members(&self) -> &[usize] {
+    fn members(&self) -> &[UnitIndex] {
         &self.phase.members
     }
 }

@@ -3,144 +3,80 @@
 use std::ffi::CString;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use super::index::{InputIndex, OutputIndex, UnitIndex};
+use super::taylor::Taylor;
+use fmi2_import::per_type::PerType;
 
-use super::signal::Taylor;
+/// The inputs or the outputs of one unit in one step, in the order of its [`Links`]. Real inputs are
+/// polynomials over the step, Real outputs have the derivatives that the unit provides. A Boolean is
+/// 0 or 1.
+pub type UnitValues = PerType<Vec<Taylor>, Vec<i32>, Vec<i32>, Vec<CString>>;
 
-/// Inputs of one unit for one step, in the order of its [`Links`].
-#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Inputs {
-    /// Real inputs as polynomials over the step.
-    pub reals: Vec<Taylor>,
-    /// Integer and Enumeration inputs, held.
-    pub integers: Vec<i32>,
-    /// Boolean inputs, held.
-    pub booleans: Vec<i32>,
-    /// String inputs, held.
-    pub strings: Vec<CString>,
+/// Copies all values that are not Real.
+pub(super) fn copy_held(to: &mut UnitValues, from: &UnitValues) {
+    to.integers.clone_from(&from.integers);
+    to.booleans.clone_from(&from.booleans);
+    to.strings.clone_from(&from.strings);
 }
 
-impl Clone for Inputs {
-    fn clone(&self) -> Self {
-        Self {
-            reals: self.reals.clone(),
-            integers: self.integers.clone(),
-            booleans: self.booleans.clone(),
-            strings: self.strings.clone(),
-        }
-    }
-
-    // keeps the memory, unlike the derived one: steps do not allocate
-    fn clone_from(&mut self, other: &Self) {
-        self.reals.clone_from(&other.reals);
-        self.integers.clone_from(&other.integers);
-        self.booleans.clone_from(&other.booleans);
-        self.strings.clone_from(&other.strings);
-    }
-}
-
-/// Outputs of one unit that feed inputs.
-#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Outputs {
-    /// Real outputs with the derivatives that the unit offers.
-    pub reals: Vec<Taylor>,
-    /// Integer and Enumeration outputs.
-    pub integers: Vec<i32>,
-    /// Boolean outputs.
-    pub booleans: Vec<i32>,
-    /// String outputs.
-    pub strings: Vec<CString>,
-}
-
-impl Clone for Outputs {
-    fn clone(&self) -> Self {
-        Self {
-            reals: self.reals.clone(),
-            integers: self.integers.clone(),
-            booleans: self.booleans.clone(),
-            strings: self.strings.clone(),
-        }
-    }
-
-    // keeps the memory, unlike the derived one: steps do not allocate
-    fn clone_from(&mut self, other: &Self) {
-        self.reals.clone_from(&other.reals);
-        self.integers.clone_from(&other.integers);
-        self.booleans.clone_from(&other.booleans);
-        self.strings.clone_from(&other.strings);
-    }
-}
-
-impl Outputs {
-    pub(super) fn of(links: &Links) -> Self {
-        Self {
-            reals: vec![[0.0; 4]; links.offered.len()],
-            integers: vec![0; links.integer_outputs],
-            booleans: vec![0; links.boolean_outputs],
-            strings: vec![CString::default(); links.string_outputs],
-        }
-    }
-
-    pub(super) fn is_like(&self, other: &Self) -> bool {
-        let size =
-            |it: &Self| (it.reals.len(), it.integers.len(), it.booleans.len(), it.strings.len());
-        size(self) == size(other)
-    }
-
-    /// Takes over what is not Real.
-    pub(super) fn keep_held(&mut self, other: &Self) {
-        self.integers.copy_from_slice(&other.integers);
-        self.booleans.copy_from_slice(&other.booleans);
-        self.strings.clone_from(&other.strings);
-    }
-
-    pub(super) fn whole(&self, (_, output, kind): WholeOutput) -> i32 {
-        match kind {
-            Whole::Integer => self.integers[output],
-            Whole::Boolean => i32::from(self.booleans[output] != 0),
-        }
-    }
-}
-
-/// A Real output that a Real input takes. An input with several takes their sum.
+/// A connection from a Real output to a Real input. An input with several takes their sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RealLink {
-    /// Which of the unit's Real inputs.
-    pub input: usize,
-    /// Which unit the output is of.
-    pub unit: usize,
-    /// Which of its Real outputs.
-    pub output: usize,
+    /// Real input of the unit.
+    pub input: InputIndex,
+    /// Unit that the output belongs to.
+    pub unit: UnitIndex,
+    /// Real output of that unit.
+    pub output: OutputIndex,
     /// Input = factor · output + offset.
     pub factor: f64,
     /// Input = factor · output + offset.
     pub offset: f64,
     /// Highest derivative that the input takes; 0: values only.
     pub limit: usize,
-    /// Degree of the extrapolation, if not that of all.
+    /// Degree of the extrapolation, if it differs from the general one.
     pub degree: Option<usize>,
     /// Whether output or input changes at communication points only (`variability="discrete"`).
     pub held: bool,
 }
 
-/// What a whole number is in its unit.
+/// Type of a whole number in its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Whole {
-    /// Integer or Enumeration
+    /// Integer or Enumeration.
     Integer,
-    /// false is 0, true is 1
+    /// Boolean: false is 0, true is 1.
     Boolean,
 }
 
-/// Unit, output and its type.
-pub type WholeOutput = (usize, usize, Whole);
+/// An Integer, Enumeration or Boolean output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WholeOutput {
+    /// Unit that the output belongs to.
+    pub unit: UnitIndex,
+    /// Position among its outputs of this type.
+    pub output: OutputIndex,
+    /// Its type.
+    pub kind: Whole,
+}
 
-/// An Integer or Boolean output that a Real input takes.
+impl WholeOutput {
+    /// Its value among the outputs of all units; true is 1.
+    pub(super) fn value(self, outputs: &[UnitValues]) -> i32 {
+        let unit = &outputs[self.unit];
+        match self.kind {
+            Whole::Integer => unit.integers[self.output],
+            Whole::Boolean => i32::from(unit.booleans[self.output] != 0),
+        }
+    }
+}
+
+/// A connection from an Integer or Boolean output to a Real input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WholeLink {
-    /// Which of the unit's Real inputs.
-    pub input: usize,
-    /// Source of the value, an output of another FMU.
+    /// Real input of the unit.
+    pub input: InputIndex,
+    /// Source of the value.
     pub from: WholeOutput,
     /// Input = factor · output + offset.
     pub factor: f64,
@@ -151,43 +87,50 @@ pub struct WholeLink {
 /// The source of an Integer or Enumeration input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntegerLink {
-    /// Source of the value, an output of another FMU.
+    /// Source of the value.
     pub from: WholeOutput,
-    /// Values of an Enumeration's items, from source to target, sorted; without it as they are.
+    /// Pairs of an Enumeration's values, from source to target, sorted. Without it, values are not
+    /// changed.
     pub items: Option<Arc<[(i32, i32)]>>,
 }
 
 impl IntegerLink {
-    /// The value for the input. What is not among the items stays as it is: who gives it is checked
-    /// where it is read.
+    /// The value for the input. A value without an item is not changed: the unit that returns it is
+    /// checked when it is read.
     pub(super) fn convert(&self, value: i32) -> i32 {
         let Some(items) = &self.items else { return value };
         items.binary_search_by_key(&value, |item| item.0).map_or(value, |k| items[k].1)
     }
 }
 
-/// The source of an input that is held over the step: unit and output.
-pub type HeldLink = (usize, usize);
+/// The source of a Boolean or String input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HeldLink {
+    /// Unit that the output belongs to.
+    pub unit: UnitIndex,
+    /// Position among its outputs of this type.
+    pub output: OutputIndex,
+}
 
 /// One input of a unit, by type and position in its [`Links`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
     /// Real
-    Real(usize),
+    Real(InputIndex),
     /// Integer or Enumeration
-    Integer(usize),
+    Integer(InputIndex),
     /// Boolean
-    Boolean(usize),
+    Boolean(InputIndex),
     /// String
-    String(usize),
+    String(InputIndex),
 }
 
-/// What change of a Real output counts as large.
+/// What a tolerance for a Real output is relative to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Size {
-    /// A tolerance is relative to the value or to this, whichever is larger.
+    /// The larger of this and the value, unless `fixed` is set.
     pub nominal: f64,
-    /// What a tolerance is relative to instead.
+    /// This, whatever the value is.
     pub fixed: Option<f64>,
 }
 
@@ -197,7 +140,7 @@ impl Default for Size {
     }
 }
 
-/// Where one unit's inputs come from and which outputs it has.
+/// Where one unit's inputs come from, and which outputs it has.
 #[derive(Debug, Clone, Default)]
 pub struct Links {
     /// Real sources of Real inputs.
@@ -210,11 +153,11 @@ pub struct Links {
     pub booleans: Vec<HeldLink>,
     /// One source per String input.
     pub strings: Vec<HeldLink>,
-    /// Highest derivative on offer, per Real output.
+    /// Highest derivative that the unit provides, per Real output.
     pub offered: Vec<usize>,
-    /// Sizes of the Real outputs; of those left out the default.
+    /// Sizes of the Real outputs. Missing ones have the default.
     pub sizes: Vec<Size>,
-    /// The inputs that each Real output depends on directly; of those left out all.
+    /// The inputs that each Real output depends on directly. Missing ones depend on all.
     pub direct: Vec<Vec<Input>>,
     /// Number of Integer outputs.
     pub integer_outputs: usize,
@@ -225,25 +168,37 @@ pub struct Links {
 }
 
 impl Links {
+    /// Inputs that are all zero.
+    pub(super) fn new_inputs(&self) -> UnitValues {
+        let (integers, booleans) = (self.integers.len(), self.booleans.len());
+        let (reals, strings) = (self.real_inputs(), self.strings.len());
+        UnitValues::filled(&PerType { reals, integers, booleans, strings })
+    }
+
+    /// Outputs that are all zero.
+    pub(super) fn new_outputs(&self) -> UnitValues {
+        let Self { integer_outputs: integers, boolean_outputs: booleans, .. } = *self;
+        let (reals, strings) = (self.offered.len(), self.string_outputs);
+        UnitValues::filled(&PerType { reals, integers, booleans, strings })
+    }
+
     /// Number of Real inputs.
     #[must_use]
     pub fn real_inputs(&self) -> usize {
         let reals = self.reals.iter().map(|link| link.input);
-        reals.chain(self.wholes.iter().map(|link| link.input)).max().map_or(0, |last| last + 1)
+        let all = reals.chain(self.wholes.iter().map(|link| link.input));
+        all.max().map_or(0, |last| last.0 + 1)
     }
 
     /// The units that feed inputs.
-    pub(super) fn units(&self) -> impl Iterator<Item = usize> + '_ {
-        let held = self.booleans.iter().chain(&self.strings).map(|link| link.0);
-        self.reals.iter().map(|link| link.unit).chain(self.held_wholes()).chain(held)
+    pub(super) fn units(&self) -> impl Iterator<Item = UnitIndex> + '_ {
+        let wholes = self.wholes.iter().map(|link| link.from.unit);
+        let integers = self.integers.iter().map(|link| link.from.unit);
+        let held = self.booleans.iter().chain(&self.strings).map(|link| link.unit);
+        self.reals.iter().map(|link| link.unit).chain(wholes).chain(integers).chain(held)
     }
 
-    fn held_wholes(&self) -> impl Iterator<Item = usize> + '_ {
-        let wholes = self.wholes.iter().map(|link| link.from.0);
-        wholes.chain(self.integers.iter().map(|link| link.from.0))
-    }
-
-    /// Whether some input is held.
+    /// Whether some input is held over a step.
     pub(super) fn holds(&self) -> bool {
         self.reals.iter().any(|link| link.held)
             || !(self.wholes.is_empty()
@@ -253,8 +208,8 @@ impl Links {
     }
 
     /// Whether a Real output depends directly on an input.
-    pub(super) fn is_direct(&self, output: usize, input: Input) -> bool {
-        self.direct.get(output).is_none_or(|direct| direct.contains(&input))
+    pub(super) fn is_direct(&self, output: OutputIndex, input: Input) -> bool {
+        self.direct.get(output.0).is_none_or(|direct| direct.contains(&input))
     }
 
     pub(super) fn has_held_outputs(&self) -> bool {

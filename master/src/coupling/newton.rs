@@ -8,51 +8,58 @@
 //! feedback signals. Two sources of the blocks:
 //!
 //! - `directional`: `fmi2GetDirectionalDerivative` at the end of the step, ∂y/∂u at fixed states.
-//!   That is the direct feed-through, all there is as h → 0; what the input does through the states
-//!   during the step, of order h, is left to the iteration. A unit without them is differenced.
-//! - `steps`: the unit's step is made again from the saved state for each input, with the end of the
+//!   That is the direct feed-through, which is all that remains as h → 0. The effect of the input
+//!   through the states during the step, of order h, is left to the iteration. For units without
+//!   directional derivatives, differences of steps are used.
+//! - `steps`: the unit's step is repeated from the saved state for each input, with the end of the
 //!   input changed a little: the whole effect, for one step per input and component.
 //!
 //! The Jacobian is kept until the step size changes by a fifth or an iteration gains less than a
-//! factor of four; where a new one does not help, the next is made after 2, 4, 8 … steps. Needs saved states; converges where fixed-point iteration does not, such as
-//! loops of feed-through and stiff couplings of light parts.
+//! factor of four. If a new one does not help, the next is computed after 2, 4, 8 … steps. The method
+//! needs saved states. It converges where fixed-point iteration does not, such as in algebraic loops
+//! and stiff couplings of light parts.
 
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::interface::Sweeps;
-use super::{Algorithm, Crew, Exchange, ITERATION, Outputs, SignalId, Unit};
+use super::algorithm::Algorithm;
+use super::exchange::Exchange;
+use super::index::{SignalIndex, UnitIndex};
+use super::links::UnitValues;
+use super::sweeps::Sweeps;
+use super::unit::{ITERATION, Unit};
+use super::workers::Workers;
 use results::summary::Iteration;
 use scenario::algorithm::{IterationSettings, JacobianSource};
 
 /// Relative change of the end of an input for differences: with outputs exact to 1e-15 and bends of
 /// order one, the quotients are exact to 1e-6 at worst.
 const NUDGE: f64 = 1e-6;
-/// An iteration that leaves more than this part of the residual calls for a new Jacobian.
+/// An iteration that leaves more than this fraction of the residual requires a new Jacobian.
 const SLOW: f64 = 0.25;
-/// Most steps to wait with a new Jacobian.
+/// Largest number of steps to wait before a new Jacobian.
 const PATIENCE: u32 = 1024;
-/// Relative change of the step size that does.
+/// Relative change of the step size that requires a new Jacobian.
 const RESIZED: f64 = 0.2;
 
-/// Newton iterations until the step's inputs fit its outputs.
+/// Newton iterations until the step's inputs agree with its outputs.
 pub struct Newton {
     sweeps: Sweeps,
     jacobian: Option<Jacobian>,
     pause: Pause,
 }
 
-/// When the next Jacobian may be made.
+/// When the next Jacobian may be computed.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pause {
-    /// steps to wait after the next one that does not help
+    /// steps to wait after the next Jacobian that does not help
     length: u32,
     /// steps still to wait
     left: u32,
 }
 
-/// 1 − G' in units of the scales, factorised.
+/// 1 − G' relative to the scales, factorised.
 struct Jacobian {
     size: f64,
     scales: Vec<f64>,
@@ -62,12 +69,12 @@ struct Jacobian {
 
 /// ∂(ends of outputs)/∂(end of one input) of a unit.
 struct Column {
-    input: Slot,
-    outputs: Vec<(Slot, f64)>,
+    input: Component,
+    outputs: Vec<(Component, f64)>,
 }
 
 /// A component of a signal's end: 0 the value, 1 the first derivative times the step.
-type Slot = (SignalId, usize);
+type Component = (SignalIndex, usize);
 
 impl Jacobian {
     fn new(size: f64, scales: Vec<f64>, matrix: DMatrix<f64>) -> Self {
@@ -85,12 +92,12 @@ impl Newton {
     #[must_use]
     pub fn new(
         exchange: &Exchange,
-        order: Vec<usize>,
+        order: Vec<UnitIndex>,
         settings: IterationSettings,
-        crew: Arc<Crew>,
+        workers: Arc<Workers>,
     ) -> Self {
         Self {
-            sweeps: Sweeps::new(exchange, order, settings, crew),
+            sweeps: Sweeps::new(exchange, order, settings, workers),
             jacobian: None,
             pause: Pause::default(),
         }
@@ -125,7 +132,7 @@ impl Newton {
     }
 
     /// Signals from members that feed unit k, each once.
-    fn inputs(&self, exchange: &Exchange, k: usize) -> Vec<SignalId> {
+    fn inputs(&self, exchange: &Exchange, k: UnitIndex) -> Vec<SignalIndex> {
         let mut inputs = Vec::new();
         for (_, signal, _) in exchange.sources(k) {
             let moves = self.sweeps.is_moved(exchange, signal);
@@ -140,12 +147,11 @@ impl Newton {
         &self,
         exchange: &Exchange,
         unit: &mut U,
-        k: usize,
+        k: UnitIndex,
     ) -> Result<Vec<Column>, U::Error> {
         let mut columns = Vec::new();
-        let mut gains = vec![0.0; exchange.outputs[k].reals.len()];
-        let sources: Vec<(usize, SignalId, f64)> = exchange.sources(k).collect();
-        for (input, signal, factor) in sources {
+        let mut gains = vec![0.0; exchange.outputs(k).reals.len()];
+        for (input, signal, factor) in exchange.sources(k) {
             if !self.sweeps.is_moved(exchange, signal) {
                 continue;
             }
@@ -167,11 +173,11 @@ impl Newton {
         &self,
         exchange: &mut Exchange,
         unit: &mut U,
-        k: usize,
+        k: UnitIndex,
         time: f64,
         size: f64,
     ) -> Result<Vec<Column>, U::Error> {
-        let mut step = |exchange: &mut Exchange, outputs: &mut Outputs| {
+        let mut step = |exchange: &mut Exchange, outputs: &mut UnitValues| {
             exchange.fill(k, size);
             unit.restore(ITERATION)?;
             unit.send(&exchange.inputs[k])?;
@@ -179,16 +185,16 @@ impl Newton {
             unit.step(time, size)?;
             unit.receive(time + size, outputs)
         };
-        let (mut base, mut moved) = (exchange.outputs[k].clone(), exchange.outputs[k].clone());
+        let (mut base, mut moved) = (exchange.outputs(k).clone(), exchange.outputs(k).clone());
         step(exchange, &mut base)?;
         let mut columns = Vec::new();
         for signal in self.inputs(exchange, k) {
             let end = [exchange.signal(signal).now()[0], exchange.signal(signal).now()[1]];
-            let nudge = exchange.allowed(signal, NUDGE);
+            let nudge = exchange.allowed_error(signal, NUDGE);
             for component in 0..components(exchange, signal) {
                 let mut other = end;
                 other[component] += if component == 0 { nudge } else { nudge / size };
-                exchange.suppose(signal, other, size);
+                exchange.assume(signal, other, size);
                 step(exchange, &mut moved)?;
                 let mut outputs = Vec::new();
                 for output in exchange.signals(k) {
@@ -204,20 +210,20 @@ impl Newton {
                 }
                 columns.push(Column { input: (signal, component), outputs });
             }
-            exchange.suppose(signal, end, size);
+            exchange.assume(signal, end, size);
         }
         Ok(columns)
     }
 
-    /// 1 − G' by carrying each unknown's change through the sweep.
-    fn chain(&self, exchange: &Exchange, blocks: &[(usize, Vec<Column>)]) -> DMatrix<f64> {
-        let unknowns: Vec<Slot> = self
+    /// 1 − G', by propagating a change of each unknown through the sweep.
+    fn chain(&self, exchange: &Exchange, blocks: &[(UnitIndex, Vec<Column>)]) -> DMatrix<f64> {
+        let unknowns: Vec<Component> = self
             .sweeps
             .feedback
             .iter()
             .flat_map(|&(signal, rate)| (0..=usize::from(rate)).map(move |c| (signal, c)))
             .collect();
-        let place = |(signal, component): Slot| 2 * signal + component;
+        let place = |(signal, component): Component| 2 * signal.0 + component;
         let count = 2 * exchange.signal_count();
         let scales = &self.sweeps.scales;
         let mut matrix = DMatrix::identity(unknowns.len(), unknowns.len());
@@ -238,14 +244,14 @@ impl Newton {
                     }
                 }
             }
-            for (i, &slot) in unknowns.iter().enumerate() {
-                matrix[(i, j)] -= changed[place(slot)] * scales[j] / scales[i];
+            for (i, &unknown) in unknowns.iter().enumerate() {
+                matrix[(i, j)] -= changed[place(unknown)] * scales[j] / scales[i];
             }
         }
         matrix
     }
 
-    /// Puts the next iterate in the place of x; without a solution a plain one.
+    /// Replaces x by the next iterate, or by G(x) if the equations have no solution.
     fn update(&mut self) {
         let sweeps = &mut self.sweeps;
         let residual = |i: usize| sweeps.image[i] - sweeps.x[i];
@@ -262,7 +268,7 @@ impl Newton {
     }
 }
 
-fn components(exchange: &Exchange, signal: SignalId) -> usize {
+fn components(exchange: &Exchange, signal: SignalIndex) -> usize {
     1 + usize::from(exchange.signal(signal).offered() > 0)
 }
 
@@ -298,7 +304,7 @@ impl<U: Unit> Algorithm<U> for Newton {
         Ok(())
     }
 
-    fn members(&self) -> &[usize] {
+    fn members(&self) -> &[UnitIndex] {
         &self.sweeps.order
     }
 
@@ -327,7 +333,7 @@ impl<U: Unit> Algorithm<U> for Newton {
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
-                    reason = "whole numbers up to 1024 where it is one of ours; casts saturate"
+                    reason = "whole numbers up to 1024 in a valid state; casts saturate"
                 )]
                 let whole = |x: f64| (x as u32).min(PATIENCE);
                 self.pause = Pause { length: whole(length), left: whole(left) };

@@ -1,29 +1,30 @@
-//! Energy that the coupling makes or loses between pairs of effort and flow, such as force and
+//! Energy that the coupling creates or loses between pairs of effort and flow, such as force and
 //! velocity.
 //!
-//! What a unit gives as effort e another takes as ẽ, and the flow f comes back as f̃. At the end of a
-//! step the power δP = ẽ f − e f̃ is one that one side gives and the other does not get; δP · h is the
+//! One unit returns the effort e, another uses ẽ; the flow f comes back as f̃. At the end of a
+//! step, δP = ẽ f − e f̃ is the power that one side gives and the other does not receive; δP · h is the
 //! step's residual energy (Sadjina, Kyllingstad, Skjong & Pedersen 2017, "Energy conservation and
 //! power bonds in co-simulations", Engineering with Computers 33).
 
 use results::summary::PowerReport;
 
-use super::{Exchange, SignalId};
+use super::exchange::Exchange;
+use super::index::SignalIndex;
 
 /// One side of a pair.
 #[derive(Debug, Clone, Copy)]
 struct Side {
-    signal: SignalId,
-    /// whether it is extrapolated for who takes it
+    signal: SignalIndex,
+    /// whether its target takes it extrapolated
     extrapolated: bool,
 }
 
 impl Side {
-    /// Given and taken.
+    /// The values that the source returns and the target uses.
     fn ends(self, exchange: &Exchange) -> (f64, f64) {
         let signal = exchange.signal(self.signal);
         let given = signal.now()[0];
-        (given, if self.extrapolated { signal.supposed() } else { given })
+        (given, if self.extrapolated { signal.assumed() } else { given })
     }
 }
 
@@ -35,18 +36,18 @@ pub struct PowerMeter {
 }
 
 impl PowerMeter {
-    /// Measures these pairs of effort and flow; `extrapolated` are the signals that some unit takes
+    /// Measures these pairs of effort and flow. `extrapolated` are the signals that some unit takes
     /// before their source has stepped.
     #[must_use]
-    pub fn new(pairs: &[(SignalId, SignalId)], extrapolated: &[SignalId]) -> Self {
+    pub fn new(pairs: &[(SignalIndex, SignalIndex)], extrapolated: &[SignalIndex]) -> Self {
         let side = |signal| Side { signal, extrapolated: extrapolated.contains(&signal) };
         let pairs: Vec<_> = pairs.iter().map(|&(e, f)| (side(e), side(f))).collect();
         let report = PowerReport { pairs: pairs.len(), ..PowerReport::default() };
         Self { pairs, report }
     }
 
-    /// Takes note of a step that ended at `time`.
-    pub fn take(&mut self, exchange: &Exchange, time: f64, size: f64) {
+    /// Adds a step that ended at `time`.
+    pub fn add(&mut self, exchange: &Exchange, time: f64, size: f64) {
         let report = &mut self.report;
         for (effort, flow) in &self.pairs {
             let (e, e_taken) = effort.ends(exchange);
@@ -62,7 +63,7 @@ impl PowerMeter {
         }
     }
 
-    /// The residual so far; nothing without pairs.
+    /// The residual so far; `None` without pairs.
     #[must_use]
     pub fn report(&self) -> Option<PowerReport> {
         (!self.pairs.is_empty()).then_some(self.report)

@@ -1,55 +1,54 @@
 //! Outputs that change on leaving initialization mode.
 //!
-//! All connected outputs are read once more after it, and handed on to all inputs, before the first
-//! step. After that FMI 2.0 (4.2.4) allows no more reading until a unit has stepped. So a unit that
-//! feeds such a value through cannot be asked for what becomes of it: whoever comes after it gets the
-//! new value a step later, which is noted. Its output jumps with the first step, so that neither
-//! interpolation nor extrapolation draws a line from the earlier value to the new one.
+//! All connected outputs are read once more after it, and passed to all inputs, before the first
+//! step. After that FMI 2.0 (4.2.4) allows no more reading until a unit has stepped. If a unit feeds
+//! such a value through, its own new output is therefore not known yet: its targets get it one step
+//! later, which is noted. That output is marked to jump with the first step, so that neither
+//! interpolation nor extrapolation combines the earlier value with the new one.
 
 use std::collections::HashMap;
 
-use crate::graph::SignalGraph;
-use crate::system::{Port, System};
+use crate::system::{Port, SignalGraph, System};
 
-/// Notes that are made at most; one more counts the rest.
+/// Largest number of notes; one more counts the others.
 const MOST: usize = 10;
 
-/// What outputs that changed on leaving initialization mode lead to.
+/// Consequences of outputs that changed on leaving initialization mode.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Late {
-    /// For each of them that a unit feeds through to an output that feeds others.
+    /// One for each of them that a unit feeds through to a connected output.
     pub notes: Vec<String>,
-    /// Outputs that depend on those by direct feed-through: at the start they have earlier values.
+    /// Outputs that depend on those by direct feed-through and have earlier values at the start.
     pub stale: Vec<Port>,
 }
 
-/// Finds outputs that have changed: `before` are those in initialization mode, `now` those after it.
+/// Finds outputs that have changed: `before` has the values in initialization mode, `now` those after
+/// it, and `signals` is the graph for stepping.
 #[must_use]
 pub fn find(
     system: &System,
+    signals: &SignalGraph,
     before: &HashMap<Port, f64>,
     tolerance: f64,
     now: impl Fn(Port) -> Option<f64>,
 ) -> Late {
     let changed = |port: Port| -> Option<[f64; 2]> {
         let (old, new) = (*before.get(&port)?, now(port)?);
-        let nominal = system.variable(port).nominal.unwrap_or(1.0).abs();
-        let scale = f64::max(old.abs(), new.abs()).max(1e-3 * nominal);
-        // a loop may be solved as exactly as that
+        let scale = f64::max(old.abs(), new.abs()).max(1e-3 * system.nominal(port));
+        // solved loops have errors of this size
         ((new - old).abs() > 10.0 * tolerance * scale).then_some([old, new])
     };
-    let signals = SignalGraph::stepping(system);
     let found: Vec<(usize, [f64; 2])> = (0..signals.ports.len())
         .filter(|&node| !signals.is_input[node])
         .filter_map(|node| Some((node, changed(signals.ports[node])?)))
         .collect();
     let changed: Vec<usize> = found.iter().map(|(node, _)| *node).collect();
-    let stale = reached(&signals, changed).into_iter().map(|node| signals.ports[node]).collect();
-    let noted = found.into_iter().filter_map(|(node, by)| note(system, &signals, node, by));
+    let stale = reached(signals, changed).into_iter().map(|node| signals.ports[node]).collect();
+    let noted = found.into_iter().filter_map(|(node, by)| note(system, signals, node, by));
     let mut notes: Vec<String> = noted.collect();
     let more = notes.len().saturating_sub(MOST);
     notes.truncate(MOST);
-    notes.extend((more > 0).then(|| format!("{more} more outputs changed like that")));
+    notes.extend((more > 0).then(|| format!("{more} more outputs changed in the same way")));
     Late { notes, stale }
 }
 
@@ -85,7 +84,7 @@ fn note(
     }
     let mut text = format!(
         "{} changed on leaving initialization mode ({old} → {new}); {}, which depends on it through \
-         {}, still has its earlier value at the start, and {} a step later, unless it steps after {}",
+         {}, still has its earlier value at the start, and {} one step later, unless it steps after {}",
         name(node),
         name(output),
         name(input),
@@ -97,7 +96,7 @@ fn note(
     );
     let others = paths().count() - 1;
     if others > 0 {
-        text += &format!(" (and so do {others} more outputs and what they feed)");
+        text += &format!(" (the same is true of {others} more outputs and their targets)");
     }
     Some(text)
 }

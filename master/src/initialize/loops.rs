@@ -1,11 +1,11 @@
 //! Loops between units while initializing: x = G(x), where x are the outputs that feed back and G is
 //! one sweep over the loop's levels.
 //!
-//! Sweeps alone, as long as each leaves less than a fifth of the change; they cost least when the
+//! Plain sweeps, as long as each leaves less than a fifth of the change; they cost least when the
 //! loop is weak. Else Newton: x ← x + (1 − G')⁻¹ (G(x) − x) with G' by the chain rule through the
-//! sweep, from `fmi2GetDirectionalDerivative` where a unit gives it in initialization mode, else by
-//! differences of its outputs. G' is kept while it serves. Where Newton does not get nearer, Anderson
-//! acceleration of the sweeps.
+//! sweep, from `fmi2GetDirectionalDerivative` where a unit provides it in initialization mode, else by
+//! differences of its outputs. G' is kept as long as it converges fast. Where Newton does not converge,
+//! Anderson acceleration of the sweeps.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,15 +13,16 @@ use nalgebra::{DMatrix, DVector};
 
 use results::summary::SolvedLoop;
 
-use super::{InitializeError, Level, Sets, Solver, Transported};
+use super::error::InitializeError;
+use super::levels::Level;
+use super::solver::{Sets, Solver, Transported};
 use crate::coupling::acceleration::Accelerator;
-use crate::graph::SignalGraph;
-use crate::system::{Link, Port, Transfer};
+use crate::system::{InstanceIndex, Link, Port, SignalGraph, Transfer, VariableIndex};
 use fmi2_import::description::Type;
 use fmi2_import::instance::{FmuError, Offer};
 use scenario::{Acceleration, Initialization};
 
-/// A sweep that leaves more than this part of the change is slow.
+/// A sweep that leaves more than this fraction of the change is slow.
 const SLOW: f64 = 0.2;
 /// Relative change of an input for differences.
 const NUDGE: f64 = 1e-6;
@@ -77,7 +78,7 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// How the next iterate is made.
+/// How the next iterate is computed.
 enum Method {
     Sweeps,
     Newton(DMatrix<f64>),
@@ -109,7 +110,7 @@ impl Solver<'_> {
             }
             let slow = largest > SLOW * last;
             last = largest;
-            // before the first sweep nothing is known of x
+            // x is unknown before the first sweep
             let Some(x) = x.filter(|_| real) else { continue };
             let image = self.unknowns(it).unwrap_or_default();
             method = match method {
@@ -135,13 +136,13 @@ impl Solver<'_> {
                 }
             };
             match next {
-                Some(next) => self.suppose(it, &next)?,
+                Some(next) => self.assume(it, &next)?,
                 None => {
                     method = Method::Anderson(anderson(x.len()));
                 }
             }
         }
-        Err(self.unsettled(it, settings))
+        Err(self.not_converged(it, settings))
     }
 
     /// Values of the outputs that feed back, once they are known.
@@ -158,20 +159,19 @@ impl Solver<'_> {
 
     fn scales(&self, it: &Loop<'_>) -> Vec<f64> {
         let scale = |port: &Port| {
-            let nominal = self.system.variable(*port).nominal.map_or(1.0, f64::abs);
-            self.real(*port).unwrap_or(0.0).abs().max(1e-3 * nominal)
+            self.real(*port).unwrap_or(0.0).abs().max(1e-3 * self.system.nominal(*port))
         };
         it.feedback.iter().map(scale).collect()
     }
 
     /// Sets the loop's inputs as if the outputs that feed back had these values.
-    fn suppose(&mut self, it: &Loop<'_>, values: &[f64]) -> Result<(), FmuError> {
+    fn assume(&mut self, it: &Loop<'_>, values: &[f64]) -> Result<(), FmuError> {
         let mut sets = Sets::new();
         for (port, &value) in it.feedback.iter().zip(values) {
             self.values.insert(*port, Transported::Real(value));
         }
         for port in &it.feedback {
-            self.hand_to(*port, &mut sets)?;
+            self.pass_on(*port, &mut sets)?;
         }
         for (instance, values) in sets {
             self.write(instance, &values)?;
@@ -187,7 +187,7 @@ impl Solver<'_> {
             let mut seeds: HashMap<Port, f64> = HashMap::new();
             let mut changed: HashMap<Port, f64> = HashMap::new();
             let mut handed = HashMap::from([(it.feedback[j], 1.0)]);
-            self.hand_on(it, it.feedback[j], &handed, &mut seeds);
+            self.propagate(it, it.feedback[j], &handed, &mut seeds);
             for level in it.levels {
                 for (&instance, outputs) in &level.reads {
                     for (output, change) in self.derivative(instance, outputs, &seeds)? {
@@ -198,7 +198,7 @@ impl Solver<'_> {
                     for &variable in outputs {
                         let output = Port { instance, variable };
                         handed.insert(output, changed.get(&output).copied().unwrap_or(0.0));
-                        self.hand_on(it, output, &handed, &mut seeds);
+                        self.propagate(it, output, &handed, &mut seeds);
                     }
                 }
             }
@@ -209,8 +209,8 @@ impl Solver<'_> {
         Ok(matrix)
     }
 
-    /// Changes of the inputs that an output feeds, by those of all outputs so far.
-    fn hand_on(
+    /// Changes of the inputs that an output feeds, from the changes of all outputs so far.
+    fn propagate(
         &self,
         it: &Loop<'_>,
         output: Port,
@@ -233,11 +233,11 @@ impl Solver<'_> {
     /// Change of a unit's outputs along a direction of its inputs.
     fn derivative(
         &mut self,
-        instance: usize,
-        outputs: &[usize],
+        instance: InstanceIndex,
+        outputs: &[VariableIndex],
         seeds: &HashMap<Port, f64>,
     ) -> Result<Vec<(Port, f64)>, FmuError> {
-        let mut knowns: Vec<(usize, f64)> = seeds
+        let mut knowns: Vec<(VariableIndex, f64)> = seeds
             .iter()
             .filter(|(port, seed)| port.instance == instance && **seed != 0.0)
             .map(|(port, seed)| (port.variable, *seed))
@@ -245,17 +245,18 @@ impl Solver<'_> {
         if knowns.is_empty() {
             return Ok(Vec::new());
         }
-        // hash maps have no order, and results are to be the same in every run
+        // hash maps have no order, but results must be the same in every run
         knowns.sort_unstable_by_key(|(variable, _)| *variable);
         let description = self.system.instances[instance].description();
-        let reference = |variable: usize| description.variables[variable].value_reference;
-        let real = |&&variable: &&usize| description.variables[variable].kind == Type::Real;
-        // what does not depend on these inputs has no derivative by them, and is not asked for
-        let follows = |&&variable: &&usize| {
-            let inputs = description.initial_dependencies(variable);
-            knowns.iter().any(|(known, _)| inputs.contains(known))
+        let reference = |variable: VariableIndex| description.variables[variable].value_reference;
+        let real = |&&variable: &&VariableIndex| description.variables[variable].kind == Type::Real;
+        // outputs that do not depend on these inputs are left out
+        let follows = |&&variable: &&VariableIndex| {
+            let inputs = description.initial_dependencies(variable.0);
+            knowns.iter().any(|(known, _)| inputs.contains(&known.0))
         };
-        let outputs: Vec<usize> = outputs.iter().filter(real).filter(follows).copied().collect();
+        let outputs: Vec<VariableIndex> =
+            outputs.iter().filter(real).filter(follows).copied().collect();
         if outputs.is_empty() {
             return Ok(Vec::new());
         }
@@ -278,9 +279,9 @@ impl Solver<'_> {
 
     fn difference(
         &mut self,
-        instance: usize,
+        instance: InstanceIndex,
         unknowns: &[u32],
-        knowns: &[(usize, f64)],
+        knowns: &[(VariableIndex, f64)],
     ) -> Result<Vec<f64>, FmuError> {
         let description = self.system.instances[instance].description();
         let references: Vec<u32> =
@@ -302,7 +303,7 @@ impl Solver<'_> {
     }
 
     /// The error, with the largest residuals of one more sweep.
-    fn unsettled(&mut self, it: &Loop<'_>, settings: Initialization) -> InitializeError {
+    fn not_converged(&mut self, it: &Loop<'_>, settings: Initialization) -> InitializeError {
         let before = self.values.clone();
         for level in it.levels {
             if let Err(error) = self.transport(level, settings.tolerance) {

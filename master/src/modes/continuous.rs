@@ -6,17 +6,19 @@ use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
 
+use super::error::ModesError;
 use super::state_space::Linear;
-use super::{LinearLink, ModesError};
+use crate::coupling::{InputIndex, Links, UnitIndex};
 
-/// Imaginary parts below this share of an eigenvalue are rounding: a double one splits by the root of it.
+/// Imaginary parts below this fraction of an eigenvalue are rounding errors: a double eigenvalue splits by
+/// the square root of the rounding error.
 const NEARLY_REAL: f64 = 1e-4;
-/// Balancing converges in a few sweeps; more gain nothing.
+/// Largest number of sweeps of the balancing, which usually converges in a few.
 const SWEEPS: usize = 20;
 
 /// ẋ = (A + B L (I − D L)⁻¹ C) x: all units' states one after the other, their inputs u = L y taken
 /// from outputs at the same instant.
-pub fn coupled(units: &[Linear], links: &[LinearLink]) -> Result<Mat<f64>, ModesError> {
+pub fn coupled(units: &[Linear], links: &[Links]) -> Result<Mat<f64>, ModesError> {
     let starts = |size: &dyn Fn(&Linear) -> usize| -> Vec<usize> {
         units
             .iter()
@@ -35,12 +37,16 @@ pub fn coupled(units: &[Linear], links: &[LinearLink]) -> Result<Mat<f64>, Modes
     let n = total(&states, &|unit| unit.states);
     let m = total(&outputs, &|unit| unit.c.len());
     // where each input comes from: columns of y and factors
-    let mut sources: HashMap<(usize, usize), Vec<(usize, f64)>> = HashMap::new();
-    for link in links {
-        let column = outputs[link.source] + link.output;
-        sources.entry((link.unit, link.input)).or_default().push((column, link.factor));
+    let mut sources: HashMap<(UnitIndex, InputIndex), Vec<(usize, f64)>> = HashMap::new();
+    for (unit, links) in links.iter().enumerate() {
+        for link in &links.reals {
+            let column = outputs[link.unit] + link.output.0;
+            let input = (UnitIndex(unit), link.input);
+            sources.entry(input).or_default().push((column, link.factor));
+        }
     }
-    let sources = |unit, input| sources.get(&(unit, input)).into_iter().flatten();
+    let sources =
+        |unit, input| sources.get(&(UnitIndex(unit), InputIndex(input))).into_iter().flatten();
     let mut a = Mat::<f64>::zeros(n, n);
     let mut by_output = Mat::<f64>::zeros(n, m);
     let mut c = Mat::<f64>::zeros(m, n);
@@ -79,10 +85,10 @@ pub struct Eigen {
     pub shares: Vec<f64>,
 }
 
-/// Eigenvalues of a real matrix with what takes part in them, of conjugate pairs one.
+/// Eigenvalues of a real matrix with the participation of the states, one per conjugate pair.
 ///
 /// Left eigenvectors are the right ones of the transposed matrix. (The inverse of all right ones would
-/// spoil every mode where a few are nearly parallel, and 64 equal magnets have many such.)
+/// be inaccurate for every mode if a few are nearly parallel, as with 64 equal magnets.)
 pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, ModesError> {
     let failed = |_| ModesError::Eigenvalues;
     let matrix = balanced(matrix);
@@ -109,8 +115,8 @@ pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, ModesError> {
     Ok(found)
 }
 
-/// Of a conjugate pair the one with positive imaginary part, and every real one; a double real
-/// eigenvalue that rounding has made a pair of counts as two real ones.
+/// Selects every real eigenvalue, and of a conjugate pair the one with positive imaginary part. A double
+/// real eigenvalue that rounding has split into a pair counts as two real ones.
 pub fn upper(value: c64) -> Option<c64> {
     if value.im.abs() <= NEARLY_REAL * value.norm() {
         return Some(c64::new(value.re, 0.0));
@@ -118,13 +124,13 @@ pub fn upper(value: c64) -> Option<c64> {
     (value.im > 0.0).then_some(value)
 }
 
-/// The matrix in units of its coordinates that make rows and columns of one size, by powers of two
-/// (Osborne 1960; Parlett and Reinsch 1969): eigenvalues stay, their rounding errors shrink.
+/// The matrix with its coordinates scaled by powers of two so that rows and columns have equal size
+/// (Osborne 1960; Parlett and Reinsch 1969). The eigenvalues are the same, with smaller rounding errors.
 pub fn balanced(matrix: &Mat<f64>) -> Mat<f64> {
     let mut matrix = matrix.clone();
     let n = matrix.nrows();
     for _ in 0..SWEEPS {
-        let mut still = true;
+        let mut balanced = true;
         for k in 0..n {
             let (mut column, mut row) = (0.0, 0.0);
             for j in (0..n).filter(|&j| j != k) {
@@ -136,14 +142,14 @@ pub fn balanced(matrix: &Mat<f64>) -> Mat<f64> {
             }
             let factor = (0.5 * (row / column).log2()).round().exp2();
             if factor != 1.0 && factor.is_finite() && factor > 0.0 {
-                still = false;
+                balanced = false;
                 for j in 0..n {
                     matrix[(j, k)] *= factor;
                     matrix[(k, j)] /= factor;
                 }
             }
         }
-        if still {
+        if balanced {
             break;
         }
     }

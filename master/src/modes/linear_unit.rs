@@ -1,50 +1,40 @@
-//! A unit of small motions, to be stepped by the real coupling algorithms.
+//! A linear unit that the real coupling algorithms can step.
 
 use std::convert::Infallible;
 
 use super::state_space::Linear;
-use crate::coupling::signal::Taylor;
-use crate::coupling::{Capabilities, Inputs, Outputs, PLACES, Unit};
+use crate::coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
-/// Terms of the series after which the next is below rounding; a bound against endless loops.
+/// Largest number of terms of the series, to avoid endless loops.
 const MOST_TERMS: usize = 400;
 
-/// A linear unit: exact for inputs that are cubic over a step, with all derivatives of its outputs
-/// that its original offers.
+/// A linear unit. It is exact for inputs that are cubic over a step, and provides the same derivatives of
+/// outputs as the real unit.
 #[derive(Debug, Clone)]
 pub struct LinearUnit<'a> {
     linear: &'a Linear,
-    /// Orders of derivatives on offer, per output.
+    /// Highest derivative that is provided, per output.
     offered: &'a [usize],
     /// x.
     pub states: Vec<f64>,
-    /// Inputs over the step, then from its end on.
+    /// Inputs over the step; afterwards, from its end on.
     inputs: Vec<Taylor>,
-    /// What [`Unit::receive`] gives instead of outputs, if anything.
-    pub told: Option<Vec<Taylor>>,
+    /// What [`Unit::receive`] returns instead of the outputs, if set.
+    pub preset_outputs: Option<Vec<Taylor>>,
     saved: [(Vec<f64>, Vec<Taylor>); PLACES],
-}
-
-fn value(u: &Taylor, t: f64) -> f64 {
-    u[0] + t * (u[1] + t * (u[2] / 2.0 + t * u[3] / 6.0))
-}
-
-/// The same polynomial, begun `t` later.
-fn later(u: &Taylor, t: f64) -> Taylor {
-    [value(u, t), u[1] + t * (u[2] + t * u[3] / 2.0), u[2] + t * u[3], u[3]]
 }
 
 impl<'a> LinearUnit<'a> {
     /// At rest.
     pub fn new(linear: &'a Linear, inputs: usize, offered: &'a [usize]) -> Self {
-        let nothing = || (vec![0.0; linear.states], vec![[0.0; 4]; inputs]);
+        let nothing = || (vec![0.0; linear.states], vec![Taylor::ZERO; inputs]);
         let (states, inputs) = nothing();
         Self {
             linear,
             offered,
             states,
             inputs,
-            told: None,
+            preset_outputs: None,
             saved: std::array::from_fn(|_| nothing()),
         }
     }
@@ -52,11 +42,11 @@ impl<'a> LinearUnit<'a> {
     /// At rest again.
     pub fn clear(&mut self) {
         self.states.fill(0.0);
-        self.inputs.fill([0.0; 4]);
-        self.told = None;
+        self.inputs.fill(Taylor::ZERO);
+        self.preset_outputs = None;
     }
 
-    /// Sets one input, as it is from now on.
+    /// Sets one input from now on.
     pub fn force(&mut self, input: usize, course: Taylor) {
         self.inputs[input] = course;
     }
@@ -71,15 +61,15 @@ impl<'a> LinearUnit<'a> {
     /// Value and derivatives of an output now: y⁽ᵏ⁾ = C x⁽ᵏ⁾ + D u⁽ᵏ⁾.
     fn output(&self, i: usize, derivatives: &[Vec<f64>]) -> Taylor {
         let Linear { c, d, .. } = self.linear;
-        std::array::from_fn(|k| {
+        Taylor(std::array::from_fn(|k| {
             if k > self.offered[i] {
                 return 0.0;
             }
             c.times(i, |j| derivatives[k][j]) + d.times(i, |j| self.inputs[j][k])
-        })
+        }))
     }
 
-    /// All outputs with the derivatives on offer.
+    /// All outputs with the derivatives that are provided.
     pub fn outputs(&self) -> Vec<Taylor> {
         let mut derivatives = vec![self.states.clone()];
         for k in 0..3 {
@@ -96,12 +86,12 @@ impl Unit for LinearUnit<'_> {
         Capabilities { restore: true, variable_step: true, directional: true }
     }
 
-    fn send(&mut self, inputs: &Inputs) -> Result<(), Infallible> {
+    fn send(&mut self, inputs: &UnitValues) -> Result<(), Infallible> {
         self.inputs.copy_from_slice(&inputs.reals);
         Ok(())
     }
 
-    /// x(h) = Σ x⁽ᵏ⁾ hᵏ/k!, until three terms in a row no longer count.
+    /// x(h) = Σ x⁽ᵏ⁾ hᵏ/k!, until three terms in a row no longer change the sum.
     fn step(&mut self, _: f64, size: f64) -> Result<(), Infallible> {
         let (mut term, mut factor, mut small) = (self.states.clone(), 1.0, 0);
         let mut sum = self.states.clone();
@@ -120,13 +110,13 @@ impl Unit for LinearUnit<'_> {
             }
         }
         self.states = sum;
-        self.inputs.iter_mut().for_each(|u| *u = later(u, size));
+        self.inputs.iter_mut().for_each(|u| *u = u.shifted(size));
         Ok(())
     }
 
-    fn receive(&mut self, _: f64, outputs: &mut Outputs) -> Result<(), Infallible> {
-        match &self.told {
-            Some(told) => outputs.reals.copy_from_slice(told),
+    fn receive(&mut self, _: f64, outputs: &mut UnitValues) -> Result<(), Infallible> {
+        match &self.preset_outputs {
+            Some(preset) => outputs.reals.copy_from_slice(preset),
             None => outputs.reals.copy_from_slice(&self.outputs()),
         }
         Ok(())
@@ -142,9 +132,9 @@ impl Unit for LinearUnit<'_> {
         Ok(())
     }
 
-    fn directional(&mut self, input: usize, column: &mut [f64]) -> Result<(), Infallible> {
+    fn directional(&mut self, input: InputIndex, column: &mut [f64]) -> Result<(), Infallible> {
         for (i, value) in column.iter_mut().enumerate() {
-            *value = self.linear.d.times(i, |j| f64::from(u8::from(j == input)));
+            *value = self.linear.d.times(i, |j| f64::from(u8::from(j == input.0)));
         }
         Ok(())
     }

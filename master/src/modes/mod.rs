@@ -1,18 +1,20 @@
-//! Modes of a coupled system: small motions about its start, as the equations have them and as the
+//! Modes of a coupled system: small motions about its start, as modelled (continuous) and as the
 //! master steps them.
 //!
-//! Every unit is asked for its linearisation ẋ = A x + B u, y = C x + D u (the report `linear`, which
-//! is no part of FMI 2.0; `fmi2_export::StateSpace` is one way to answer it). Joined by the scenario's
-//! connections they give the continuous system and its eigenvalues λ. The same linear units, stepped
-//! by the scenario's own algorithm with its extrapolation and sequence, give the map from one
-//! communication point to the next and its multipliers z; ln z/h is what a mode has become by the
-//! coupling. Multipliers that belong to no λ are the coupling's own; one beyond the unit circle makes
-//! the run unstable whatever the equations say.
+//! Every unit reports its linearisation ẋ = A x + B u, y = C x + D u (the report `linear`, which
+//! is not part of FMI 2.0; `fmi2_export::StateSpace` is one way to provide it). The scenario's
+//! connections join them to the continuous system with the eigenvalues λ. The same linear units, stepped
+//! by the scenario's own algorithm with its extrapolation and order, give the map from one
+//! communication point to the next, with the multipliers z. A stepped mode has the eigenvalue ln z/h.
+//! Multipliers that belong to no λ come from the coupling alone. One outside the unit circle makes
+//! the run unstable, even if the continuous system is stable.
 //!
-//! All this holds at one point, the start of the scenario ([`OperatingPoint`]). What is in no loop with
-//! another unit there is named ([`UncoupledStates`]): that it is stable says nothing of what it does once coupled.
+//! All this is valid at one point, the start of the scenario ([`OperatingPoint`]). States that are in no
+//! loop with another unit there are listed ([`UncoupledStates`]): their stability at this point does not carry over
+//! to states in which they are coupled.
 
 mod continuous;
+mod error;
 mod linear_unit;
 mod operating_point;
 mod state_space;
@@ -21,102 +23,25 @@ mod structure;
 
 use faer::prelude::c64;
 use indexmap::IndexMap;
-use thiserror::Error;
 
-use crate::coupling::{Blueprint, Links};
-use crate::error::Error;
+use crate::coupling::{Links, Schedule};
 use crate::participant::Participant;
 use crate::simulation::Setup;
+use crate::system::VariableIndex;
 use continuous::upper;
-use fmi2_import::instance::FmuError;
+pub use error::ModesError;
 pub use results::modes::{
     CoupledMode, CoupledModes, Eigenvalue, InputFamily, OperatingPoint, UncoupledStates,
 };
 use state_space::{Linear, StateSpace};
 use stepped::Stepped;
 
-/// Shares below this are left out.
+/// Smaller shares are left out.
 const LEAST_SHARE: f64 = 1e-3;
-/// Multipliers below this size are gone after a step and belong to no mode.
+/// Smaller multipliers decay within a step and belong to no mode.
 const GONE: f64 = 1e-8;
 
-/// Why a system's modes cannot be found.
-#[derive(Debug, Error)]
-pub enum ModesError {
-    /// A unit does not report its linearisation.
-    #[error("{instance} does not tell its linearisation, which the modes are made of")]
-    Silent {
-        /// The instance, by its name in the scenario.
-        instance: String,
-        /// The call that failed, and its status.
-        #[source]
-        source: FmuError,
-    },
-    /// A unit steps in some communication steps only.
-    #[error(
-        "{instance} does not step in every communication step (\"every\"): modes are of equal steps"
-    )]
-    Slow {
-        /// The instance, by its name in the scenario.
-        instance: String,
-    },
-    /// A report cannot be used.
-    #[error("the linearisation that {instance} reports cannot be used: {message}")]
-    Report {
-        /// The instance, by its name in the scenario.
-        instance: String,
-        /// What is wrong with the linearisation, in words.
-        message: String,
-    },
-    /// A connected output is not in the report.
-    #[error("the linearisation that {instance} reports leaves out its connected output {output}")]
-    Missing {
-        /// The instance, by its name in the scenario.
-        instance: String,
-        /// Connected output that the report lacks.
-        output: String,
-    },
-    /// A unit does not return its inputs.
-    #[error("cannot read the inputs of {instance} at the point of linearisation")]
-    Inputs {
-        /// The instance, by its name in the scenario.
-        instance: String,
-        /// The call that failed, and its status.
-        #[source]
-        source: FmuError,
-    },
-    /// An algebraic loop without a solution.
-    #[error("the linearised system has an algebraic loop that cannot be solved")]
-    Loop,
-    /// The iteration for eigenvalues failed.
-    #[error("the eigenvalues of the linearised system were not found")]
-    Eigenvalues,
-}
-
-impl ModesError {
-    /// How to fix it, where that is known.
-    #[must_use]
-    pub fn help(&self) -> Option<&'static str> {
-        match self {
-            Self::Silent { .. } | Self::Missing { .. } => Some(
-                "modes need units that answer the report \"linear\" (docs/coupled-modes.md); \
-                 `maglev run` does not need it",
-            ),
-            _ => None,
-        }
-    }
-}
-
-/// One connection between Real variables.
-#[derive(Debug, Clone, Copy)]
-struct LinearLink {
-    unit: usize,
-    input: usize,
-    source: usize,
-    output: usize,
-    factor: f64,
-}
-
+/// An eigenvalue as frequency and damping.
 fn eigenvalue(value: c64) -> Eigenvalue {
     let size = value.norm();
     Eigenvalue {
@@ -127,17 +52,17 @@ fn eigenvalue(value: c64) -> Eigenvalue {
     }
 }
 
-/// Finds the modes of a scenario at its start.
+/// Computes the modes of a scenario at its start.
 ///
 /// # Errors
 /// The scenario does not start, or a unit does not report its linearisation.
-pub fn find(setup: &Setup) -> Result<CoupledModes, Error> {
+pub fn find(setup: &Setup) -> Result<CoupledModes, ModesError> {
     let mut simulation = setup.start()?;
-    let (participants, exchange, blueprint) = simulation.parts();
+    let (participants, exchange, schedule) = simulation.parts();
     let system = Linearised::new(participants, setup.scenario().experiment.start)?;
     let degree = setup.scenario().algorithm.degree();
     let step = setup.scenario().experiment.step;
-    Ok(of(system, exchange.links(), degree, blueprint, step)?)
+    of(system, exchange.links(), degree, schedule, step)
 }
 
 /// All units about one point.
@@ -154,7 +79,11 @@ impl Linearised {
         let mut system = Self { units: Vec::new(), names: Vec::new(), point };
         for participant in participants {
             let received = operating_point::inputs(participant)?;
-            let (inputs, outputs) = participant.exchanged_reals();
+            let variables = participant.variables();
+            let real = |list: &[(VariableIndex, usize)]| -> Vec<VariableIndex> {
+                list.iter().map(|(variable, _)| *variable).collect()
+            };
+            let (inputs, outputs) = (real(&variables.inputs.reals), real(&variables.outputs.reals));
             let instance = participant.instance_mut();
             let name = instance.name().to_owned();
             let text = instance
@@ -175,26 +104,13 @@ fn of(
     system: Linearised,
     links: Vec<Links>,
     degree: usize,
-    blueprint: &Blueprint,
+    schedule: &Schedule,
     step: f64,
 ) -> Result<CoupledModes, ModesError> {
     let Linearised { units, names, point } = system;
-    let connections: Vec<LinearLink> = links
-        .iter()
-        .enumerate()
-        .flat_map(|(unit, links)| {
-            links.reals.iter().map(move |link| LinearLink {
-                unit,
-                input: link.input,
-                source: link.unit,
-                output: link.output,
-                factor: link.factor,
-            })
-        })
-        .collect();
-    let matrix = continuous::coupled(&units, &connections)?;
+    let matrix = continuous::coupled(&units, &links)?;
     let found = continuous::eigen(&matrix)?;
-    let multipliers = Stepped::new(&units, links, degree, blueprint, step).multipliers()?;
+    let multipliers = Stepped::new(&units, links, degree, schedule, step).multipliers()?;
     let values: Vec<c64> = found.iter().map(|eigen| eigen.value).collect();
     let (belonging, own) = assign(&values, &multipliers, step);
     let mut modes: Vec<CoupledMode> = found
@@ -238,7 +154,7 @@ fn assign(values: &[c64], multipliers: &[c64], step: f64) -> (Vec<Option<c64>>, 
     for (i, value) in values.iter().enumerate() {
         for (j, candidate) in candidates.iter().enumerate() {
             let distance = (candidate - value).norm();
-            // beyond its own size a multiplier has nothing of the mode left
+            // a multiplier that differs by more belongs to another mode
             if distance < value.norm() {
                 pairs.push((distance, i, j));
             }

@@ -1,19 +1,19 @@
-//! Where a system is linearised: the time, and what its units receive there.
+//! Where a system is linearised: the time, and the inputs of its units.
 
 use indexmap::IndexMap;
 use results::modes::InputFamily;
 
-use super::ModesError;
+use super::error::ModesError;
 use crate::participant::Participant;
 
-/// What one participant receives.
+/// The inputs of one participant.
 pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<InputFamily>, ModesError> {
-    let (inputs, _) = participant.exchanged_reals();
+    let inputs = participant.variables().inputs.reals.clone();
     let instance = participant.instance_mut();
     let name = instance.name().to_owned();
     let variables: Vec<(String, u32, Option<String>)> = inputs
         .iter()
-        .map(|&k| &instance.package().description().variables[k])
+        .map(|&(k, _)| &instance.package().description().variables[k])
         .map(|it| (it.name.clone(), it.value_reference, it.unit.clone()))
         .collect();
     let references: Vec<u32> = variables.iter().map(|it| it.1).collect();

@@ -1,17 +1,18 @@
-//! A unit's linearisation, as it reports it.
+//! The linearisation that a unit reports.
 
 use std::collections::HashMap;
 
 use serde::Deserialize;
 
-use super::ModesError;
+use super::error::ModesError;
+use crate::system::VariableIndex;
 use fmi2_import::description::{ModelDescription, Type};
 
 /// One entry of a sparse matrix: row, column, value.
 type Entry = (usize, usize, f64);
 
-/// ẋ = A x + B u, y = C x + D u, as the report `linear` gives it: names of the states, value
-/// references of Real inputs and outputs, entries of the matrices that are not zero.
+/// ẋ = A x + B u, y = C x + D u from the report `linear`: names of the states, value references of Real
+/// inputs and outputs, and the nonzero entries of the matrices.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 pub struct StateSpace {
     /// Names of the states, for people.
@@ -39,13 +40,13 @@ impl Rows {
         Self { entries: rows }
     }
 
-    /// The rows that `order` names, in its order; none is a row of zeros.
+    /// The rows in that order; `None` is a row of zeros.
     fn chosen(&self, order: &[Option<usize>]) -> Self {
         let row = |k: &Option<usize>| k.map(|k| self.entries[k].clone()).unwrap_or_default();
         Self { entries: order.iter().map(row).collect() }
     }
 
-    /// With columns renumbered; those that `place` does not know are left out.
+    /// The same with other column numbers; columns without a place are left out.
     fn renumbered(&self, place: impl Fn(usize) -> Option<usize>) -> Self {
         let entries = self
             .entries
@@ -93,7 +94,7 @@ impl StateSpace {
     /// Reads a report.
     ///
     /// # Errors
-    /// The text is no such report.
+    /// The text is not such a report.
     pub fn read(instance: &str, text: &str) -> Result<Self, ModesError> {
         let wrong = |message: String| ModesError::Report { instance: instance.to_owned(), message };
         let read: Self = serde_json::from_str(text).map_err(|e| wrong(e.to_string()))?;
@@ -111,8 +112,7 @@ impl StateSpace {
         Ok(read)
     }
 
-    /// Reduced to connected variables, given by their indices in the description. Inputs that the
-    /// report leaves out have no effect.
+    /// Reduced to connected variables. Inputs that the report leaves out have no effect.
     ///
     /// # Errors
     /// The report leaves out a connected output.
@@ -120,10 +120,10 @@ impl StateSpace {
         &self,
         instance: &str,
         description: &ModelDescription,
-        inputs: &[usize],
-        outputs: &[usize],
+        inputs: &[VariableIndex],
+        outputs: &[VariableIndex],
     ) -> Result<Linear, ModesError> {
-        let reference = |k: usize| {
+        let reference = |k: VariableIndex| {
             let variable = &description.variables[k];
             debug_assert_eq!(variable.kind, Type::Real);
             variable.value_reference

@@ -1,23 +1,22 @@
 //! The coupled system as the master steps it: the map from one communication point to the next.
 //!
-//! Linear units take the places of the real ones, and the real algorithm steps them once from every
-//! unit vector of what it remembers: the units' states and the signals' latest points and history.
-//! Latest points that follow from the states alone are not counted twice, and what the map does not
-//! use is left out; neither changes any eigenvalue but zero.
+//! Linear units replace the real ones, and the real algorithm steps them once from every unit vector of
+//! its memory: the units' states, and the signals' latest points and history. Latest points that follow
+//! from the states alone are left out, and so is memory that the map does not use. This changes no
+//! eigenvalue except zero.
 
 use std::sync::Arc;
 
 use faer::Mat;
 use faer::prelude::c64;
 
-use super::ModesError;
 use super::continuous::balanced;
+use super::error::ModesError;
 use super::linear_unit::LinearUnit;
 use super::state_space::Linear;
-use crate::coupling::signal::Taylor;
-use crate::coupling::{Blueprint, Coupling, Crew, Exchange, Links};
+use crate::coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
 
-/// Points of its past that a signal remembers, the latest included.
+/// Number of points that a signal remembers, including the latest.
 const POINTS: usize = 4;
 /// A feed-through below this share of the largest counts as none.
 const NOTHING: f64 = 1e-13;
@@ -36,27 +35,27 @@ pub struct Stepped<'a> {
     units: &'a [Linear],
     links: Vec<Links>,
     degree: usize,
-    blueprint: &'a Blueprint,
+    schedule: &'a Schedule,
     size: f64,
 }
 
 impl<'a> Stepped<'a> {
-    /// `links` are those of the real units; constant parts of conversions do not move.
+    /// `links` are those of the real units. Offsets of conversions do not matter for small motions.
     pub fn new(
         units: &'a [Linear],
         links: Vec<Links>,
         degree: usize,
-        blueprint: &'a Blueprint,
+        schedule: &'a Schedule,
         size: f64,
     ) -> Self {
         let mut links = links;
         for link in links.iter_mut().flat_map(|unit| &mut unit.reals) {
             link.offset = 0.0;
         }
-        Self { units, links, degree, blueprint, size }
+        Self { units, links, degree, schedule, size }
     }
 
-    fn rest(&self) -> Vec<LinearUnit<'_>> {
+    fn units_at_rest(&self) -> Vec<LinearUnit<'_>> {
         self.units
             .iter()
             .zip(&self.links)
@@ -67,19 +66,19 @@ impl<'a> Stepped<'a> {
     /// Which derivatives of each output follow from the states alone, per unit and output, up to the
     /// first that does not.
     fn determined(&self) -> Vec<Vec<usize>> {
-        let mut units = self.rest();
+        let mut units = self.units_at_rest();
         let mut found = Vec::new();
         for (unit, links) in units.iter_mut().zip(&self.links) {
             let mut least = vec![4; links.offered.len()];
             for input in 0..links.real_inputs() {
                 for order in 0..4 {
                     unit.clear();
-                    let taylor = std::array::from_fn(|k| f64::from(u8::from(k == order)));
+                    let taylor = Taylor(std::array::from_fn(|k| f64::from(u8::from(k == order))));
                     unit.force(input, taylor);
                     for (least, output) in least.iter_mut().zip(unit.outputs()) {
-                        let largest = output.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                        let largest = output.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                         let first =
-                            output.iter().position(|x| x.abs() > NOTHING * largest.max(1e-300));
+                            output.0.iter().position(|x| x.abs() > NOTHING * largest.max(1e-300));
                         *least = (*least).min(first.unwrap_or(4));
                     }
                 }
@@ -90,7 +89,7 @@ impl<'a> Stepped<'a> {
         found
     }
 
-    /// What the system may remember.
+    /// Everything that the system may remember.
     fn memories(&self, determined: &[Vec<usize>]) -> Vec<Memory> {
         let mut memories = Vec::new();
         for (unit, linear) in self.units.iter().enumerate() {
@@ -134,7 +133,7 @@ impl<'a> Stepped<'a> {
     }
 }
 
-/// Memories that neither go unread nor come from nothing, found by leaving out one after the other.
+/// Memories that are both read and written, found by repeatedly leaving out the others.
 fn used(columns: &[Vec<f64>]) -> Vec<usize> {
     let mut used: Vec<usize> = (0..columns.len()).collect();
     loop {
@@ -161,15 +160,15 @@ struct Machine<'a> {
 impl<'a> Machine<'a> {
     fn new(stepped: &'a Stepped<'a>, determined: &'a [Vec<usize>]) -> Self {
         let exchange = Exchange::new(stepped.links.clone(), stepped.degree);
-        let coupling = Coupling::new(stepped.blueprint, &exchange, &Arc::new(Crew::alone()));
-        Self { stepped, determined, units: stepped.rest(), exchange, coupling }
+        let coupling = Coupling::new(stepped.schedule, &exchange, &Arc::default());
+        Self { stepped, determined, units: stepped.units_at_rest(), exchange, coupling }
     }
 
-    /// What is remembered a step after only `memory` was one.
+    /// The memory one step after `memory` was one and everything else zero.
     fn step_from(&mut self, memory: Memory, all: &[Memory]) -> Vec<f64> {
         self.units.iter_mut().for_each(LinearUnit::clear);
         let nothing: Vec<Vec<Taylor>> =
-            self.determined.iter().map(|outputs| vec![[0.0; 4]; outputs.len()]).collect();
+            self.determined.iter().map(|outputs| vec![Taylor::ZERO; outputs.len()]).collect();
         let mut past = vec![nothing; POINTS];
         match memory {
             Memory::State { unit, state } => {
@@ -178,28 +177,28 @@ impl<'a> Machine<'a> {
                 for ((point, now), &free) in
                     past[0][unit].iter_mut().zip(outputs).zip(&self.determined[unit])
                 {
-                    point[..free.min(4)].copy_from_slice(&now[..free.min(4)]);
+                    point.0[..free.min(4)].copy_from_slice(&now.0[..free.min(4)]);
                 }
             }
             Memory::Point { unit, output, point, order } => past[point][unit][output][order] = 1.0,
         }
         let size = self.stepped.size;
-        for (point, told) in past.iter().enumerate().rev() {
-            for (unit, told) in self.units.iter_mut().zip(told) {
-                unit.told = Some(told.clone());
+        for (point, outputs) in past.iter().enumerate().rev() {
+            for (unit, outputs) in self.units.iter_mut().zip(outputs) {
+                unit.preset_outputs = Some(outputs.clone());
             }
             let Ok(()) = if point == POINTS - 1 {
                 self.exchange.start(0.0, &mut self.units)
             } else {
-                self.exchange.go_on(0.0, &mut self.units, size)
+                self.exchange.read_outputs(0.0, &mut self.units, size)
             };
         }
-        self.units.iter_mut().for_each(|unit| unit.told = None);
+        self.units.iter_mut().for_each(|unit| unit.preset_outputs = None);
         let Ok(()) = self.coupling.step(&mut self.exchange, &mut self.units, 0.0, size);
-        // the points before move back by one
+        // earlier points move back by one
         past.rotate_right(1);
         for (k, latest) in past[0].iter_mut().enumerate() {
-            latest.clone_from(&self.exchange.outputs(k).reals);
+            latest.clone_from(&self.exchange.outputs(UnitIndex(k)).reals);
         }
         all.iter()
             .map(|memory| match *memory {

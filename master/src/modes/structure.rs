@@ -1,9 +1,8 @@
-//! What takes part in the coupling at the point of linearisation, and what does not.
+//! Which states are coupled with other units at the point of linearisation.
 //!
-//! States influence each other directly where the coupled matrix has an entry. A mode of its own belongs
-//! to every strongly connected component of that graph: the matrix can be ordered into blocks whose
-//! diagonal ones are the components, and its eigenvalues are theirs. A component with states of one unit
-//! only therefore has modes of that unit alone, whatever else is connected to it.
+//! A state influences another one directly where the coupled matrix has an entry. Ordered by the strongly
+//! connected components of that graph, the matrix is block triangular, so its eigenvalues are those of the
+//! components. A component with states of only one unit therefore has modes of that unit alone.
 
 use faer::Mat;
 use results::modes::UncoupledStates;
@@ -12,11 +11,12 @@ use super::continuous::balanced;
 use super::state_space::Linear;
 use crate::graph::Graph;
 
-/// Entries below this share of the largest in their row and column, after balancing, are rounding.
+/// Entries below this fraction of the largest in their row and column, after balancing, are rounding
+/// errors.
 const NOTHING: f64 = 1e-13;
 
-/// The units with such states, in their order. `names` holds instance and states of each unit. A system of
-/// one unit has nothing to be coupled with.
+/// The units with such states, in their order; none if there is only one unit. `names` has the name and
+/// the states of each unit.
 pub(super) fn apart(
     matrix: &Mat<f64>,
     units: &[Linear],
@@ -50,7 +50,7 @@ pub(super) fn apart(
     found
 }
 
-/// Which state's rate depends on which state.
+/// A graph with an edge from each state to the states whose rates depend on it.
 fn influences(matrix: &Mat<f64>) -> Graph {
     let matrix = balanced(matrix);
     let n = matrix.nrows();
@@ -111,7 +111,7 @@ mod tests {
         }
     }
 
-    /// A third oscillator inside of b that a does not reach is named, the rest of b takes part.
+    /// A part of b that a does not reach is named; the rest of b is coupled.
     #[test]
     fn issue_states_that_no_other_unit_reaches_are_named() {
         let units = [unit(1), unit(2)];
@@ -123,7 +123,7 @@ mod tests {
             [UncoupledStates { instance: "b".to_owned(), of: 2, states: vec!["far".to_owned()] }]
         );
         assert!(!found[0].entirely());
-        // a unit on its own has nothing to be apart from
+        // a single unit cannot be coupled
         let alone = Mat::from_fn(1, 1, |_, _| -1.0);
         assert_eq!(apart(&alone, &units[..1], &names[..1]), []);
     }

@@ -1,13 +1,13 @@
 //! Units whose communication step may not vary (`canHandleVariableCommunicationStepSize` is false).
 //!
-//! Sizes that are differences of communication points vary in their last bits. A unit that does not
-//! handle steps of different sizes may compare them bit by bit, so it gets the scenario's step itself,
-//! as often as the end of the step, as the unit computes it, is within the stop time.
+//! Sizes that are differences of communication points vary in their last bits. A unit that cannot
+//! vary its step may compare sizes bit by bit, so it gets the scenario's step itself, unless the end
+//! of that step, as the unit computes it, would be after the stop time.
 
 use super::Participant;
 use fmi2_import::span::between;
 
-/// What equal steps need.
+/// The size of equal steps, and where they end.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Equal {
     size: f64,
@@ -15,7 +15,7 @@ pub(super) struct Equal {
 }
 
 impl Equal {
-    /// The size of a step that is to have about that size.
+    /// The size to use for a step of about that size.
     #[inline]
     pub(super) fn size(self, time: f64, size: f64) -> f64 {
         if (size - self.size).abs() > 1e-9 * size {
@@ -29,8 +29,8 @@ impl Equal {
 }
 
 impl Participant {
-    /// Keeps the unit's own steps equal, if it needs that: all have this size (s), except for one that
-    /// would end beyond the stop time (s).
+    /// Makes the unit's own steps equal, if it cannot vary them: all have this size (s), except for one
+    /// that would end after the stop time (s).
     pub fn keep_steps_equal(&mut self, size: f64, stop: f64) {
         self.equal = (!self.capabilities.variable_step).then_some(Equal { size, stop });
     }
@@ -65,7 +65,7 @@ mod tests {
         assert_eq!(last(1.0, 10).1, 0.1);
         let (time, size) = last(0.3, 3);
         assert!(size < 0.1 && time + size == 0.3, "{size}");
-        // parts of a step, or one that another rule has chosen, are left alone
+        // steps of another size are not changed
         assert_eq!(Equal { size: 0.1, stop: 1.0 }.size(0.0, 0.05), 0.05);
     }
 }

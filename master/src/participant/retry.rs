@@ -1,27 +1,26 @@
-//! A step that the unit discards is tried again in parts.
+//! A step that the unit discards is repeated in parts.
 //!
-//! The state before every step is saved. When the unit discards the step, it is put back and the
+//! The state before every step is saved. When the unit discards the step, the state is restored and the
 //! same step is made in 2 equal parts, then 4, 8 … up to [`MAX_PARTS`]. Each part gets the same
 //! input functions: with τ the part's beginning within the step, p(τ), p'(τ), p''(τ) and p'''(τ)
-//! of each input's polynomial. So the result is what the unit would have given with a smaller
-//! communication step of its own, and nobody else notices.
+//! of each input's polynomial. The result is that of a smaller communication step for this unit, and
+//! the other units are not affected.
 
 use super::Participant;
-use super::rate::shifted;
-use crate::coupling::signal::Taylor;
+use crate::coupling::Taylor;
 use fmi2_import::instance::{FmuError, FmuFault, StateId};
 use fmi2_import::logger;
 use fmi2_import::span::{parts, plain};
 
-/// Into how many parts a discarded step is divided at most.
+/// Largest number of parts of a discarded step.
 pub const MAX_PARTS: u32 = 1024;
 
-/// What a retry needs.
+/// What is needed to repeat a step.
 #[derive(Debug)]
 pub(super) struct Retry {
     /// saved before the step
     state: StateId,
-    /// of the step, at its beginning
+    /// of the step
     pub(super) inputs: Vec<Taylor>,
 }
 
@@ -32,9 +31,9 @@ pub struct Rejection {
     pub time: f64,
     /// The whole step (s).
     pub size: f64,
-    /// Into how many parts it was divided in the end.
+    /// Number of parts in the last attempt.
     pub parts: u32,
-    /// Whether all parts were made.
+    /// Whether all parts succeeded.
     pub made: bool,
 }
 
@@ -42,18 +41,17 @@ impl std::fmt::Display for Rejection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { size, parts, made, .. } = self;
         let size = plain(*size);
-        let outcome = if *made { "made" } else { "not to be made" };
-        write!(f, "the unit discarded the step of {size} s; it was {outcome} in {parts} parts")
+        let outcome = if *made { "it was made" } else { "it also failed" };
+        write!(f, "the unit discarded the step of {size} s; {outcome} in {parts} parts")
     }
 }
 
 impl Participant {
-    /// Saves the state before every step from now on, and tries steps that the unit discards in
-    /// parts. Returns whether the unit can do that: it must be able to save its state and to take
-    /// steps of any size.
+    /// Saves the state before every step from now on, and repeats steps that the unit discards in
+    /// parts. False if the unit cannot save its state or cannot vary its step.
     ///
     /// # Errors
-    /// The unit cannot save its state, though it says so.
+    /// The unit fails to save its state.
     pub fn retry_discarded_steps(&mut self) -> Result<bool, FmuError> {
         if !self.capabilities.restore || !self.capabilities.variable_step {
             return Ok(false);
@@ -66,7 +64,7 @@ impl Participant {
         self.instance.unless_refused(answer)?;
         let Some(state) = state else { return Ok(false) };
         self.instance.save_before_steps(Some(state));
-        let inputs = vec![[0.0; 4]; self.traffic.real_inputs.len()];
+        let inputs = vec![Taylor::ZERO; self.variables.inputs.reals.len()];
         self.retry = Some(Retry { state, inputs });
         Ok(true)
     }
@@ -76,7 +74,7 @@ impl Participant {
         std::mem::take(&mut self.rejections)
     }
 
-    /// Makes a step that has just failed in parts, if it can be.
+    /// Repeats a step that has just failed in parts, if possible.
     #[cold]
     pub(super) fn step_in_parts(
         &mut self,
@@ -109,7 +107,7 @@ impl Participant {
         self.instance.restore_state(retry.state)?;
         for (begin, part) in parts(step.time, step.size, step.parts) {
             let tau = begin - step.time;
-            self.fill(|k, _| shifted(&retry.inputs[k], tau));
+            self.fill(|k, _| retry.inputs[k].shifted(tau));
             self.send_values()?;
             self.instance.do_step(begin, part)?;
         }

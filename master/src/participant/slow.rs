@@ -1,21 +1,21 @@
 //! Units that make one step in every so many communication steps.
 //!
-//! With n communication steps of size h, the unit steps from t over n·h. Like any unit, it exchanges at
-//! its own communication points only: its inputs are those at t, as the polynomials that stand for them
-//! there go on, up to the derivative that it takes and that the algorithm extrapolates; its outputs are
-//! those at t until it has reached t + n·h, where they change like those of a sampled system.
+//! With n communication steps of size h, the unit steps from t to t + n·h. It exchanges values at its own
+//! communication points only. Its inputs are the polynomials at t, up to the derivative that it takes
+//! and that the algorithm extrapolates. Its outputs are those at t until it has reached t + n·h, where
+//! they change like those of a sampled system.
 //!
 //! The step is made in the last of the n communication steps. Until then the instance stays at t and
-//! nothing of it is called, so its state can be saved and restored in between.
+//! is not called, so its state can be saved and restored in between.
 
 use serde::{Deserialize, Serialize};
 
 use super::Participant;
-use crate::coupling::{Inputs, PLACES};
+use crate::coupling::{PLACES, UnitValues};
 use fmi2_import::instance::FmuError;
 use fmi2_import::span::between;
 
-/// What a unit needs that does not step in every communication step.
+/// State of a unit that does not step in every communication step.
 #[derive(Debug)]
 pub(super) struct Slow {
     /// communication steps per step
@@ -26,7 +26,7 @@ pub(super) struct Slow {
     begun: bool,
 }
 
-/// Where a slow unit is between its communication points.
+/// Progress of a slow unit between its communication points.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Between {
     /// communication steps since its last point
@@ -34,24 +34,24 @@ pub struct Between {
     /// time of that point
     begin: f64,
     /// at that point
-    inputs: Inputs,
+    inputs: UnitValues,
 }
 
 impl Slow {
-    /// Whether the unit is between its points, where it is not called.
+    /// Whether the unit is between its points and is not called.
     #[inline]
     pub(super) fn waits(&self) -> bool {
         self.now.waited > 0
     }
 
     /// Takes inputs at one of its points.
-    pub(super) fn take(&mut self, inputs: &Inputs) {
+    pub(super) fn take(&mut self, inputs: &UnitValues) {
         if !self.waits() {
             self.now.inputs.clone_from(inputs);
         }
     }
 
-    /// Remembers the start of its step; true if the coming communication step ends it.
+    /// Stores the start of its step; true if the next communication step ends it.
     fn enter(&mut self, time: f64) -> bool {
         if !self.waits() {
             self.now.begin = time;
@@ -70,7 +70,7 @@ impl Slow {
 }
 
 impl Participant {
-    /// Lets the unit make one step in every so many communication steps.
+    /// Sets the number of communication steps per step of the unit.
     pub fn set_every(&mut self, every: u32) {
         self.slow = (every > 1).then(|| Slow {
             every,
@@ -82,7 +82,7 @@ impl Participant {
         self.capabilities.directional &= every <= 1;
     }
 
-    /// Begins the unit's step, if the communication step is the last of it.
+    /// Begins the unit's step in its last communication step.
     pub(super) fn begin_slow_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         let Some(slow) = &mut self.slow else { return Ok(()) };
         if !slow.enter(time) {
@@ -99,7 +99,7 @@ impl Participant {
         self.instance.begin_step(begin, size)
     }
 
-    /// Makes the unit's step, if the communication step is the last of it.
+    /// Makes the unit's step in its last communication step.
     pub(super) fn slow_step(&mut self, time: f64, size: f64) -> Result<(), FmuError> {
         if self.slow.as_ref().is_some_and(|slow| !slow.begun) {
             self.begin_slow_step(time, size)?;
@@ -114,17 +114,17 @@ impl Participant {
         self.one_step(begin, between(begin, time + size))
     }
 
-    /// Where the unit is between its points, for a checkpoint.
+    /// Progress between the unit's points, for a checkpoint.
     #[must_use]
     pub fn between(&self) -> Option<Between> {
         self.slow.as_ref().map(|slow| slow.now.clone())
     }
 
-    /// Goes back to such a place, after the instance has; false if it is not one of this unit's.
+    /// Restores such progress, after the state of the instance; false if it does not fit this unit.
     ///
     /// # Errors
-    /// The unit does not give its outputs.
-    pub fn return_between(&mut self, between: Option<&Between>) -> Result<bool, FmuError> {
+    /// The outputs cannot be read.
+    pub fn restore_between(&mut self, between: Option<&Between>) -> Result<bool, FmuError> {
         let (Some(slow), Some(between)) = (&mut self.slow, between) else {
             return Ok(self.slow.is_none() && between.is_none());
         };

@@ -1,17 +1,16 @@
-//! Units that go on in name only.
+//! Units that have stopped computing but still accept steps.
 //!
-//! A unit that has broken inside may answer every further step with `fmi2Warning` and leave its outputs
-//! as they are. By the standard `fmi2Warning` means that all is well enough to go on, and
-//! `fmi2GetRealStatus` and `fmi2GetBooleanStatus` may be asked only after `fmi2Discard`, so what can be
-//! seen is this: each of [`STALLED`] steps in a row returned `fmi2Warning`, and not one bit of any Real
-//! output or local that is exchanged or recorded changed. That is told as a warning. A unit at rest that complains
-//! of something else looks the same, so the run fails only if the unit has also said in a message that it
-//! has terminated.
+//! A unit that has failed inside may answer every further step with `fmi2Warning` and not change its
+//! outputs. By the standard `fmi2Warning` means that the run can continue, and `fmi2GetRealStatus` and
+//! `fmi2GetBooleanStatus` may be called only after `fmi2Discard`. So a stall is recognised by this: each
+//! of [`STALLED`] steps in a row returned `fmi2Warning`, and no bit of any Real output or local variable
+//! that is exchanged or recorded changed. That gives a warning. A unit at rest that warns about something
+//! else looks the same, so the run fails only if the unit has also reported that it has terminated.
 
 use super::Participant;
 use fmi2_import::logger;
 
-/// Steps in a row after which a unit that warns and does not move counts as stalled.
+/// Number of steps in a row with warnings and without a change after which a unit counts as stalled.
 pub const STALLED: u64 = 5;
 
 /// A unit whose steps return `fmi2Warning` and change nothing.
@@ -19,7 +18,7 @@ pub const STALLED: u64 = 5;
 pub struct Stall {
     /// Time since which nothing has changed (s).
     pub since: f64,
-    /// Time at which that was noticed (s).
+    /// Time at which the stall was noticed (s).
     pub noticed: f64,
 }
 
@@ -28,7 +27,7 @@ impl std::fmt::Display for Stall {
         write!(
             f,
             "each of the last {STALLED} steps returned fmi2Warning, and no Real output has changed \
-             since {} s: it may have stopped computing, do not trust its results",
+             since {} s: it may have stopped computing; do not trust its results",
             self.since
         )
     }
@@ -37,34 +36,34 @@ impl std::fmt::Display for Stall {
 /// Compares the outputs after steps that returned `fmi2Warning`.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
-    /// steps that returned a warning, of those looked at
+    /// steps with a warning until the last check
     warned: u64,
-    /// all steps until then
+    /// all steps until the last check
     steps: u64,
     /// steps in a row without a change
     idle: u64,
     time: f64,
     since: f64,
-    /// what is computed by the unit, among the Reals that are read
+    /// places of outputs and local variables among the Reals that are read
     places: Vec<usize>,
     last: Vec<u64>,
     stall: Option<Stall>,
-    told: bool,
+    reported: bool,
 }
 
 impl Watch {
-    /// Watches these places among the Reals that are read.
+    /// Watches the Reals at these places.
     pub(super) fn new(places: Vec<usize>) -> Self {
         Self { places, ..Self::default() }
     }
 
-    /// Steps that returned a warning until the last look.
+    /// Number of steps with a warning until the last check.
     #[inline]
     pub(super) fn seen(&self) -> u64 {
         self.warned
     }
 
-    fn look(&mut self, time: f64, steps: u64, warned: u64, reals: &[f64]) {
+    fn check(&mut self, time: f64, steps: u64, warned: u64, reals: &[f64]) {
         let all_warned = steps - self.steps == warned - self.warned;
         let bits = || self.places.iter().map(|&place| reals[place].to_bits());
         let same = all_warned && bits().eq(self.last.iter().copied());
@@ -73,7 +72,7 @@ impl Watch {
             self.last = bits().collect();
             (self.idle, self.since) = (0, time);
         } else if time > self.time {
-            // iterations make the same step again: time has to pass
+            // iterations repeat a step: only later times count
             self.idle += 1;
         }
         self.time = time;
@@ -85,11 +84,11 @@ impl Watch {
 }
 
 impl Participant {
-    /// Looks at the outputs after a step that returned `fmi2Warning`.
+    /// Checks the outputs after a step that returned `fmi2Warning`.
     #[cold]
-    pub(super) fn watch_out(&mut self, time: f64) {
+    pub(super) fn look_for_stall(&mut self, time: f64) {
         let (steps, warned) = (self.instance.steps(), self.instance.warnings().steps());
-        self.watch.look(time, steps, warned, &self.received.reals);
+        self.watch.check(time, steps, warned, &self.received.values.reals);
     }
 
     /// Whether the unit has stalled.
@@ -98,9 +97,9 @@ impl Participant {
         self.watch.stall
     }
 
-    /// The same, once.
+    /// The stall, when first called after it.
     pub fn take_stall(&mut self) -> Option<Stall> {
-        if std::mem::replace(&mut self.watch.told, self.watch.stall.is_some()) {
+        if std::mem::replace(&mut self.watch.reported, self.watch.stall.is_some()) {
             return None;
         }
         self.watch.stall
@@ -119,7 +118,7 @@ mod tests {
             warned += u64::from(warns);
             if warned != watch.seen() {
                 #[expect(clippy::cast_precision_loss, reason = "small")]
-                watch.look(n as f64, n, warned, &[y]);
+                watch.check(n as f64, n, warned, &[y]);
             }
         }
         watch
@@ -150,7 +149,7 @@ mod tests {
     fn invariant_the_same_step_made_again_does_not_count() {
         let mut watch = Watch::new(vec![0]);
         for n in 1..20 {
-            watch.look(1.0, n, n, &[1.0]);
+            watch.check(1.0, n, n, &[1.0]);
         }
         assert!(watch.stall.is_none());
     }

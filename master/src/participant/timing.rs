@@ -1,10 +1,10 @@
-//! Where an instance's wall time goes.
+//! Wall time of an instance's calls.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Every so many steps are timed: reading the clock costs as much as a small unit's step. A prime,
-/// so that it does not beat with a unit's own rhythm.
+/// One in so many steps is timed, since reading the clock costs as much as the step of a small unit. A
+/// prime, so that it does not coincide with a period of the unit.
 const TIMED: u64 = 7;
 
 /// Wall time of an instance, extrapolated from every seventh step.
@@ -17,7 +17,7 @@ pub struct Timing {
     pub(super) exchanging: Duration,
 }
 
-/// Seconds that a timed section of no content seems to take: the clock's own part.
+/// Seconds that an empty timed section takes: the cost of reading the clock.
 fn clock_cost() -> f64 {
     static COST: OnceLock<f64> = OnceLock::new();
     *COST.get_or_init(|| {

@@ -1,32 +1,33 @@
-//! Starting again when a unit does not keep what its description declares.
+//! Restarts after a unit fails at something that its description declares.
 //!
-//! An instance that has returned `fmi2Error` may not be continued, and values may have passed between the
-//! units by then. So all instances are freed and made again, and the unit is not asked for that any more.
+//! An instance that has returned `fmi2Error` can no longer be used, and values may have passed between
+//! the units by then. So all instances are freed and created again, and that capability of the unit is
+//! not used any more.
 
 use std::collections::HashSet;
 use std::time::Duration;
 
 use crate::error::Error;
 use crate::initialize::InitializeError;
-use crate::system::System;
+use crate::system::{InstanceIndex, System};
 use fmi2_import::instance::{BrokenPromise, Instance, Offer};
 use fmi2_import::logger::Message;
 
-/// What earlier attempts to start have shown.
+/// Results of failed attempts to start.
 #[derive(Default)]
 pub(super) struct Attempts {
     count: u32,
-    forgone: HashSet<(usize, Offer)>,
-    messages: Vec<(usize, Vec<Message>)>,
+    forgone: HashSet<(InstanceIndex, Offer)>,
+    messages: Vec<(InstanceIndex, Vec<Message>)>,
     limits: Vec<String>,
 }
 
 impl Attempts {
-    /// Learns from an attempt that failed after so long.
+    /// Adds an attempt that failed after some time.
     ///
     /// # Errors
-    /// The error itself, if another attempt would fail as well.
-    pub(super) fn learn(
+    /// The same error, if another attempt would fail in the same way.
+    pub(super) fn add(
         &mut self,
         system: &System,
         error: Error,
@@ -41,8 +42,7 @@ impl Attempts {
         let Some(promise) = promise else { return Err(error) };
         let Some(index) = system.find(&promise.instance) else { return Err(error) };
         let path = system.instances[index].package.path();
-        let alike = system.instances.iter().enumerate();
-        let alike = alike.filter(|(_, plan)| plan.package.path() == path);
+        let alike = system.indexed().filter(|(_, setup)| setup.package.path() == path);
         let known = self.forgone.len();
         self.forgone.extend(alike.map(|(k, _)| (k, promise.offer)));
         if self.forgone.len() == known {
@@ -51,23 +51,23 @@ impl Attempts {
         self.count += 1;
         self.messages.push((index, promise.messages));
         self.limits.push(format!(
-            "{} declares that it can be asked by {}, which {}: all units were started again without, \
+            "{} declares that it supports {}, which {}: all units were started again without it \
              after {:.3} s, and {}",
             promise.instance,
             promise.call,
             promise.how,
             took.as_secs_f64(),
             match promise.offer {
-                Offer::OutputDerivatives => "derivatives of its outputs are taken from history",
-                Offer::States => "its steps are made once, with extrapolated inputs",
-                Offer::Directional => "differences are taken instead of its derivatives",
+                Offer::OutputDerivatives => "derivatives of its outputs are computed from history",
+                Offer::States => "its steps are not repeated, and its inputs are extrapolated",
+                Offer::Directional => "differences are used instead of its derivatives",
             }
         ));
         Ok(())
     }
 
-    /// Tells fresh instances.
-    pub(super) fn tell(&self, instances: &mut [Instance]) {
+    /// Passes the results to new instances.
+    pub(super) fn apply_to(&self, instances: &mut [Instance]) {
         for &(k, offer) in &self.forgone {
             instances[k].forgo(offer);
         }
@@ -76,12 +76,12 @@ impl Attempts {
         }
     }
 
-    /// Whether this is not the first attempt.
+    /// Whether there were failed attempts.
     pub(super) fn any(&self) -> bool {
         self.count > 0
     }
 
-    /// What it cost, in sentences.
+    /// Consequences for the run, in sentences.
     pub(super) fn limits(self) -> Vec<String> {
         self.limits
     }

@@ -1,16 +1,15 @@
-//! What limits the coupling: what units do not declare, do not keep, or lack.
+//! Limits of the coupling: capabilities that units do not declare, or declare without having them.
 
-use super::needs::Needs;
-use crate::coupling::{Blueprint, Unit as _};
+use super::setup::Setup;
+use crate::coupling::Unit as _;
 use crate::participant::Participant;
-use crate::system::System;
-use scenario::Scenario;
+use crate::system::{InstanceIndex, System};
 
-/// What a unit lacks.
+/// A missing capability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Limit {
     Interpolation,
-    /// so many derivatives, and no more
+    /// derivatives of inputs up to this order only
     InputOrder(usize),
     Refused,
     OutputDerivatives,
@@ -25,9 +24,9 @@ impl Limit {
         let sentence = match self {
             Self::InputOrder(order) => {
                 return format!(
-                    "takes derivatives of inputs up to order {order} (canInterpolateInputs declares no \
-                     more, and more is not tried): the coupling is of order {}; for a unit that is known \
-                     to take more, set \"input_derivatives\" of the instance",
+                    "takes derivatives of inputs up to order {order} (canInterpolateInputs declares only \
+                     that, and higher orders are not tried): the coupling is of order {}; for a unit \
+                     that is known to take more, set \"input_derivatives\" of the instance",
                     order + 1
                 );
             }
@@ -40,37 +39,37 @@ impl Limit {
                  step, so the coupling is of order 1"
             }
             Self::OutputDerivatives => {
-                "gives no derivatives of outputs (maxOutputDerivativeOrder): they are taken from \
+                "has no derivatives of outputs (maxOutputDerivativeOrder): they are computed from \
                  history, which is missing at the start"
             }
             Self::WithheldOutputs => {
-                "does not give all derivatives of outputs that it declares (maxOutputDerivativeOrder): \
-                 they are taken from history, which is missing at the start"
+                "does not return all derivatives of outputs that it declares (maxOutputDerivativeOrder): \
+                 they are computed from history, which is missing at the start"
             }
             Self::State => {
-                "cannot save its state (canGetAndSetFMUstate): its steps are made once, with \
-                 extrapolated inputs"
+                "cannot save its state (canGetAndSetFMUstate): its steps are not repeated, and its \
+                 inputs are extrapolated"
             }
             Self::Directional => {
-                "gives no directional derivatives (providesDirectionalDerivative): Newton's method \
-                 takes differences of steps"
+                "has no directional derivatives (providesDirectionalDerivative): Newton's method \
+                 uses differences of steps"
             }
             Self::VariableStep => {
-                "needs equal steps (canHandleVariableCommunicationStepSize): the step stays as it is"
+                "needs equal steps (canHandleVariableCommunicationStepSize): the step is not varied"
             }
         };
         sentence.to_owned()
     }
 }
 
-/// What which instances lack.
+/// The missing capabilities, each with the instances that lack it.
 #[derive(Default)]
-pub(super) struct Limits(Vec<(Limit, Vec<usize>)>);
+pub(super) struct Limits(Vec<(Limit, Vec<InstanceIndex>)>);
 
 impl Limits {
-    /// Notes it once per unit, with the instances in the order of the scenario.
-    pub(super) fn add(&mut self, system: &System, instance: usize, limit: Limit) {
-        let unit = |k: usize| system.instances[k].package.path();
+    /// Adds a limit. Instances of one unit are listed together, in the order of the scenario.
+    fn add(&mut self, system: &System, instance: InstanceIndex, limit: Limit) {
+        let unit = |k: InstanceIndex| system.instances[k].package.path();
         let known = self.0.iter_mut().find(|(it, instances)| {
             *it == limit && instances.first().is_some_and(|&first| unit(first) == unit(instance))
         });
@@ -84,20 +83,16 @@ impl Limits {
         self.0.iter().any(|(it, _)| *it == limit)
     }
 
-    pub(super) fn find(
-        &mut self,
-        scenario: &Scenario,
-        system: &System,
-        blueprint: &Blueprint,
-        participants: &[Participant],
-    ) {
+    /// Finds the limits of a run.
+    pub(super) fn of(setup: &Setup, participants: &[Participant]) -> Self {
+        let Setup { scenario, system, coupling, .. } = setup;
         let settings = &scenario.algorithm;
-        let needs = Needs::of(scenario, blueprint);
-        for (k, participant) in participants.iter().enumerate() {
+        let (saved, differentiated) = (coupling.saved(scenario), coupling.differentiated());
+        let mut limits = Self::default();
+        for (participant, (k, instance)) in participants.iter().zip(system.indexed()) {
             let able = participant.capabilities();
-            let unit = &system.instances[k].description().co_simulation;
-            let plan = &system.instances[k];
-            let taken = if plan.steps > 1 { 3 } else { plan.input_derivative_order() };
+            let unit = &instance.description().co_simulation;
+            let taken = if instance.steps > 1 { 3 } else { instance.input_derivative_order() };
             let found = [
                 (Limit::Interpolation, participant.takes_reals() && !unit.can_interpolate_inputs),
                 (Limit::InputOrder(taken), taken > 0 && taken < participant.wanted_order()),
@@ -108,25 +103,28 @@ impl Limits {
                         && unit.max_output_derivative_order == 0,
                 ),
                 (Limit::WithheldOutputs, participant.withholds_outputs()),
-                (Limit::State, !able.restore && needs.states.contains(&k)),
-                (Limit::Directional, !able.directional && needs.directional.contains(&k)),
+                (Limit::State, !able.restore && saved.contains(&k)),
+                (Limit::Directional, !able.directional && differentiated.contains(&k)),
                 (Limit::VariableStep, !able.variable_step && settings.variable.is_some()),
             ];
             for (limit, _) in found.into_iter().filter(|(_, found)| *found) {
-                self.add(system, k, limit);
+                limits.add(system, k, limit);
             }
         }
+        limits
     }
 
     pub(super) fn sentences(&self, system: &System) -> Vec<String> {
-        let name = |k: usize| system.instances[k].name.as_str();
-        let sentence = |(limit, instances): &(Limit, Vec<usize>)| {
-            let who = match instances[..] {
+        let name = |k: InstanceIndex| system.instances[k].name.as_str();
+        let sentence = |(limit, instances): &(Limit, Vec<InstanceIndex>)| {
+            let subject = match instances[..] {
                 [] => String::new(),
                 [one] => name(one).to_owned(),
-                [first, ..] => format!("{} and {} more like it", name(first), instances.len() - 1),
+                [first, ..] => {
+                    format!("{} (and {} more like it)", name(first), instances.len() - 1)
+                }
             };
-            format!("{who} {}", limit.sentence())
+            format!("{subject} {}", limit.sentence())
         };
         self.0.iter().map(sentence).collect()
     }

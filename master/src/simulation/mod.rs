@@ -1,12 +1,12 @@
 //! Units that are loaded, connected and initialized, stepped one communication step at a time.
 //!
-//! ARCHITECTURE.md walks through the modules in the order in which they are used.
+//! ARCHITECTURE.md lists the modules in the order in which they are used.
 
 mod attempts;
+mod coupling_setup;
+mod instantiate;
 mod limits;
 mod loops;
-mod needs;
-mod plan;
 mod selection;
 mod setup;
 mod stepper;
@@ -17,17 +17,16 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use self::attempts::Attempts;
-pub use self::loops::FeedLoop;
-pub use self::plan::Layout;
+pub use self::coupling_setup::CouplingSetup;
+pub use self::loops::AlgebraicLoop;
 pub use self::selection::{Selection, base_unit, to_base};
 pub use self::setup::Setup;
 use self::stepper::{Stepper, StepperState};
-use crate::coupling::{Blueprint, Exchange};
-use crate::error::Error;
+use crate::coupling::{Exchange, Schedule, UnitIndex};
+use crate::error::{Error, Misfit, StateError};
 use crate::initialize::{initialize, late};
 use crate::participant::{Between, Participant, Slot};
-use crate::system::Port;
-use crate::{Misfit, StateError};
+use crate::system::{InstanceIndex, Port};
 use fmi2_import::instance::FmuError;
 use fmi2_import::trace::Trace;
 use results::summary::{CouplingSummary, SolvedLoop};
@@ -38,10 +37,10 @@ pub struct Simulation<'a> {
     setup: &'a Setup,
     stepper: Stepper,
     participants: Vec<Participant>,
-    /// where the signals of interest are
-    slots: Vec<(usize, Slot)>,
+    /// places of the selected signals
+    slots: Vec<(InstanceIndex, Slot)>,
     loops: Vec<SolvedLoop>,
-    /// what is worth telling of the start
+    /// remarks about the start
     notes: Vec<String>,
     done: u64,
 }
@@ -64,10 +63,20 @@ struct UnitState {
     between: Option<Between>,
 }
 
+impl Setup {
+    /// Loads, instantiates, connects and initializes the units.
+    ///
+    /// # Errors
+    /// A unit cannot be loaded, refuses or fails, or a loop cannot be solved.
+    pub fn start(&self) -> Result<Simulation<'_>, Error> {
+        Simulation::start(self)
+    }
+}
+
 impl<'a> Simulation<'a> {
-    pub(super) fn start(setup: &'a Setup) -> Result<Self, Error> {
+    fn start(setup: &'a Setup) -> Result<Self, Error> {
         let mut attempts = Attempts::default();
-        let trace = plan::trace(&setup.scenario)?;
+        let trace = instantiate::trace(&setup.scenario)?;
         loop {
             let begin = Instant::now();
             match Self::attempt(setup, trace.as_ref(), &attempts) {
@@ -75,44 +84,43 @@ impl<'a> Simulation<'a> {
                     started.stepper.add_limits(attempts.limits());
                     return Ok(started);
                 }
-                Err(error) => attempts.learn(&setup.system, error, begin.elapsed())?,
+                Err(error) => attempts.add(&setup.system, error, begin.elapsed())?,
             }
         }
     }
 
     fn attempt(setup: &'a Setup, trace: Option<&Trace>, earlier: &Attempts) -> Result<Self, Error> {
-        let Setup { scenario, system, selection, layout, .. } = setup;
-        let mut instances = plan::instantiate(scenario, system, trace, earlier.any())?;
-        earlier.tell(&mut instances);
+        let Setup { scenario, system, selection, coupling, .. } = setup;
+        let mut instances = instantiate::instantiate(scenario, system, trace, earlier.any())?;
+        earlier.apply_to(&mut instances);
         let initialized =
             initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;
         let time = scenario.experiment.start;
         let failed = |source| Error::Step { time, source };
         let (mut participants, exchange) =
-            plan::plan(scenario, system, selection, instances, layout).map_err(failed)?;
-        let mut stepper = Stepper::start(scenario, system, layout, exchange, &mut participants)
-            .map_err(failed)?;
+            instantiate::connect(setup, instances).map_err(failed)?;
+        let mut stepper = Stepper::start(setup, exchange, &mut participants).map_err(failed)?;
         let now = |port: Port| {
-            let participant = participants.get(port.instance)?;
+            let participant = participants.get(port.instance.0)?;
             Some(participant.value(participant.slot(port.variable)?))
         };
         let tolerance = scenario.initialization.tolerance;
-        let late = late::find(system, &initialized.outputs, tolerance, now);
+        let late = late::find(system, &coupling.signals, &initialized.outputs, tolerance, now);
         stepper.expect_jumps(&participants, &late.stale);
         let slots = selection.slots(&participants);
         let loops = initialized.loops;
         Ok(Self { setup, stepper, participants, slots, loops, notes: late.notes, done: 0 })
     }
 
-    /// The units, the signals between them, and which algorithm steps which.
-    pub(crate) fn parts(&mut self) -> (&mut [Participant], &Exchange, &Blueprint) {
-        (&mut self.participants, self.stepper.exchange(), &self.setup.layout.blueprint)
+    /// The units, the signals between them, and which algorithm steps which unit.
+    pub(crate) fn parts(&mut self) -> (&mut [Participant], &Exchange, &Schedule) {
+        (&mut self.participants, self.stepper.exchange(), &self.setup.coupling.schedule)
     }
 
     /// Advances by one communication step.
     ///
     /// # Errors
-    /// A unit fails; nothing can be stepped after that.
+    /// A unit fails. The simulation cannot be stepped after that.
     #[inline]
     pub fn step(&mut self) -> Result<(), Error> {
         let time = self.time();
@@ -126,29 +134,29 @@ impl<'a> Simulation<'a> {
 
     #[cold]
     fn failed(&self, time: f64, source: FmuError) -> Error {
-        match self.blown_up().filter(|_| source.fault().may_be_numeric()) {
+        match self.diverged_loops().filter(|_| source.fault().may_be_numeric()) {
             Some(loops) => Error::Diverged { time, loops, source: Some(source) },
             None => Error::Step { time, source },
         }
     }
 
-    /// Whether the loops of direct feed-through that the algorithm cuts have stayed within bounds.
+    /// Checks that the algebraic loops that the algorithm cuts have stayed within bounds.
     ///
     /// # Errors
-    /// They have not: what they computed is of no use.
+    /// They have not, and their values are useless.
     pub fn check_loops(&self) -> Result<(), Error> {
-        match self.blown_up() {
+        match self.diverged_loops() {
             Some(loops) => Err(Error::Diverged { time: self.time(), loops, source: None }),
             None => Ok(()),
         }
     }
 
-    /// The loops that have not, by the names of their outputs.
-    fn blown_up(&self) -> Option<String> {
-        let Setup { system, layout, .. } = self.setup;
+    /// The loops that have not stayed within bounds, by the names of their outputs.
+    fn diverged_loops(&self) -> Option<String> {
+        let Setup { system, coupling, .. } = self.setup;
         let value = |port: Port| self.participants[port.instance].real_output(port.variable);
-        let blown = layout.loops.iter().filter(|it| it.has_blown_up(system, value));
-        let names: Vec<&str> = blown.map(|it| it.names.as_str()).collect();
+        let diverged = coupling.loops.iter().filter(|it| it.has_diverged(system, value));
+        let names: Vec<&str> = diverged.map(|it| it.names.as_str()).collect();
         (!names.is_empty()).then(|| names.join("; "))
     }
 
@@ -170,15 +178,15 @@ impl<'a> Simulation<'a> {
         self.setup.time_after(self.done)
     }
 
-    /// The text that a recorded String has now, by its position among [`Setup::signals`].
+    /// The present value of a recorded String, by its position among [`Setup::signals`].
     #[must_use]
     pub fn text(&self, signal: usize) -> Option<&std::ffi::CStr> {
         let (participant, slot) = self.slots[signal];
         self.participants[participant].text(slot)
     }
 
-    /// The value that a recorded signal has now, by its position among [`Setup::signals`]; true
-    /// counts as 1, and a text is not a number. Real values are in the variable's own unit of measurement.
+    /// The present value of a recorded signal, by its position among [`Setup::signals`]. True is 1, and a
+    /// String is NaN. Real values are in the variable's own unit of measurement.
     #[inline]
     #[must_use]
     pub fn value(&self, signal: usize) -> f64 {
@@ -186,24 +194,23 @@ impl<'a> Simulation<'a> {
         self.participants[participant].value(slot)
     }
 
-    /// Values of all signals of interest: those recorded, then those only drawn.
+    /// Values of all selected signals: the recorded ones, then those that are only plotted.
     #[inline]
     pub fn values(&self) -> impl Iterator<Item = f64> {
         self.slots.iter().map(|&(participant, slot)| self.participants[participant].value(slot))
     }
 
-    /// Sets a tunable parameter, or an input that nothing feeds, from the next step on; a name with
-    /// ranges and stars sets several. Not for use in every step of many units: names are looked up.
+    /// Sets a tunable parameter or an unconnected input, from the next step on. A name with ranges and
+    /// stars sets several. Names are looked up in each call, which is slow for many units.
     ///
     /// # Errors
-    /// No such variable, a value that does not fit, a variable that cannot change now, or the
-    /// unit's refusal.
+    /// The variable does not exist or cannot change now, the value does not fit, or the unit refuses it.
     pub fn set(&mut self, name: &str, value: &Setting) -> Result<(), Error> {
         let time = self.time();
         let system = &self.setup.system;
         for (port, value) in system.changes(name, value)? {
             let instance = self.participants[port.instance].instance_mut();
-            let set = instance.set(port.variable, &value);
+            let set = instance.set(port.variable.0, &value);
             set.map_err(|source| Error::Step { time, source })?;
         }
         Ok(())
@@ -215,26 +222,26 @@ impl<'a> Simulation<'a> {
         &self.loops
     }
 
-    /// What is worth telling of the start: outputs that changed on leaving initialization mode too late
-    /// for some of the units.
+    /// Remarks about the start: outputs that changed on leaving initialization mode, too late for some of
+    /// the units.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Steps of variable size that were taken back so far because their error was too large.
+    /// Number of steps of variable size that were rejected so far because their error was too large.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.stepper.rejected()
     }
 
-    /// Which capability of which unit limits the coupling.
+    /// Sentences about missing capabilities of units that limit the coupling.
     #[must_use]
     pub fn limits(&self) -> &[String] {
         self.stepper.limits()
     }
 
-    /// How the coupling went.
+    /// Counts of steps and iterations, and limits of the coupling.
     #[must_use]
     pub fn coupling(&self) -> CouplingSummary {
         self.stepper.report()
@@ -246,15 +253,15 @@ impl<'a> Simulation<'a> {
         &self.participants
     }
 
-    /// The instances, to take what they have to say.
+    /// The instances, to take their messages.
     pub fn participants_mut(&mut self) -> &mut [Participant] {
         &mut self.participants
     }
 
-    /// Ends the run for all units that can still be called.
+    /// Terminates all units that can still be called.
     ///
     /// # Errors
-    /// The first unit's that fails.
+    /// The first failure in instance order.
     pub fn terminate(&mut self) -> Result<(), Error> {
         let time = self.time();
         let mut result = Ok(());
@@ -264,7 +271,7 @@ impl<'a> Simulation<'a> {
         result.map_err(|source| Error::Step { time, source })
     }
 
-    /// All that is needed to go on from here in another process.
+    /// Everything that is needed to continue from here in another process.
     ///
     /// # Errors
     /// A unit cannot serialize its state.
@@ -280,10 +287,10 @@ impl<'a> Simulation<'a> {
         Ok(SimulationState { done: self.done, units, stepper: self.stepper.state() })
     }
 
-    /// Goes back, or forward, to a state of the same scenario.
+    /// Restores an earlier or later state of the same scenario.
     ///
     /// # Errors
-    /// The state is not one of this scenario with these units.
+    /// The state does not belong to this scenario with these units.
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), StateError> {
         let names = |it: &Participant| it.instance().name().to_owned();
         let alike =
@@ -294,10 +301,10 @@ impl<'a> Simulation<'a> {
         for (k, unit) in state.units.iter().enumerate() {
             let participant = &mut self.participants[k];
             if unit.held {
-                self.stepper.hold_inputs(k, participant);
+                self.stepper.hold_inputs(UnitIndex(k), participant);
             }
             let fits = restore(participant, &unit.bytes)
-                .and_then(|()| participant.return_between(unit.between.as_ref()))
+                .and_then(|()| participant.restore_between(unit.between.as_ref()))
                 .map_err(|source| StateError::Refused { source })?;
             if !fits {
                 return Err(StateError::Misfit { what: Misfit::OwnSteps });

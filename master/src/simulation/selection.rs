@@ -1,23 +1,23 @@
-//! The signals that a run is about: what is recorded and what is drawn.
+//! The signals to record and to plot.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use crate::error::Error;
 use crate::participant::{Participant, Slot};
-use crate::system::{Port, System, SystemError};
+use crate::system::{InstanceIndex, Port, System, SystemError};
 use fmi2_import::description::Type;
 use results::RecordedColumn;
 use scenario::{Recorded, Scenario};
 
-/// Signals of interest: those recorded first, then those only drawn.
+/// The signals to record and to plot.
 #[derive(Debug)]
 pub struct Selection {
-    /// Those recorded, then those only drawn.
+    /// The recorded signals, then those that are only plotted.
     pub ports: Vec<Port>,
-    /// Of each recorded signal, the number of steps between two of its values
+    /// Per recorded signal, the number of steps between two of its values.
     pub strides: Vec<u64>,
-    /// Per plot, per panel: positions in `ports`
+    /// Per plot and panel, positions in `ports`.
     pub plots: Vec<Vec<Vec<usize>>>,
 }
 
@@ -25,7 +25,7 @@ impl Selection {
     pub(super) fn new(scenario: &Scenario, system: &System) -> Result<Self, Error> {
         let mut ports: Vec<Port> = Vec::new();
         let mut strides = Vec::new();
-        // positions beside the list: thousands of signals are usual
+        // a map of positions, since thousands of signals are common
         let mut known: HashMap<Port, usize> = HashMap::new();
         for (k, entry) in scenario.record.signals.iter().enumerate() {
             let place = format!("record.signals[{k}]");
@@ -34,7 +34,7 @@ impl Selection {
                 Recorded::Group(group) => group.signals.as_slice(),
             };
             for pattern in patterns {
-                for port in Self::select(system, &place, pattern, Texts::Named)? {
+                for port in Self::select(system, &place, pattern, Strings::Accepted)? {
                     if let Entry::Vacant(entry) = known.entry(port) {
                         entry.insert(ports.len());
                         ports.push(port);
@@ -50,7 +50,7 @@ impl Selection {
                 let mut curves = Vec::new();
                 for pattern in &panel.signals {
                     let place = format!("plots[{k}].panels[{j}].signals");
-                    for port in Self::select(system, &place, pattern, Texts::Refused)? {
+                    for port in Self::select(system, &place, pattern, Strings::Refused)? {
                         curves.push(*known.entry(port).or_insert_with(|| {
                             ports.push(port);
                             ports.len() - 1
@@ -82,18 +82,18 @@ impl Selection {
             .collect()
     }
 
-    /// Signals; a star passes over texts.
+    /// The signals that a pattern matches. A star does not match Strings.
     fn select(
         system: &System,
         place: &str,
         pattern: &str,
-        texts: Texts,
+        strings: Strings,
     ) -> Result<Vec<Port>, SystemError> {
         let mut ports = system.select(place, pattern)?;
         if pattern.contains('*') && system.exact(pattern).is_none() {
             ports.retain(|port| system.variable(*port).kind != Type::String);
         }
-        if texts == Texts::Named {
+        if strings == Strings::Accepted {
             return Ok(ports);
         }
         if let Some(text) = ports.iter().find(|port| system.variable(**port).kind == Type::String) {
@@ -105,42 +105,42 @@ impl Selection {
         Ok(ports)
     }
 
-    /// Where the signals are among the participants; those of participants that do not exist are left out.
-    pub fn slots(&self, participants: &[Participant]) -> Vec<(usize, Slot)> {
+    /// The places of the signals in the participants. Without participants, the list is empty.
+    pub fn slots(&self, participants: &[Participant]) -> Vec<(InstanceIndex, Slot)> {
         self.ports
             .iter()
             .filter_map(|port| {
-                // a run that did not start has none
-                let participant = participants.get(port.instance)?;
+                // a run that has not started has no participants
+                let participant = participants.get(port.instance.0)?;
                 Some((port.instance, participant.slot(port.variable)?))
             })
             .collect()
     }
 }
 
-/// What becomes of Strings among signals.
+/// Treatment of Strings that are named without a star.
 #[derive(Clone, Copy, PartialEq)]
-enum Texts {
-    /// Those that are named are taken.
-    Named,
-    /// One that is named is an error.
+enum Strings {
+    /// They are selected.
+    Accepted,
+    /// They are errors.
     Refused,
 }
 
-/// Factor and offset to SI base units.
+/// Factor and offset from a variable's unit of measurement to SI base units.
 pub fn to_base(system: &System, port: Port) -> (f64, f64) {
     let description = system.instances[port.instance].description();
     let relative = system.variable(port).relative_quantity;
     description
-        .unit_of(port.variable)
+        .unit_of(port.variable.0)
         .and_then(|unit| unit.base.as_ref())
         .map_or((1.0, 0.0), |base| (base.factor, if relative { 0.0 } else { base.offset }))
 }
 
-/// Unit of measurement in SI base units; the variable's own unit where that is not defined.
+/// A variable's unit of measurement in SI base units, or as declared if its base is not defined.
 pub fn base_unit(system: &System, port: Port) -> Option<String> {
     let description = system.instances[port.instance].description();
-    match description.unit_of(port.variable).and_then(|unit| Some((unit, unit.base.as_ref()?))) {
+    match description.unit_of(port.variable.0).and_then(|unit| Some((unit, unit.base.as_ref()?))) {
         Some((unit, base)) if base.factor == 1.0 && base.offset == 0.0 => Some(unit.name.clone()),
         Some((_, base)) => Some(base.expression()),
         None => system.variable(port).unit.clone(),

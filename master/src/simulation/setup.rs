@@ -1,19 +1,18 @@
 //! A checked scenario, ready to start.
 
-use super::Simulation;
-use super::plan::Layout;
+use super::coupling_setup::CouplingSetup;
 use super::selection::Selection;
 use crate::error::Error;
 use crate::system::System;
 use scenario::Scenario;
 
 /// A scenario whose units are opened and whose names, connections, units of measurement and values
-/// are checked; nothing of the units has run yet.
+/// are checked. No code of the units has run yet.
 pub struct Setup {
     pub(super) scenario: Scenario,
     pub(super) system: System,
     pub(super) selection: Selection,
-    pub(super) layout: Layout,
+    pub(super) coupling: CouplingSetup,
     pub(super) steps: u64,
 }
 
@@ -21,22 +20,14 @@ impl Setup {
     /// Opens the units and checks everything.
     ///
     /// # Errors
-    /// The first thing found wrong.
+    /// The first error found.
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
         scenario.check()?;
         let system = System::new(scenario)?;
         let selection = Selection::new(scenario, &system)?;
-        let layout = Layout::new(scenario, &system)?;
+        let coupling = CouplingSetup::new(scenario, &system)?;
         let steps = scenario.experiment.steps()?;
-        Ok(Self { scenario: scenario.clone(), system, selection, layout, steps })
-    }
-
-    /// Loads, instantiates, connects and initializes the units.
-    ///
-    /// # Errors
-    /// A unit cannot be loaded, refuses or fails, or a loop cannot be solved.
-    pub fn start(&self) -> Result<Simulation<'_>, Error> {
-        Simulation::start(self)
+        Ok(Self { scenario: scenario.clone(), system, selection, coupling, steps })
     }
 
     /// The scenario that was checked.
@@ -56,7 +47,7 @@ impl Setup {
         self.selection.recorded().map(|port| self.system.port_name(port))
     }
 
-    /// The signals to record and to draw.
+    /// The signals to record and to plot.
     #[must_use]
     pub fn selection(&self) -> &Selection {
         &self.selection
@@ -64,8 +55,8 @@ impl Setup {
 
     /// How the units are coupled.
     #[must_use]
-    pub fn layout(&self) -> &Layout {
-        &self.layout
+    pub fn coupling(&self) -> &CouplingSetup {
+        &self.coupling
     }
 
     /// Number of communication steps from start to stop.

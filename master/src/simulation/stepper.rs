@@ -1,17 +1,19 @@
-//! What a run steps with: algorithms, signals, control of the step, and what they report.
+//! Steps the units of a run: algorithms, signals, and control of the step size.
 
 use std::sync::Arc;
 
 use super::limits::{Limit, Limits};
-use super::loops::FeedLoop;
-use super::plan::Layout;
-use crate::coupling::{Control, Coupling, Crew, Exchange, ExchangeState, PowerMeter, SignalId};
+use super::loops::AlgebraicLoop;
+use super::setup::Setup;
+use crate::coupling::{
+    Control, Coupling, Exchange, ExchangeState, PowerMeter, SignalIndex, UnitIndex, Workers,
+};
 use crate::participant::Participant;
-use crate::system::{Port, System};
+use crate::system::Port;
 use fmi2_import::instance::FmuError;
 use fmi2_import::logger;
 use results::summary::CouplingSummary;
-use scenario::{Estimate, Scenario};
+use scenario::Estimate;
 
 /// Steps all units of a run.
 pub(super) struct Stepper {
@@ -19,14 +21,14 @@ pub(super) struct Stepper {
     exchange: Exchange,
     control: Option<Control>,
     power: PowerMeter,
-    crew: Arc<Crew>,
-    /// which capability of which unit limits the coupling
+    workers: Arc<Workers>,
+    /// sentences about missing capabilities of units
     limits: Vec<String>,
-    /// news of all units that have been looked at
-    heard: u64,
+    /// number of arrivals that have been handled
+    handled: u64,
 }
 
-/// What the stepping itself remembers at a communication point, for a checkpoint.
+/// State of the stepping itself at a communication point, for a checkpoint.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct StepperState {
     exchange: ExchangeState,
@@ -35,32 +37,24 @@ pub(super) struct StepperState {
 }
 
 impl Stepper {
-    /// Reads the outputs at the start, finds out what the units can do, and hands the outputs on.
+    /// Reads the outputs at the start, passes them to the inputs, and creates the algorithms.
     pub(super) fn start(
-        scenario: &Scenario,
-        system: &System,
-        layout: &Layout,
+        setup: &Setup,
         mut exchange: Exchange,
         participants: &mut [Participant],
     ) -> Result<Self, FmuError> {
+        let Setup { scenario, system, coupling: layout, .. } = setup;
         exchange.start(scenario.experiment.start, participants)?;
-        let mut limits = Limits::default();
-        exchange.hand_over(participants)?;
-        limits.find(scenario, system, &layout.blueprint, participants);
+        exchange.preset_inputs(participants)?;
+        let limits = Limits::of(setup, participants);
         let settings = &scenario.algorithm;
-        let crew = Arc::new(Crew::of(settings.threads));
-        let extrapolated = exchange
-            .signals_between(|source, target| layout.blueprint.extrapolates(source, target));
-        let pairs: Vec<(SignalId, SignalId)> = layout
-            .power
-            .iter()
-            .filter_map(|&(effort, flow)| {
-                Some((
-                    signal(&exchange, participants, effort)?,
-                    signal(&exchange, participants, flow)?,
-                ))
-            })
-            .collect();
+        let workers = Arc::new(Workers::new(settings.threads));
+        let extrapolated =
+            exchange.signals_between(|source, target| layout.schedule.extrapolates(source, target));
+        let signal = |port| signal(&exchange, participants, port);
+        let pairs = layout.power.iter();
+        let pairs: Vec<(SignalIndex, SignalIndex)> =
+            pairs.filter_map(|&(effort, flow)| Some((signal(effort)?, signal(flow)?))).collect();
         let power = PowerMeter::new(&pairs, &extrapolated);
         let variable = settings.variable.filter(|_| !limits.contains(Limit::VariableStep));
         let degree = settings.degree();
@@ -68,15 +62,15 @@ impl Stepper {
             let doubling = variable.estimate == Estimate::Doubling;
             let mut watched =
                 if doubling { exchange.signals_between(|_, _| true) } else { extrapolated };
-            // what is held changes by nothing that a smaller step could make more exact
+            // a smaller step does not make held signals more exact
             watched.retain(|&signal| !exchange.signal(signal).is_held());
             Control::new(variable, degree, watched)
         });
-        let coupling = Coupling::new(&layout.blueprint, &exchange, &crew);
+        let coupling = Coupling::new(&layout.schedule, &exchange, &workers);
         let mut limits = limits.sentences(system);
-        limits.extend(layout.loops.iter().filter_map(FeedLoop::limit));
-        let heard = logger::arrived();
-        Ok(Self { coupling, exchange, control, power, crew, limits, heard })
+        limits.extend(layout.loops.iter().filter_map(AlgebraicLoop::limit));
+        let handled = logger::arrived();
+        Ok(Self { coupling, exchange, control, power, workers, limits, handled })
     }
 
     /// Adds sentences about what limits the coupling.
@@ -84,12 +78,11 @@ impl Stepper {
         self.limits.extend(limits);
     }
 
-    /// Sends values only to a unit that has refused derivatives of its inputs.
-    pub(super) fn hold_inputs(&mut self, k: usize, participant: &mut Participant) {
+    /// From now on sends values only to a unit that has refused derivatives of its inputs.
+    pub(super) fn hold_inputs(&mut self, k: UnitIndex, participant: &mut Participant) {
         participant.hold_inputs();
         if !participant.has_own_steps() {
-            let inputs = participant.exchanged_reals().0.len();
-            self.exchange.limit(k, vec![0; inputs]);
+            self.exchange.hold_inputs(k);
         }
         self.limits.push(format!(
             "{} {}",
@@ -98,11 +91,11 @@ impl Stepper {
         ));
     }
 
-    /// Notes which outputs are from before a jump that their units make with the first step.
+    /// Marks outputs that jump with the first step of their units.
     pub(super) fn expect_jumps(&mut self, participants: &[Participant], outputs: &[Port]) {
         for &port in outputs {
             if let Some(output) = participants[port.instance].output(port.variable) {
-                self.exchange.expect_jump(port.instance, output);
+                self.exchange.expect_jump(port.instance.into(), output);
             }
         }
     }
@@ -112,7 +105,7 @@ impl Stepper {
         &self.exchange
     }
 
-    /// Steps all units from `time` over `size`.
+    /// Steps all units from `time` by `size`.
     pub(super) fn step(
         &mut self,
         participants: &mut [Participant],
@@ -122,36 +115,36 @@ impl Stepper {
         let Self { coupling, exchange, control, power, .. } = self;
         match control {
             Some(control) => {
-                let mut after = |exchange: &Exchange, end, size| power.take(exchange, end, size);
+                let mut after = |exchange: &Exchange, end, size| power.add(exchange, end, size);
                 control.advance(coupling, exchange, participants, (time, size), &mut after)?;
             }
             None => {
                 coupling.step(exchange, participants, time, size)?;
-                power.take(exchange, time + size, size);
+                power.add(exchange, time + size, size);
             }
         }
-        if logger::arrived() != self.heard {
-            self.heed_refusals(participants);
+        if logger::arrived() != self.handled {
+            self.handle_refusals(participants);
         }
         Ok(())
     }
 
     #[cold]
-    fn heed_refusals(&mut self, participants: &mut [Participant]) {
-        self.heard = logger::arrived();
+    fn handle_refusals(&mut self, participants: &mut [Participant]) {
+        self.handled = logger::arrived();
         for (k, participant) in participants.iter_mut().enumerate() {
             if participant.refuses_derivatives() {
-                self.hold_inputs(k, participant);
+                self.hold_inputs(UnitIndex(k), participant);
             }
         }
     }
 
-    /// Steps that were taken back because their error was too large.
+    /// Number of steps that were rejected because their error was too large.
     pub(super) fn rejected(&self) -> u64 {
         self.control.as_ref().map_or(0, |control| control.report().rejected)
     }
 
-    /// Which capability of which unit limits the coupling.
+    /// Sentences about missing capabilities of units.
     pub(super) fn limits(&self) -> &[String] {
         &self.limits
     }
@@ -159,7 +152,7 @@ impl Stepper {
     /// Counts of steps, iterations and limits for the summary.
     pub(super) fn report(&self) -> CouplingSummary {
         CouplingSummary {
-            threads: self.crew.threads(),
+            threads: self.workers.threads(),
             limits: self.limits.clone(),
             iterations: self.coupling.iterations().copied().collect(),
             steps: self.control.as_ref().map(|control| *control.report()),
@@ -167,16 +160,16 @@ impl Stepper {
         }
     }
 
-    /// What has to be kept to go on from this communication point later.
+    /// The state at this communication point.
     pub(super) fn state(&self) -> StepperState {
         StepperState {
-            exchange: self.exchange.state(),
+            exchange: self.exchange.state().clone(),
             algorithms: self.coupling.state(),
             control: self.control.as_ref().map(Control::state),
         }
     }
 
-    /// Goes back to such a state; false if it is not one of this coupling's.
+    /// Restores such a state; false if it does not fit this coupling.
     pub(super) fn restore(&mut self, state: &StepperState) -> bool {
         if let (Some(control), Some(state)) = (&mut self.control, state.control) {
             control.restore(state);
@@ -188,7 +181,7 @@ impl Stepper {
 }
 
 /// The signal of an output.
-fn signal(exchange: &Exchange, participants: &[Participant], port: Port) -> Option<SignalId> {
+fn signal(exchange: &Exchange, participants: &[Participant], port: Port) -> Option<SignalIndex> {
     let output = participants[port.instance].output(port.variable)?;
-    exchange.signals(port.instance).find(|&signal| exchange.origin(signal).1 == output)
+    exchange.signals(port.instance.into()).find(|&signal| exchange.origin(signal).1 == output)
 }

@@ -1,43 +1,49 @@
-//! Connections laid out: what every instance sends and reads in a step, and how each signal is
-//! represented.
+//! From connections to the lists of a step: the variables that every instance sends and reads, and how
+//! each signal is represented.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::loops::Cuts;
-use super::plan::Layout;
-use crate::coupling::{Input, IntegerLink, Links, RealLink, Whole, WholeLink, WholeOutput};
-use crate::participant::{ItemCheck, Traffic};
-use crate::system::{Link, Plan, Port, System, Transfer};
+use super::coupling_setup::CouplingSetup;
+use super::loops::CutLoops;
+use crate::coupling::{
+    HeldLink, Input, InputIndex, IntegerLink, Links, OutputIndex, RealLink, Whole, WholeLink,
+    WholeOutput,
+};
+use crate::participant::{ExchangedVariables, ItemCheck};
+use crate::system::{InstanceSetup, Link, Port, System, Transfer, VariableIndex};
 use fmi2_import::description::{Conversion, Type};
 use scenario::Scenario;
 
-/// All connections, laid out per instance.
+/// All connections, sorted by instance.
 pub(super) struct Wiring<'a> {
     scenario: &'a Scenario,
     system: &'a System,
-    layout: &'a Layout,
-    pub(super) traffic: Vec<Traffic>,
+    coupling: &'a CouplingSetup,
+    pub(super) variables: Vec<ExchangedVariables>,
     pub(super) links: Vec<Links>,
-    cuts: Cuts,
-    /// places of outputs and Real inputs in their lists
+    cut: CutLoops,
+    /// positions of outputs and Real inputs in their lists
     places: HashMap<Port, usize>,
 }
 
 impl<'a> Wiring<'a> {
-    pub(super) fn new(scenario: &'a Scenario, system: &'a System, layout: &'a Layout) -> Self {
-        let n = system.instances.len();
-        let traffic = |plan: &Plan| {
-            let one_call = plan.description().derivatives.is_some();
-            Traffic { one_call, ..Traffic::default() }
+    pub(super) fn new(
+        scenario: &'a Scenario,
+        system: &'a System,
+        coupling: &'a CouplingSetup,
+    ) -> Self {
+        let variables = |setup: &InstanceSetup| {
+            let one_call = setup.description().derivatives.is_some();
+            ExchangedVariables { one_call, ..ExchangedVariables::default() }
         };
         let mut wiring = Self {
             scenario,
             system,
-            layout,
-            traffic: system.instances.iter().map(traffic).collect(),
-            links: vec![Links::default(); n],
-            cuts: Cuts::of(&layout.loops),
+            coupling,
+            variables: system.instances.iter().map(variables).collect(),
+            links: vec![Links::default(); system.instances.len()],
+            cut: CutLoops::of(&coupling.loops),
             places: HashMap::new(),
         };
         for link in &system.links {
@@ -47,7 +53,7 @@ impl<'a> Wiring<'a> {
         wiring
     }
 
-    /// Enters one connection into the traffic of both ends.
+    /// Adds one connection to the lists of both ends.
     fn connect(&mut self, link: &Link) {
         let (from, to) = (link.from, link.to);
         match &link.transfer {
@@ -63,16 +69,17 @@ impl<'a> Wiring<'a> {
             Transfer::Whole => self.connect_integers(link, None),
             Transfer::Items(items) => self.connect_integers(link, Some(items)),
             Transfer::Same if self.system.variable(from).kind == Type::Boolean => {
-                let (unit, output, _) = self.whole_output(from);
-                self.traffic[to.instance].boolean_inputs.push(to.variable);
-                self.links[to.instance].booleans.push((unit, output));
+                let WholeOutput { unit, output, .. } = self.whole_output(from);
+                self.variables[to.instance].inputs.booleans.push(to.variable);
+                self.links[to.instance].booleans.push(HeldLink { unit, output });
             }
             Transfer::Same => {
-                let outputs = &mut self.traffic[from.instance].string_outputs;
+                let outputs = &mut self.variables[from.instance].outputs.strings;
                 let output = place(&mut self.places, from, outputs);
                 self.links[from.instance].string_outputs = outputs.len();
-                self.traffic[to.instance].string_inputs.push(to.variable);
-                self.links[to.instance].strings.push((from.instance, output));
+                self.variables[to.instance].inputs.strings.push(to.variable);
+                let unit = from.instance.into();
+                self.links[to.instance].strings.push(HeldLink { unit, output });
             }
         }
     }
@@ -83,20 +90,21 @@ impl<'a> Wiring<'a> {
         let taken = self.system.instances[to.instance].input_derivative_order();
         let held = self.system.is_held(link);
         let slow = self.system.instances[to.instance].every > 1;
-        let interpolates = self.layout.blueprint.interpolates(from.instance, to.instance);
+        let schedule = &self.coupling.schedule;
+        let interpolates = schedule.interpolates(from.instance.into(), to.instance.into());
         let chosen = link.extrapolation.or(self.scenario.algorithm.extrapolation).map(usize::from);
-        let cut = chosen.is_none() && self.cuts.contain(link);
+        let cut = chosen.is_none() && self.cut.contain(link);
         let own = if cut { Some(0) } else { link.extrapolation.map(usize::from) };
         let degree = own.unwrap_or(self.scenario.algorithm.degree());
-        // in a loop that is cut, inputs are held: the newest value that is known
+        // in a loop that is cut, the newest known value is held
         let interpolates = interpolates && !cut;
         let useful = if interpolates { degree.max(1) } else { degree };
         let wanted = if self.scenario.algorithm.derivatives && !held {
-            useful.min(source.output_derivative_order(from.variable))
+            useful.min(source.output_derivative_order(from.variable.0))
         } else {
             0
         };
-        // interpolation may be cubic (Hermite) whatever the extrapolation's degree
+        // interpolation may be cubic (Hermite) for any degree of the extrapolation
         let ahead = interpolates && !slow;
         let order = match ahead {
             _ if held => 0,
@@ -104,24 +112,24 @@ impl<'a> Wiring<'a> {
             true => degree.max(1),
             false => degree,
         };
-        // one with larger steps goes beyond what is interpolated
+        // a unit with larger steps extrapolates the interpolated polynomial
         let limit = match (ahead, held) {
             (_, true) => 0,
             (true, false) => taken,
             (false, false) => taken.min(degree),
         };
-        let known = &mut self.traffic[to.instance].wanted_order;
+        let known = &mut self.variables[to.instance].wanted_order;
         *known = order.max(*known);
         let output = self.real_output(from, wanted);
         let input = self.real_input(to, limit);
         let steps = self.system.instances[to.instance].steps;
         self.links[to.instance].reals.push(RealLink {
             input,
-            unit: from.instance,
+            unit: from.instance.into(),
             output,
             factor: linear.factor,
             offset: linear.offset,
-            // a unit with steps of its own gets the whole polynomial and takes its part
+            // a unit with steps of its own gets the whole polynomial and reduces it
             limit: if !cut && (slow || steps > 1) { 3 } else { limit },
             degree: own,
             held,
@@ -132,82 +140,88 @@ impl<'a> Wiring<'a> {
         let to = link.to;
         let from = self.whole_output(link.from);
         if let Some(items) = items {
-            self.traffic[link.from.instance].items.push(ItemCheck {
-                output: from.1,
+            self.variables[link.from.instance].items.push(ItemCheck {
+                output: from.output.0,
                 variable: link.from.variable,
                 items: Arc::clone(items),
                 target: self.system.port_name(to),
             });
         }
-        self.traffic[to.instance].integer_inputs.push(to.variable);
+        self.variables[to.instance].inputs.integers.push(to.variable);
         let link = IntegerLink { from, items: items.cloned() };
         self.links[to.instance].integers.push(link);
     }
 
-    /// Place of a Real output, of which derivatives up to that order are read.
-    fn real_output(&mut self, port: Port, wanted: usize) -> usize {
-        let outputs = &mut self.traffic[port.instance].real_outputs;
+    /// Position of a Real output; its derivatives are read up to that order.
+    fn real_output(&mut self, port: Port, wanted: usize) -> OutputIndex {
+        let outputs = &mut self.variables[port.instance].outputs.reals;
         let place = *self.places.entry(port).or_insert_with(|| {
             outputs.push((port.variable, 0));
             outputs.len() - 1
         });
         outputs[place].1 = outputs[place].1.max(wanted);
-        place
+        OutputIndex(place)
     }
 
-    /// Place of a Real input, which takes derivatives up to that order.
-    fn real_input(&mut self, port: Port, limit: usize) -> usize {
-        let inputs = &mut self.traffic[port.instance].real_inputs;
+    /// Position of a Real input; its derivatives are sent up to that order.
+    fn real_input(&mut self, port: Port, limit: usize) -> InputIndex {
+        let inputs = &mut self.variables[port.instance].inputs.reals;
         let place = *self.places.entry(port).or_insert_with(|| {
             inputs.push((port.variable, 0));
             inputs.len() - 1
         });
         inputs[place].1 = inputs[place].1.max(limit);
-        place
+        InputIndex(place)
     }
 
     fn whole_output(&mut self, port: Port) -> WholeOutput {
-        let traffic = &mut self.traffic[port.instance];
+        let outputs = &mut self.variables[port.instance].outputs;
         let links = &mut self.links[port.instance];
+        let unit = port.instance.into();
         if self.system.variable(port).kind == Type::Boolean {
-            let output = place(&mut self.places, port, &mut traffic.boolean_outputs);
-            links.boolean_outputs = traffic.boolean_outputs.len();
-            (port.instance, output, Whole::Boolean)
+            let output = place(&mut self.places, port, &mut outputs.booleans);
+            links.boolean_outputs = outputs.booleans.len();
+            WholeOutput { unit, output, kind: Whole::Boolean }
         } else {
-            let output = place(&mut self.places, port, &mut traffic.integer_outputs);
-            links.integer_outputs = traffic.integer_outputs.len();
-            (port.instance, output, Whole::Integer)
+            let output = place(&mut self.places, port, &mut outputs.integers);
+            links.integer_outputs = outputs.integers.len();
+            WholeOutput { unit, output, kind: Whole::Integer }
         }
     }
 
-    /// The sizes of the Real outputs, and the inputs that each depends on directly.
+    /// Finds the sizes of the Real outputs, and the inputs that each depends on directly.
     fn find_direct(&mut self) {
-        for (instance, traffic) in self.traffic.iter().enumerate() {
-            let description = self.system.instances[instance].description();
-            let mut inputs: HashMap<usize, Input> = HashMap::new();
-            let reals = traffic.real_inputs.iter().map(|(variable, _)| variable);
-            inputs.extend(reals.enumerate().map(|(k, &it)| (it, Input::Real(k))));
-            let integers = traffic.integer_inputs.iter().enumerate();
-            inputs.extend(integers.map(|(k, &it)| (it, Input::Integer(k))));
-            let booleans = traffic.boolean_inputs.iter().enumerate();
-            inputs.extend(booleans.map(|(k, &it)| (it, Input::Boolean(k))));
-            let strings = traffic.string_inputs.iter().enumerate();
-            inputs.extend(strings.map(|(k, &it)| (it, Input::String(k))));
+        for (instance, setup) in self.system.indexed() {
+            let ExchangedVariables { inputs, outputs, .. } = &self.variables[instance];
+            let mut kinds: HashMap<VariableIndex, Input> = HashMap::new();
+            let reals = inputs.reals.iter().map(|(variable, _)| variable);
+            kinds.extend(reals.enumerate().map(|(k, &it)| (it, Input::Real(InputIndex(k)))));
+            for (list, kind) in [
+                (&inputs.integers, Input::Integer as fn(InputIndex) -> Input),
+                (&inputs.booleans, Input::Boolean),
+                (&inputs.strings, Input::String),
+            ] {
+                kinds.extend(list.iter().enumerate().map(|(k, &it)| (it, kind(InputIndex(k)))));
+            }
             let links = &mut self.links[instance];
-            for &(variable, _) in &traffic.real_outputs {
-                links.sizes.push(self.layout.size(self.system, Port { instance, variable }));
-                let direct = description.step_dependencies(variable);
-                let direct = direct.iter().filter_map(|input| inputs.get(input).copied());
+            for &(variable, _) in &outputs.reals {
+                links.sizes.push(self.coupling.size(self.system, Port { instance, variable }));
+                let direct = setup.description().step_dependencies(variable.0).into_iter();
+                let direct = direct.filter_map(|it| kinds.get(&VariableIndex(it)).copied());
                 links.direct.push(direct.collect());
             }
         }
     }
 }
 
-/// Place of an output in its list, appended if new.
-fn place(places: &mut HashMap<Port, usize>, port: Port, list: &mut Vec<usize>) -> usize {
-    *places.entry(port).or_insert_with(|| {
+/// Position of an output in its list; it is appended if new.
+fn place(
+    places: &mut HashMap<Port, usize>,
+    port: Port,
+    list: &mut Vec<VariableIndex>,
+) -> OutputIndex {
+    OutputIndex(*places.entry(port).or_insert_with(|| {
         list.push(port.variable);
         list.len() - 1
-    })
+    }))
 }

@@ -1,4 +1,4 @@
-//! Why the parts of a scenario do not make a system.
+//! Errors in what a scenario describes.
 
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -35,11 +35,11 @@ impl std::fmt::Display for Named {
     }
 }
 
-/// Why the parts of a scenario do not make a system.
+/// An error in what a scenario describes.
 #[derive(Debug, Error)]
 pub enum SystemError {
     /// A unit cannot be opened.
-    #[error("units.{name}: the unit cannot be used")]
+    #[error("units.{name}: cannot use this unit")]
     Package {
         /// Key in `units`.
         name: String,
@@ -47,8 +47,8 @@ pub enum SystemError {
         #[source]
         source: PackageError,
     },
-    /// Defects of a unit, where none are tolerated.
-    #[error("units.{name}: the unit cannot be used")]
+    /// Defects of a unit in a strict run.
+    #[error("units.{name}: cannot use this unit")]
     Defects {
         /// Key in `units`.
         name: String,
@@ -81,7 +81,7 @@ pub enum SystemError {
         /// A similar name.
         suggestion: Option<String>,
     },
-    /// A signal not written as `instance.variable`.
+    /// A signal that is not written as `instance.variable`.
     #[error("{place}: \"{name}\" is not of the form instance.variable")]
     Form {
         /// JSON path.
@@ -89,20 +89,20 @@ pub enum SystemError {
         /// As written.
         name: String,
     },
-    /// A file that a String names cannot be used.
-    #[error("{place}: the file {path} for {port} cannot be used")]
+    /// The file that a String names cannot be used.
+    #[error("{place}: cannot use the file {path} for {port}")]
     File {
         /// JSON path.
         place: String,
         /// `instance.variable`
         port: String,
-        /// Path of the .fmu file, as it was given.
+        /// Path of the file, as it was given.
         path: PathBuf,
         /// What the operating system reported.
         #[source]
         source: std::io::Error,
     },
-    /// An instance name that cannot be addressed, or occurs twice.
+    /// An invalid or duplicate instance name.
     #[error("instances: the name \"{name}\" {why}")]
     InstanceName {
         /// The name as the scenario writes it.
@@ -110,7 +110,7 @@ pub enum SystemError {
         /// What is wrong with the name, in words.
         why: &'static str,
     },
-    /// A connection from something that is no output, or to something that is no input.
+    /// A connection that does not start at an output, or does not end at an input.
     #[error("{place}: {port} is {}, not {wanted}", causality_name(*causality))]
     Causality {
         /// JSON path.
@@ -122,7 +122,7 @@ pub enum SystemError {
         /// What the place requires, with its article, such as `an input`.
         wanted: &'static str,
     },
-    /// Types of a connection differ.
+    /// The types of a connection's ends do not fit.
     #[error("{place}: {from} is of type {from_type}, {to} of type {to_type}")]
     Type {
         /// JSON path.
@@ -136,8 +136,8 @@ pub enum SystemError {
         /// Data type of the target.
         to_type: Type,
     },
-    /// Units of measurement of a connection do not fit.
-    #[error("{place}: the units of measurement of {from} and {to} do not fit")]
+    /// The units of measurement of a connection's ends do not fit.
+    #[error("{place}: the units of measurement of {from} and {to} are incompatible")]
     Unit {
         /// JSON path.
         place: String,
@@ -150,7 +150,7 @@ pub enum SystemError {
         source: UnitMismatch,
     },
     /// Two sources for one input.
-    #[error("{place}: {to} is already fed by {first}")]
+    #[error("{place}: {to} is already connected to {first}")]
     DrivenTwice {
         /// JSON path of the second connection.
         place: String,
@@ -159,8 +159,8 @@ pub enum SystemError {
         /// The source of the first connection.
         first: String,
     },
-    /// A factor, an offset or a sum of what is no Real.
-    #[error("{place}: factor, offset and sums need a Real input; {to} is of type {kind}")]
+    /// A factor, an offset or a sum at an input that is not Real.
+    #[error("{place}: factor, offset and sums need a Real input, but {to} is of type {kind}")]
     NotLinear {
         /// JSON path.
         place: String,
@@ -169,7 +169,7 @@ pub enum SystemError {
         /// Data type of the variable.
         kind: Type,
     },
-    /// Two Enumerations that have nothing in common.
+    /// Two Enumerations without a common item.
     #[error(
         "{place}: {from} and {to} have no item in common: {} and {}",
         from_items.join(", "), to_items.join(", ")
@@ -186,14 +186,14 @@ pub enum SystemError {
         /// Names of the target's items, in order of their values.
         to_items: Vec<String>,
     },
-    /// An input with no source and no start value.
+    /// An input without a source and without a start value.
     #[error("{input} is not connected and has no start value")]
     Unconnected {
         /// `instance.variable`
         input: String,
     },
     /// A value that does not fit its variable's type.
-    #[error("{place}: {value} is no value for {port}, which is of type {kind}")]
+    #[error("{place}: {value} is not a valid {kind} for {port}")]
     Value {
         /// JSON path.
         place: String,
@@ -204,8 +204,8 @@ pub enum SystemError {
         /// The variable's type.
         kind: Type,
     },
-    /// A value that an Enumeration does not have.
-    #[error("{place}: {value} is no item of {port}, which has {}", items.join(", "))]
+    /// An item that an Enumeration does not have.
+    #[error("{place}: {value} is not an item of {port}, which has {}", items.join(", "))]
     NoItem {
         /// JSON path.
         place: String,
@@ -240,9 +240,9 @@ pub enum SystemError {
         /// Why not.
         why: String,
     },
-    /// A value for an input that a connection feeds.
+    /// A value for a connected input.
     #[error("{place}: the value has no effect, because {port} is connected to {from}")]
-    Idle {
+    Unused {
         /// JSON path, or the option of the command line.
         place: String,
         /// The input, `instance.variable`.
@@ -250,16 +250,16 @@ pub enum SystemError {
         /// The output that feeds it.
         from: String,
     },
-    /// A text where only numbers can be drawn.
-    #[error("{place}: {port} is a String, which cannot be drawn")]
+    /// A String in a plot.
+    #[error("{place}: {port} is a String, which cannot be plotted")]
     NotNumeric {
         /// JSON path.
         place: String,
         /// `instance.variable`
         port: String,
     },
-    /// Something that should be exchanged between units and is not.
-    #[error("{place}: {port} is no Real output that feeds an input")]
+    /// A signal that is not exchanged between units, but should be.
+    #[error("{place}: {port} is not a connected Real output")]
     NotExchanged {
         /// JSON path.
         place: String,
@@ -287,7 +287,7 @@ impl SystemError {
                 PackageError::Archive { source: ArchiveError::Open(error), .. }
                     if error.kind() != ErrorKind::IsADirectory =>
                 {
-                    "check the path (units are looked for relative to the scenario), and build the unit"
+                    "check the path, which is relative to the scenario, and that the unit has been built"
                 }
                 _ => return source.help(),
             },
@@ -301,33 +301,36 @@ impl SystemError {
             Self::Unit { source, .. } => match source {
                 UnitMismatch::Dimension { .. } => "connect quantities of the same kind",
                 UnitMismatch::Undefined { .. } => {
-                    "the unit's description should define its units; \"ignore_units\": true in the \
-                 connection takes the values as they are"
+                    "the unit's description should define its units of measurement; \
+                     \"ignore_units\": true in the connection passes values without conversion"
                 }
             },
             Self::Unconnected { .. } => {
                 "connect it, or give it a value under \"start\" of its instance"
             }
-            Self::Idle { .. } => {
-                "set what the output is computed from, or remove the connection or the value"
+            Self::Unused { .. } => {
+                "set the variables that the output is computed from, or remove the connection or \
+                 the value"
             }
             Self::DrivenTwice { .. } => {
-                "remove one of the connections, or make them one whose \"from\" is a list: a sum"
+                "remove one of the connections, or use one connection whose \"from\" is a list, \
+                 which is a sum"
             }
             Self::Type { .. } => {
-                "a connection passes numbers to Reals, whole numbers and Booleans to Integers, Integers and \
-             Enumerations to Enumerations; for others a unit in between has to decide"
+                "connections convert numbers and Booleans to Reals, Integers, Enumerations and Booleans to \
+                 Integers, and Integers to Enumerations; other conversions need a unit in between"
             }
             Self::NotLinear { .. } => "leave them out, or compute the value in a unit in between",
             Self::NoCommonItem { .. } => {
-                "Enumerations are connected by the names of their items; check that these belong together"
+                "Enumerations are connected by the names of their items; check that these two belong \
+                 together"
             }
             Self::Causality { .. } => "connections go from an output to an input",
             Self::Pattern { .. } => {
-                "both sides of a connection must stand for equally many signals, or the source for one"
+                "both sides of a connection must match the same number of signals, or the source one"
             }
             Self::File { .. } => {
-                "paths of the form {\"path\": \"...\"} are relative to the scenario file that has them"
+                "paths of the form {\"path\": \"...\"} are relative to the scenario file that they are in"
             }
             Self::Form { .. } => "write instance.variable, such as motor.speed",
             _ => return None,

@@ -1,16 +1,15 @@
-//! Connections: from outputs to an input, by type ([`Transfer`](super::Transfer)), units of measurement
-//! converted.
+//! Connections from outputs to inputs: types, units of measurement, sums.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use super::{Link, Port, Result, System, SystemError};
+use super::{InstanceIndex, Link, Port, Result, System, SystemError, VariableIndex};
 use fmi2_import::description::{Causality, Conversion, Type};
 use scenario::{Connection, Scenario};
 
 impl System {
     pub(super) fn connect(&mut self, scenario: &Scenario) -> Result<()> {
-        // of every input that is fed: one of its outputs, and which connection and target feed it
+        // for each input with a source: the source, and the connection and target that it belongs to
         let mut fed: HashMap<Port, (Port, (usize, usize))> = HashMap::new();
         for (k, connection) in scenario.connections.iter().enumerate() {
             let place = format!("connections[{k}]");
@@ -37,7 +36,7 @@ impl System {
         Ok(())
     }
 
-    /// One term of a connection, by its position and factor.
+    /// One term of a connection, given by its position and factor.
     fn link(
         &mut self,
         place: &str,
@@ -80,13 +79,13 @@ impl System {
     /// The map from the output's unit of measurement to the input's.
     fn conversion(&self, place: &str, from: Port, to: Port) -> Result<Conversion> {
         let (source, target) = (self.variable(from), self.variable(to));
-        // a variable without a unit takes any
+        // a variable without a unit of measurement accepts any
         let (Some(a), Some(b)) = (&source.unit, &target.unit) else {
             return Ok(Conversion::IDENTITY);
         };
         let base = |port: Port| {
             let description = self.instances[port.instance].description();
-            description.unit_of(port.variable).and_then(|unit| unit.base.as_ref())
+            description.unit_of(port.variable.0).and_then(|unit| unit.base.as_ref())
         };
         let mut conversion =
             Conversion::between((a, base(from)), (b, base(to))).map_err(|mismatch| {
@@ -103,21 +102,21 @@ impl System {
         Ok(conversion)
     }
 
-    /// Every input must have a source or a start value, which is sent.
+    /// Every input must have a source or a start value; that value is sent.
     pub(super) fn check_inputs(&mut self) -> Result<()> {
         let fed: HashSet<Port> = self.links.iter().map(|link| link.to).collect();
-        for instance in 0..self.instances.len() {
+        for instance in (0..self.instances.len()).map(InstanceIndex) {
             let package = Arc::clone(&self.instances[instance].package);
             let description = package.description();
-            for variable in description.with_causality(Causality::Input) {
+            for variable in description.with_causality(Causality::Input).map(VariableIndex) {
                 let port = Port { instance, variable };
-                let plan = &mut self.instances[instance];
-                if fed.contains(&port) || plan.inputs.contains_key(&variable) {
+                let setup = &mut self.instances[instance];
+                if fed.contains(&port) || setup.inputs.contains_key(&variable) {
                     continue;
                 }
                 match &description.variables[variable].start {
                     Some(value) => {
-                        plan.inputs.insert(variable, value.clone());
+                        setup.inputs.insert(variable, value.clone());
                     }
                     None => {
                         return Err(SystemError::Unconnected { input: self.port_name(port) });

@@ -1,13 +1,16 @@
-//! The checked system: instances with their settings, connections resolved to variables.
+//! The checked system: instances with their settings, and connections between their variables.
 //!
 //! Everything that can be found wrong before a unit runs is found here: names, causalities, types,
-//! units of measurement, inputs driven twice or not at all, values that do not fit.
+//! units of measurement, inputs without a source or with two, values that do not fit.
 
 mod error;
+mod index;
+mod instance;
 mod links;
 mod names;
+mod notices;
 mod settings;
-mod strict;
+mod signals;
 mod transfer;
 
 use std::collections::HashMap;
@@ -16,75 +19,26 @@ use std::sync::Arc;
 use indexmap::IndexMap;
 
 pub use error::SystemError;
+pub use index::{InstanceIndex, Port, VariableIndex};
+pub use instance::InstanceSetup;
+pub use signals::SignalGraph;
 pub use transfer::Transfer;
 
-use fmi2_import::description::{ModelDescription, Value, Variability, Variable};
+use fmi2_import::description::{Variability, Variable};
 use fmi2_import::package::Package;
 use scenario::{Scenario, Setting};
 
-/// A variable of an instance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Port {
-    /// Index into [`System::instances`].
-    pub instance: usize,
-    /// Index into the unit's variables.
-    pub variable: usize,
-}
-
-/// A checked connection. An input of several takes their sum.
+/// A checked connection. An input with several connections takes their sum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// Output that the value comes from.
     pub from: Port,
     /// Input that the value goes to.
     pub to: Port,
-    /// What happens to the value on its way.
+    /// Conversion of the value.
     pub transfer: Transfer,
-    /// Degree of the extrapolation, if not that of all.
+    /// Degree of the extrapolation, if it differs from the general one.
     pub extrapolation: Option<u8>,
-}
-
-/// An instance to be made.
-#[derive(Debug, Clone)]
-pub struct Plan {
-    /// Name of the instance in the scenario, with its number.
-    pub name: String,
-    /// The FMU that it is an instance of.
-    pub package: Arc<Package>,
-    /// Whether it runs in a process of its own, if the scenario says so of this instance.
-    pub isolate: Option<bool>,
-    /// Steps per communication step.
-    pub steps: u32,
-    /// Communication steps per step.
-    pub every: u32,
-    /// Relative tolerance that the unit is told, if any.
-    pub tolerance: Option<f64>,
-    /// Debug messages of these categories; empty: of all categories; `None`: no debug messages.
-    pub debug_log: Option<Vec<String>>,
-    /// Highest derivative of inputs to send, if the scenario says so of this instance.
-    pub input_derivatives: Option<u8>,
-    /// Set while instantiated: parameters and exact or approximate start values.
-    pub parameters: IndexMap<usize, Value>,
-    /// Set in initialization mode: inputs.
-    pub inputs: IndexMap<usize, Value>,
-}
-
-impl Plan {
-    /// Description of its unit.
-    #[must_use]
-    pub fn description(&self) -> &ModelDescription {
-        self.package.description()
-    }
-
-    /// Highest derivative of inputs that it takes.
-    #[must_use]
-    pub fn input_derivative_order(&self) -> usize {
-        let description = self.description();
-        match self.input_derivatives {
-            Some(order) if description.co_simulation.can_interpolate_inputs => usize::from(order),
-            _ => description.input_derivative_order(),
-        }
-    }
 }
 
 /// A value that `--set` gives one variable.
@@ -102,13 +56,13 @@ pub struct Overridden {
 #[derive(Debug)]
 pub struct System {
     /// In the order of the scenario.
-    pub instances: Vec<Plan>,
+    pub instances: Vec<InstanceSetup>,
     /// In the order of the scenario.
     pub links: Vec<Link>,
     /// The values that `--set` gives, in its order.
     pub overridden: Vec<Overridden>,
-    by_name: HashMap<String, usize>,
-    /// What was noticed about connections, and about values for connected inputs.
+    by_name: HashMap<String, InstanceIndex>,
+    /// remarks about connections, and about values for connected inputs
     notes: Vec<String>,
 }
 
@@ -118,7 +72,7 @@ impl System {
     /// Opens all units and checks everything.
     ///
     /// # Errors
-    /// The first thing found wrong.
+    /// The first error found.
     pub fn new(scenario: &Scenario) -> Result<Self> {
         let mut packages = IndexMap::new();
         for (name, path) in &scenario.units {
@@ -143,14 +97,19 @@ impl System {
         system.set_tolerances(scenario.experiment.tolerance);
         system.override_values(&scenario.overrides)?;
         system.connect(scenario)?;
-        system.judge_idle_values()?;
+        system.check_unused_values()?;
         system.check_inputs()?;
         Ok(system)
     }
 
-    /// Index of the instance of that name.
+    /// All instances with their indices.
+    pub fn indexed(&self) -> impl Iterator<Item = (InstanceIndex, &InstanceSetup)> {
+        self.instances.iter().enumerate().map(|(k, instance)| (InstanceIndex(k), instance))
+    }
+
+    /// The instance of that name.
     #[must_use]
-    pub fn find(&self, name: &str) -> Option<usize> {
+    pub fn find(&self, name: &str) -> Option<InstanceIndex> {
         self.by_name.get(name).copied()
     }
 
@@ -173,5 +132,11 @@ impl System {
     #[must_use]
     pub fn variable(&self, port: Port) -> &Variable {
         &self.instances[port.instance].description().variables[port.variable]
+    }
+
+    /// Magnitude of a variable: its nominal value, 1 by default.
+    #[must_use]
+    pub fn nominal(&self, port: Port) -> f64 {
+        self.variable(port).nominal.map_or(1.0, f64::abs)
     }
 }

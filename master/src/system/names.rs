@@ -1,16 +1,15 @@
-//! From the names in a scenario to instances and variables. A name that exists as it is written is that
-//! name; only another one is a pattern.
+//! Looks up the names in a scenario. A name that exists exactly as written is not a pattern.
 
 use super::error::Named;
-use super::{Port, Result, System, SystemError};
+use super::{InstanceIndex, Port, Result, System, SystemError, VariableIndex};
 use patterns::PatternError;
 
 impl System {
-    /// The port that is named exactly so.
+    /// The port with exactly this name.
     pub(crate) fn exact(&self, name: &str) -> Option<Port> {
         let (instance, variable) = name.split_once('.')?;
         let instance = self.find(instance)?;
-        let variable = self.instances[instance].description().find(variable)?;
+        let variable = self.instances[instance].find(variable)?;
         Some(Port { instance, variable })
     }
 
@@ -51,39 +50,39 @@ impl System {
     }
 
     /// The error for a variable that an instance does not have.
-    fn unknown_variable(&self, place: &str, instance: usize, name: &str) -> SystemError {
-        let plan = &self.instances[instance];
-        let description = plan.description();
+    fn unknown_variable(&self, place: &str, instance: InstanceIndex, name: &str) -> SystemError {
+        let instance = &self.instances[instance];
+        let description = instance.description();
         let names = description.variables.iter().map(|variable| variable.name.as_str());
         SystemError::Unknown {
             place: place.to_owned(),
             what: Named::Variable,
             name: name.to_owned(),
-            within: Some(format!("{} (unit {})", plan.name, description.model_name)),
+            within: Some(format!("{} (unit {})", instance.name, description.model_name)),
             suggestion: patterns::suggest(name, names).map(str::to_owned),
         }
     }
 
-    /// The variables of an instance that a name with ranges stands for; a star is a star.
+    /// The variables of an instance that a name with ranges matches. A star has no special meaning.
     pub(super) fn find_variables(
         &self,
         place: &str,
-        instance: usize,
+        instance: InstanceIndex,
         pattern: &str,
-    ) -> Result<Vec<usize>> {
-        let description = self.instances[instance].description();
-        if let Some(variable) = description.find(pattern) {
+    ) -> Result<Vec<VariableIndex>> {
+        let setup = &self.instances[instance];
+        if let Some(variable) = setup.find(pattern) {
             return Ok(vec![variable]);
         }
         let names = patterns::expand(pattern).map_err(|source| in_pattern(place, source))?;
         let find = |name: &String| {
-            let found = description.find(name);
+            let found = setup.find(name);
             found.ok_or_else(|| self.unknown_variable(place, instance, name))
         };
         names.iter().map(find).collect()
     }
 
-    /// All ports that a name with ranges and stars stands for, in order.
+    /// All ports that a name with ranges and stars matches, in order.
     ///
     /// # Errors
     /// A plain name does not exist, or a pattern matches nothing.
@@ -91,7 +90,7 @@ impl System {
         self.resolve(place, pattern, true)
     }
 
-    /// All ports that a name with ranges stands for, in order; a star is a star.
+    /// All ports that a name with ranges matches, in order. A star has no special meaning.
     pub(super) fn ports(&self, place: &str, pattern: &str) -> Result<Vec<Port>> {
         self.resolve(place, pattern, false)
     }
@@ -99,11 +98,11 @@ impl System {
     /// The ports of two names with ranges, paired.
     ///
     /// # Errors
-    /// A name does not exist, or the two stand for different numbers of ports.
+    /// A name does not exist, or the two match different numbers of ports.
     pub fn pairs(&self, place: &str, from: &str, to: &str) -> Result<Vec<(Port, Port)>> {
         let (sources, targets) = match (self.ports(place, from), self.ports(place, to)) {
             (Ok(sources), Ok(targets)) => (sources, targets),
-            // that the numbers differ says more than a name that is missing for it
+            // different numbers are a better explanation than a missing name
             (sources, targets) => match patterns::zip(from, to) {
                 Err(source @ PatternError::Lengths { .. }) => {
                     return Err(in_pattern(place, source));
@@ -137,23 +136,23 @@ impl System {
         Ok(choice.ports)
     }
 
-    /// The instances that a name without ranges stands for.
-    fn members(&self, place: &str, name: &str, stars: bool) -> Result<Vec<usize>> {
+    /// The instances that a name without ranges matches.
+    fn members(&self, place: &str, name: &str, stars: bool) -> Result<Vec<InstanceIndex>> {
         if let Some(index) = self.find(name) {
             return Ok(vec![index]);
         }
         if !stars || !name.contains('*') {
             return Err(self.unknown_instance(place, name));
         }
-        let all = self.instances.iter().enumerate();
-        Ok(all.filter(|(_, plan)| patterns::matches(name, &plan.name)).map(|(k, _)| k).collect())
+        let all = self.indexed().filter(|(_, it)| patterns::matches(name, &it.name));
+        Ok(all.map(|(k, _)| k).collect())
     }
 
-    /// All instances that a name with ranges and stars stands for, in order.
+    /// All instances that a name with ranges and stars matches, in order.
     ///
     /// # Errors
     /// A name does not exist, or a pattern matches nothing.
-    pub fn select_instances(&self, place: &str, pattern: &str) -> Result<Vec<usize>> {
+    pub fn select_instances(&self, place: &str, pattern: &str) -> Result<Vec<InstanceIndex>> {
         let names = patterns::expand(pattern).map_err(|source| in_pattern(place, source))?;
         let mut found = Vec::new();
         for name in names {
@@ -176,7 +175,7 @@ fn in_pattern(place: &str, source: PatternError) -> SystemError {
     SystemError::Pattern { place: place.to_owned(), source }
 }
 
-/// The ports that a pattern stands for, as they are found.
+/// The ports that a pattern matches, as they are found.
 struct Choice<'a> {
     system: &'a System,
     place: &'a str,
@@ -185,9 +184,9 @@ struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    /// Adds variables of the instances that one name stands for.
-    fn add(&mut self, name: &str, members: Vec<usize>, variables: &str) -> Result<()> {
-        let (exact, others): (Vec<usize>, Vec<usize>) =
+    /// Adds variables of the instances that one name matches.
+    fn add(&mut self, name: &str, members: Vec<InstanceIndex>, variables: &str) -> Result<()> {
+        let (exact, others): (Vec<InstanceIndex>, Vec<InstanceIndex>) =
             members.into_iter().partition(|&it| self.variable(it, variables).is_some());
         for instance in &exact {
             self.ports.extend(self.variable(*instance, variables));
@@ -209,25 +208,25 @@ impl Choice<'_> {
         Ok(())
     }
 
-    fn variable(&self, instance: usize, name: &str) -> Option<Port> {
-        let variable = self.system.instances[instance].description().find(name)?;
+    fn variable(&self, instance: InstanceIndex, name: &str) -> Option<Port> {
+        let variable = self.system.instances[instance].find(name)?;
         Some(Port { instance, variable })
     }
 
-    /// Adds the variables of an instance that a name without ranges stands for, if any.
-    fn add_matches(&mut self, instance: usize, name: &str) {
+    /// Adds the variables of an instance that a name without ranges matches, if any.
+    fn add_matches(&mut self, instance: InstanceIndex, name: &str) {
         if let Some(port) = self.variable(instance, name) {
             self.ports.push(port);
         } else if self.stars && name.contains('*') {
             let variables = &self.system.instances[instance].description().variables;
             let all = variables.iter().enumerate();
             let matching = all.filter(|(_, it)| patterns::matches(name, &it.name));
-            self.ports.extend(matching.map(|(variable, _)| Port { instance, variable }));
+            self.ports.extend(matching.map(|(k, _)| Port { instance, variable: VariableIndex(k) }));
         }
     }
 
-    /// The error for names of an instance and a variable that stand for nothing.
-    fn nothing(&self, name: &str, members: &[usize], variable: &str) -> SystemError {
+    /// The error for names of an instance and a variable that match nothing.
+    fn nothing(&self, name: &str, members: &[InstanceIndex], variable: &str) -> SystemError {
         match *members {
             [only] if !(name.contains('*') || self.stars && variable.contains('*')) => {
                 self.system.unknown_variable(self.place, only, variable)

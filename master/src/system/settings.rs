@@ -8,8 +8,8 @@ use std::sync::Arc;
 use indexmap::IndexMap;
 
 use super::error::{Named, causality_name};
-use super::{Overridden, Plan, Port, Result, System, SystemError};
-use crate::graph::SignalGraph;
+use super::signals::SignalGraph;
+use super::{InstanceIndex, InstanceSetup, Overridden, Port, Result, System, SystemError};
 use fmi2_import::description::{Causality, Initial, Type, Value, Variability};
 use fmi2_import::package::Package;
 use scenario::{DebugLog, InstanceSettings, LogLevel, Override, Setting};
@@ -41,13 +41,13 @@ impl System {
                     "is empty or contains a dot, a star or a control character",
                 ));
             }
-            let index = self.instances.len();
+            let index = InstanceIndex(self.instances.len());
             if self.by_name.insert(name.clone(), index).is_some() {
                 return Err(bad(&name, "occurs twice"));
             }
             let package = Arc::clone(package);
             let debug_log = debug_log(&place, instance, &package, level)?;
-            self.instances.push(Plan {
+            self.instances.push(InstanceSetup {
                 name,
                 package,
                 isolate: instance.isolate,
@@ -64,17 +64,23 @@ impl System {
         Ok(())
     }
 
-    /// Gives instances without a tolerance of their own that of all, or what their units suggest.
+    /// Instances without a tolerance of their own get the general one, or the one that their units
+    /// suggest.
     pub(super) fn set_tolerances(&mut self, of_all: Option<f64>) {
         let usable = |it: &f64| *it > 0.0 && it.is_finite();
-        for plan in &mut self.instances {
-            let suggested = plan.description().default_experiment.tolerance.filter(usable);
-            plan.tolerance = plan.tolerance.or(of_all).or(suggested);
+        for instance in &mut self.instances {
+            let suggested = instance.description().default_experiment.tolerance.filter(usable);
+            instance.tolerance = instance.tolerance.or(of_all).or(suggested);
         }
     }
 
-    /// Takes the values that the scenario gives an instance.
-    fn set_all(&mut self, place: &str, index: usize, instance: &InstanceSettings) -> Result<()> {
+    /// Sets the values that the scenario gives an instance.
+    fn set_all(
+        &mut self,
+        place: &str,
+        index: InstanceIndex,
+        instance: &InstanceSettings,
+    ) -> Result<()> {
         for (list, settings) in [("parameters", &instance.parameters), ("start", &instance.start)] {
             let place = format!("{place}.{list}");
             for (names, setting) in settings {
@@ -89,7 +95,7 @@ impl System {
         Ok(())
     }
 
-    /// Parameters belong under "parameters", all else under "start".
+    /// Parameters belong under "parameters", everything else under "start".
     fn check_list(&self, place: &str, port: Port, list: &str) -> Result<()> {
         let causality = self.variable(port).causality;
         let right = if causality == Causality::Parameter { "parameters" } else { "start" };
@@ -103,7 +109,7 @@ impl System {
         })
     }
 
-    /// Takes the values that replace those of the file, later ones those before.
+    /// Sets the values that replace those of the file. Later ones replace earlier ones.
     pub(super) fn override_values(&mut self, overrides: &[Override]) -> Result<()> {
         for entry in overrides {
             let place = format!("--set {entry}");
@@ -116,7 +122,7 @@ impl System {
         Ok(())
     }
 
-    /// Remembers a value for a variable, replacing an earlier one.
+    /// Sets the value of a variable, replacing an earlier one.
     fn set(&mut self, place: &str, port: Port, setting: &Setting) -> Result<()> {
         let variable = self.variable(port);
         let value = self.value(place, port, setting)?;
@@ -137,38 +143,37 @@ impl System {
                 causality_name(variable.causality)
             ));
         }
-        let plan = &mut self.instances[port.instance];
-        let list = if is_input { &mut plan.inputs } else { &mut plan.parameters };
+        let instance = &mut self.instances[port.instance];
+        let list = if is_input { &mut instance.inputs } else { &mut instance.parameters };
         list.insert(port.variable, value);
         Ok(())
     }
 
-    /// Refuses values of the command line for inputs that a connection feeds, since they would have
-    /// no effect, and remarks those of the scenario. Where signals depend on each other in a loop
-    /// while initializing, they are first guesses.
-    pub(super) fn judge_idle_values(&mut self) -> Result<()> {
-        if self.instances.iter().all(|plan| plan.inputs.is_empty()) {
+    /// Values for inputs that a connection feeds have no effect: those of the command line are errors,
+    /// those of the scenario are noted. In loops while initializing, such values are first guesses.
+    pub(super) fn check_unused_values(&mut self) -> Result<()> {
+        if self.instances.iter().all(|instance| instance.inputs.is_empty()) {
             return Ok(());
         }
         let sources: HashMap<Port, Port> =
             self.links.iter().map(|link| (link.to, link.from)).collect();
         let guesses = OnceCell::new();
-        let idle = |place: &dyn Fn() -> String, port: Port| {
+        let unused = |place: &dyn Fn() -> String, port: Port| {
             let from = *sources.get(&port)?;
             let guessed = guesses.get_or_init(|| self.looped_inputs()).contains(&port);
-            (!guessed).then(|| SystemError::Idle {
+            (!guessed).then(|| SystemError::Unused {
                 place: place(),
                 port: self.port_name(port),
                 from: self.port_name(from),
             })
         };
         let mut given = self.overridden.iter();
-        if let Some(error) = given.find_map(|it| idle(&|| it.place.clone(), it.port)) {
+        if let Some(error) = given.find_map(|it| unused(&|| it.place.clone(), it.port)) {
             return Err(error);
         }
-        let mut remarks = self.instances.iter().enumerate().flat_map(|(instance, plan)| {
-            let ports = plan.inputs.keys().map(move |&variable| Port { instance, variable });
-            ports.filter_map(|port| idle(&|| format!("instances.{}.start", plan.name), port))
+        let mut remarks = self.indexed().flat_map(|(instance, setup)| {
+            let ports = setup.inputs.keys().map(move |&variable| Port { instance, variable });
+            ports.filter_map(|port| unused(&|| format!("instances.{}.start", setup.name), port))
         });
         if let Some(first) = remarks.next() {
             let more = match remarks.count() {
@@ -187,7 +192,7 @@ impl System {
         nodes.filter(|&node| signals.is_input[node]).map(|node| signals.ports[node]).collect()
     }
 
-    /// The variables of that name with the value that each takes while stepping.
+    /// The variables of that name with their new values, for a change while stepping.
     pub(crate) fn changes(&self, name: &str, setting: &Setting) -> Result<Vec<(Port, Value)>> {
         let place = format!("set {name}");
         let ports = self.select(&place, name)?;
@@ -199,7 +204,7 @@ impl System {
                 return Err(SystemError::NotSettable {
                     place: place.clone(),
                     port: self.port_name(port),
-                    why: "it is neither tunable nor an input that nothing feeds".to_owned(),
+                    why: "it is neither tunable nor an unconnected input".to_owned(),
                 });
             }
             Ok((port, self.value(&place, port, setting)?))
@@ -213,12 +218,12 @@ impl System {
             (Type::Enumeration, _) => return self.item(place, port, setting),
             (Type::Real, Setting::Number(x)) => Value::Real(*x),
             (Type::Integer, Setting::Number(x)) => {
-                Value::Integer(whole(*x).ok_or_else(|| self.misfit(place, port, setting))?)
+                Value::Integer(whole(*x).ok_or_else(|| self.invalid(place, port, setting))?)
             }
             (Type::Boolean, Setting::Boolean(x)) => Value::Boolean(*x),
             (Type::String, Setting::Text(x)) => Value::String(x.clone()),
             (Type::String, Setting::File(file)) => self.file(place, port, &file.path)?,
-            _ => return Err(self.misfit(place, port, setting)),
+            _ => return Err(self.invalid(place, port, setting)),
         };
         if let Setting::Number(x) = *setting {
             let min = variable.min.unwrap_or(f64::NEG_INFINITY);
@@ -236,8 +241,8 @@ impl System {
         Ok(value)
     }
 
-    /// The path of a file that must be there. The unit has its own idea of the working folder, so it
-    /// gets an absolute one.
+    /// The path of a file, which must exist. The unit may have another working folder, so the path is
+    /// absolute.
     fn file(&self, place: &str, port: Port, path: &Path) -> Result<Value> {
         let missing = |source| SystemError::File {
             place: place.to_owned(),
@@ -253,7 +258,7 @@ impl System {
         Ok(Value::String(text))
     }
 
-    fn misfit(&self, place: &str, port: Port, setting: &Setting) -> SystemError {
+    fn invalid(&self, place: &str, port: Port, setting: &Setting) -> SystemError {
         SystemError::Value {
             place: place.to_owned(),
             port: self.port_name(port),
@@ -265,13 +270,15 @@ impl System {
     /// An item of an Enumeration, given by its name or its value.
     fn item(&self, place: &str, port: Port, setting: &Setting) -> Result<Value> {
         let number = match setting {
-            Setting::Number(x) => Some(whole(*x).ok_or_else(|| self.misfit(place, port, setting))?),
+            Setting::Number(x) => {
+                Some(whole(*x).ok_or_else(|| self.invalid(place, port, setting))?)
+            }
             _ => None,
         };
-        let plan = &self.instances[port.instance];
-        let Some(enumeration) = plan.description().enumeration_of(port.variable) else {
-            // an imperfect unit: without items there are only numbers
-            return number.map(Value::Integer).ok_or_else(|| self.misfit(place, port, setting));
+        let setup = &self.instances[port.instance];
+        let Some(enumeration) = setup.description().enumeration_of(port.variable.0) else {
+            // the unit defines no items: only numbers are possible
+            return number.map(Value::Integer).ok_or_else(|| self.invalid(place, port, setting));
         };
         let found = enumeration.items.iter().find(|(name, value)| match setting {
             Setting::Text(text) => text == name,
@@ -290,7 +297,7 @@ impl System {
     }
 }
 
-/// The categories of an instance's debug messages, which its unit must declare.
+/// The categories of an instance's debug messages. Its unit must declare them.
 fn debug_log(
     place: &str,
     instance: &InstanceSettings,
@@ -319,7 +326,7 @@ fn debug_log(
     }
 }
 
-/// The number as a whole 32-bit one, if it is one.
+/// The number as an integer of 32 bits, if it is one.
 fn whole(x: f64) -> Option<i32> {
     let fits = x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x);
     #[expect(clippy::cast_possible_truncation, reason = "checked: a whole i32")]

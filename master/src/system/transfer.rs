@@ -1,36 +1,36 @@
-//! What a connection does to a value on its way, by the types of its ends.
+//! The conversion of values by a connection, according to the types of its ends.
 //!
 //! | from \ to | Real | Integer | Enumeration | Boolean | String |
 //! |---|---|---|---|---|---|
 //! | Real | linear | | | | |
-//! | Integer | linear | as it is | must be the value of an item | | |
-//! | Enumeration | linear | as it is | by the names of the items | | |
-//! | Boolean | linear, of 0 or 1 | 0 or 1 | | as it is | |
-//! | String | | | | | as it is |
+//! | Integer | linear | unchanged | must be the value of an item | | |
+//! | Enumeration | linear | unchanged | by the names of the items | | |
+//! | Boolean | linear, of 0 or 1 | 0 or 1 | | unchanged | |
+//! | String | | | | | unchanged |
 //!
-//! What is empty is refused: it would need rounding or a threshold, which a unit can make and a
-//! connection cannot guess.
+//! Other pairs are errors. They would need rounding or a threshold, which a connection cannot guess
+//! and a unit in between can compute.
 
 use std::sync::Arc;
 
 use super::{Port, Result, System, SystemError};
 use fmi2_import::description::{Conversion, Enumeration, Type};
 
-/// What a connection does to a value on its way.
+/// The conversion of a value by a connection.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Transfer {
     /// To a Real: factor · value + offset; false is 0, true is 1.
     Linear(Conversion),
-    /// To an Integer, as it is; false is 0, true is 1.
+    /// To an Integer, unchanged; false is 0, true is 1.
     Whole,
-    /// To an Enumeration: the values of its items, from source to target, sorted.
+    /// To an Enumeration: pairs of values of its items, from source to target, sorted.
     Items(Arc<[(i32, i32)]>),
-    /// To a Boolean or a String, as it is.
+    /// To a Boolean or a String, unchanged.
     Same,
 }
 
 impl System {
-    /// What a connection between these two does; `linear` is what it does between Reals.
+    /// The conversion between these two; `linear` is the one between Reals.
     pub(super) fn transfer(
         &mut self,
         place: &str,
@@ -69,10 +69,10 @@ impl System {
     }
 
     fn enumeration(&self, port: Port) -> Option<&Enumeration> {
-        self.instances[port.instance].description().enumeration_of(port.variable)
+        self.instances[port.instance].description().enumeration_of(port.variable.0)
     }
 
-    /// The items that may pass. Without items at the target there are only numbers.
+    /// The items of both ends. If the target defines none, values are not changed.
     fn items(&mut self, place: &str, from: Port, to: Port) -> Result<Transfer> {
         let Some(target) = self.enumeration(to) else { return Ok(Transfer::Whole) };
         let Some(source) = self.enumeration(from) else {
@@ -104,7 +104,7 @@ impl System {
         }
         if !unknown.is_empty() {
             self.notes.push(format!(
-                "{} has no item {} of {}: the run fails when it has to pass one",
+                "{} has no item {} of {}: the run fails if the connection has to pass one of these",
                 names.1,
                 unknown.join(", "),
                 names.0

@@ -8,7 +8,7 @@ use clap::Args;
 use maglev::Error;
 use master::Setup;
 use master::modes::ModesError;
-use master::system::Plan;
+use master::system::InstanceSetup;
 use results::modes::{
     CoupledMode, CoupledModes, Eigenvalue, InputFamily, ModesFile, UncoupledStates,
 };
@@ -91,8 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 /// The modes of a scenario at its start, if it has instances of that name.
 fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error> {
     if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
-        let error = ModesError::Slow { instance: name.clone() };
-        return Err(master::Error::from(error).into());
+        return Err(ModesError::Slow { instance: name.clone() }.into());
     }
     // one step is enough, so the step need not divide the scenario's time
     scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
@@ -100,7 +99,7 @@ fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error
     scenario.checkpoint = None;
     let setup = Setup::new(scenario)?;
     if let Some(name) = of {
-        let named = |plan: &Plan| patterns::matches(name, &plan.name);
+        let named = |it: &InstanceSetup| patterns::matches(name, &it.name);
         if !setup.system().instances.iter().any(named) {
             return Err(master::Error::from(setup.system().unknown_instance("--of", name)).into());
         }

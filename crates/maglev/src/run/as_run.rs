@@ -9,7 +9,7 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use fmi2_import::description::{Causality, Variable};
-use master::system::System;
+use master::system::{InstanceIndex, System};
 use results::{AS_RUN, write_whole};
 use scenario::{InstanceSettings, Scenario, Setting};
 
@@ -77,8 +77,8 @@ fn merged(
 }
 
 /// Values from the command line for each instance, in their order.
-fn changes(system: &System) -> HashMap<usize, Vec<(&Variable, &Setting)>> {
-    let mut changes: HashMap<usize, Vec<_>> = HashMap::new();
+fn changes(system: &System) -> HashMap<InstanceIndex, Vec<(&Variable, &Setting)>> {
+    let mut changes: HashMap<InstanceIndex, Vec<_>> = HashMap::new();
     for it in &system.overridden {
         let change = (system.variable(it.port), &it.setting);
         changes.entry(it.port.instance).or_default().push(change);

@@ -12,7 +12,7 @@ use super::totals::Earlier;
 use super::{Job, Observer};
 use crate::error::Error;
 use fmi2_import::interrupt;
-use master::simulation::FeedLoop;
+use master::simulation::AlgebraicLoop;
 use master::{Setup, Simulation, SimulationState};
 use results::EventKind;
 use results::Folder;
@@ -77,7 +77,7 @@ impl<'a> Course<'a> {
         let system = &self.setup.system();
         let mut texts = self.setup.scenario().notes.clone();
         texts.extend(system.notices(self.setup.scenario().experiment.step));
-        texts.extend(self.setup.layout().loops.iter().map(FeedLoop::notice));
+        texts.extend(self.setup.coupling().loops.iter().map(AlgebraicLoop::notice));
         let start = self.setup.time_after(0);
         for text in texts {
             self.observer.notice(&text);

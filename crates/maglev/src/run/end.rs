@@ -125,7 +125,7 @@ impl<'a> Course<'a> {
             rows: files.rows,
             resumed: earlier.resumed,
             real_time_factor: if run_seconds > 0.0 { simulated / run_seconds } else { 0.0 },
-            algorithm: totals::algorithm_summary(scenario, system, &setup.layout(), coupling),
+            algorithm: totals::algorithm_summary(scenario, system, setup.coupling(), coupling),
             initial_loops: progress.loops,
             wall_time,
             master_version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -186,7 +186,7 @@ fn signals(point: &RidePoint) -> [&Option<String>; 3] {
 /// The unit of a signal, if it is defined and not one of acceleration.
 fn other_unit(setup: &Setup, port: Port) -> Option<String> {
     let description = setup.system().instances[port.instance].description();
-    let unit = description.unit_of(port.variable)?;
+    let unit = description.unit_of(port.variable.0)?;
     let base = unit.base.as_ref()?;
     (base.exponents != ACCELERATION).then(|| unit.name.clone())
 }

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::journal::JournalSummary;
 use master::Setup;
 use master::participant::Participant;
-use master::simulation::Layout;
-use master::system::{Plan, System};
+use master::simulation::CouplingSetup;
+use master::system::{InstanceIndex, InstanceSetup, System};
 use results::summary::{AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime};
 use scenario::{AlgorithmName, Scenario};
 
@@ -100,7 +100,7 @@ pub(super) fn units(
     system: &System,
     instances: &IndexMap<String, InstanceSummary>,
 ) -> IndexMap<String, FmuSummary> {
-    let mut first: HashMap<&Path, &Plan> = HashMap::new();
+    let mut first: HashMap<&Path, &InstanceSetup> = HashMap::new();
     for plan in &system.instances {
         first.entry(plan.package.path()).or_insert(plan);
     }
@@ -153,21 +153,21 @@ pub(super) fn wall_time(
 pub(super) fn algorithm_summary(
     scenario: &Scenario,
     system: &System,
-    layout: &Layout,
+    setup: &CouplingSetup,
     coupling: CouplingSummary,
 ) -> AlgorithmSummary {
-    let blueprint = &layout.blueprint;
-    let jacobi = blueprint.blocks.iter().all(|block| block.name == AlgorithmName::Jacobi);
+    let schedule = &setup.schedule;
+    let jacobi = schedule.groups.iter().all(|group| group.name == AlgorithmName::Jacobi);
     AlgorithmSummary {
         name: scenario.algorithm.name.as_str().to_owned(),
         extrapolation: scenario.algorithm.degree(),
         derivatives: scenario.algorithm.derivatives,
-        order: blueprint
+        order: schedule
             .order()
             .filter(|_| !jacobi)
-            .map(|k| system.instances[k].name.clone())
+            .map(|unit| system.instances[InstanceIndex::from(unit)].name.clone())
             .collect(),
-        algebraic_loops: layout.loops.iter().map(|it| it.names.clone()).collect(),
+        algebraic_loops: setup.loops.iter().map(|it| it.names.clone()).collect(),
         coupling,
     }
 }

@@ -1,25 +1,25 @@
-//! How the links of all units are laid out in an exchange: signals, their places, who feels jumps.
+//! The fixed layout of an exchange: the signals of each unit, and the sources of each input.
 
 use std::collections::{HashMap, HashSet};
 
-use super::exchange::SignalId;
-use super::links::{Links, RealLink};
+use crate::coupling::index::{InputIndex, OutputIndex, SignalIndex, UnitIndex};
+use crate::coupling::links::{Links, RealLink};
 
 /// One Real source of a Real input.
 pub(super) struct Source {
-    pub(super) signal: SignalId,
-    pub(super) input: usize,
-    /// whether it is the first of its input: others are added
+    pub(super) signal: SignalIndex,
+    pub(super) input: InputIndex,
+    /// whether it is the first of its input; others are added
     pub(super) first: bool,
     pub(super) limit: usize,
     pub(super) factor: f64,
     pub(super) offset: f64,
 }
 
-/// Which output a signal is, and how it is represented.
+/// An output and the way to represent it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Form {
-    pub(super) output: usize,
+    pub(super) output: OutputIndex,
     pub(super) degree: usize,
     pub(super) held: bool,
 }
@@ -31,18 +31,20 @@ impl Form {
     }
 }
 
-/// The signals of each unit: its outputs with the general degree, then in the other forms asked for,
-/// and the place of each among them.
-pub(super) type Forms = (Vec<Vec<Form>>, HashMap<(usize, Form), usize>);
+/// The signals of each unit: its outputs with the general degree, then in the other forms that links
+/// ask for. Also the position of each among the unit's signals.
+pub(super) type Forms = (Vec<Vec<Form>>, HashMap<(UnitIndex, Form), usize>);
 
 pub(super) fn lay_out(links: &[Links], degree: usize) -> Forms {
     let general = |unit: &Links| {
-        (0..unit.offered.len()).map(|output| Form { output, degree, held: false }).collect()
+        let outputs = (0..unit.offered.len()).map(OutputIndex);
+        outputs.map(|output| Form { output, degree, held: false }).collect()
     };
     let mut forms: Vec<Vec<Form>> = links.iter().map(general).collect();
-    let mut places: HashMap<(usize, Form), usize> = HashMap::new();
+    let mut places: HashMap<(UnitIndex, Form), usize> = HashMap::new();
     for (unit, forms) in forms.iter().enumerate() {
-        places.extend(forms.iter().enumerate().map(|(place, &form)| ((unit, form), place)));
+        let keys = forms.iter().enumerate();
+        places.extend(keys.map(|(place, &form)| ((UnitIndex(unit), form), place)));
     }
     for link in links.iter().flat_map(|unit| &unit.reals) {
         let form = Form::of(link, degree);
@@ -54,37 +56,19 @@ pub(super) fn lay_out(links: &[Links], degree: usize) -> Forms {
     (forms, places)
 }
 
-/// The units that feel jumps: those with held inputs, and all that they feed in turn.
-pub(super) fn feels(links: &[Links]) -> Vec<bool> {
-    let mut targets: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
-    for (target, unit) in links.iter().enumerate() {
-        for link in &unit.reals {
-            targets[link.unit].push(target);
-        }
-    }
-    let mut feels = vec![false; links.len()];
-    let mut new: Vec<usize> = (0..links.len()).filter(|&k| links[k].holds()).collect();
-    while let Some(k) = new.pop() {
-        if !std::mem::replace(&mut feels[k], true) {
-            new.extend(&targets[k]);
-        }
-    }
-    feels
-}
-
-/// Most inputs of a unit, each source of a sum counted.
+/// Largest number of inputs of a unit. Each source of a sum counts.
 pub(super) fn most_inputs(links: &[Links]) -> usize {
     links.iter().map(|unit| unit.units().count()).max().unwrap_or(0)
 }
 
 /// The Real inputs that only Integers and Booleans feed.
-pub(super) fn whole_inputs(links: &Links) -> Vec<usize> {
-    let real: HashSet<usize> = links.reals.iter().map(|link| link.input).collect();
+pub(super) fn whole_inputs(links: &Links) -> Vec<InputIndex> {
+    let real: HashSet<InputIndex> = links.reals.iter().map(|link| link.input).collect();
     links.wholes.iter().map(|link| link.input).filter(|input| !real.contains(input)).collect()
 }
 
 /// The Real sources of a unit's inputs.
-pub(super) fn sources(links: &Links, signal_of: impl Fn(&RealLink) -> SignalId) -> Vec<Source> {
+pub(super) fn sources(links: &Links, signal_of: impl Fn(&RealLink) -> SignalIndex) -> Vec<Source> {
     let mut fed = vec![false; links.real_inputs()];
     let source = |link: &RealLink| Source {
         signal: signal_of(link),

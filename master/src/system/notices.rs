@@ -1,5 +1,4 @@
-//! What is imperfect about the units: reported by default. What the standard forbids, a strict run
-//! refuses.
+//! Defects of the units that a run tolerates, as notices. A strict run refuses what the standard forbids.
 
 use std::collections::HashSet;
 
@@ -7,7 +6,7 @@ use super::System;
 use fmi2_import::description::Finding;
 use fmi2_import::package::Package;
 
-/// Why a unit that cannot vary its step may fail with this one: it is no multiple of its own.
+/// A notice if a unit cannot vary its step and this one is not a multiple of its own.
 fn unfit_step(package: &Package, step: f64) -> Option<String> {
     let description = package.description();
     if description.co_simulation.can_handle_variable_communication_step_size {
@@ -19,7 +18,7 @@ fn unfit_step(package: &Package, step: f64) -> Option<String> {
     ((ratio - multiple).abs() > 1e-9 * multiple).then(|| {
         format!(
             "the unit cannot vary its step (canHandleVariableCommunicationStepSize is false) and \
-             names {own} s: a step of {step} s, which is no multiple, may fail"
+             declares {own} s: a step of {step} s, which is not a multiple of it, may fail"
         )
     })
 }
@@ -38,18 +37,18 @@ fn grouped(findings: &[Finding]) -> Vec<String> {
 }
 
 impl System {
-    /// What was tolerated of the units, one line per unit and kind of defect, and of the scenario.
+    /// Defects of units and scenario that are tolerated: one line per unit and rule.
     #[must_use]
     pub fn notices(&self, step: f64) -> Vec<String> {
-        let mut told = HashSet::new();
+        let mut seen = HashSet::new();
         let mut notices = self.notes.clone();
-        for plan in &self.instances {
-            let path = plan.package.path();
-            if !told.insert(path) {
+        for instance in &self.instances {
+            let path = instance.package.path();
+            if !seen.insert(path) {
                 continue;
             }
-            let mut texts = grouped(plan.package.findings());
-            texts.extend(unfit_step(&plan.package, step));
+            let mut texts = grouped(instance.package.findings());
+            texts.extend(unfit_step(&instance.package, step));
             notices.extend(texts.into_iter().map(|text| format!("{}: {text}", path.display())));
         }
         notices

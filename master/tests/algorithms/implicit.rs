@@ -1,6 +1,7 @@
-//! Algorithms that iterate: order, stability, what they do with units that cannot go back.
+//! Algorithms that iterate: order, stability, what they do with units that cannot save their state.
 
 use super::*;
+use results::summary::Iteration;
 use scenario::algorithm::{Acceleration, JacobianSource};
 
 const ITERATED: AlgorithmName = AlgorithmName::Iterated;
@@ -36,9 +37,9 @@ fn order_iterated_is_not_limited_by_the_start() {
     }
 }
 
-/// A unit that cannot go back steps once, on extrapolated inputs: the order of the extrapolation.
+/// A unit that cannot save its state steps once, on extrapolated inputs: the order of the extrapolation.
 #[test]
-fn order_of_iterations_with_a_unit_that_cannot_go_back_is_that_of_extrapolation() {
+fn order_of_iterations_with_a_unit_without_saved_states_is_that_of_extrapolation() {
     let truth = pushed_truth();
     for name in [ITERATED, NEWTON] {
         let mut units = pushed(1);
@@ -65,7 +66,7 @@ impl Unit for Tank {
         self.able
     }
 
-    fn send(&mut self, inputs: &Inputs) -> Result<(), ()> {
+    fn send(&mut self, inputs: &UnitValues) -> Result<(), ()> {
         self.input = inputs.reals[0][0] + inputs.reals[0][1] * 1e-2;
         Ok(())
     }
@@ -75,12 +76,12 @@ impl Unit for Tank {
         Ok(())
     }
 
-    fn receive(&mut self, _time: f64, outputs: &mut Outputs) -> Result<(), ()> {
+    fn receive(&mut self, _time: f64, outputs: &mut UnitValues) -> Result<(), ()> {
         outputs.reals[0][0] = self.output;
         Ok(())
     }
 
-    fn directional(&mut self, _input: usize, column: &mut [f64]) -> Result<(), ()> {
+    fn directional(&mut self, _input: InputIndex, column: &mut [f64]) -> Result<(), ()> {
         column[0] = self.gain;
         Ok(())
     }
@@ -97,8 +98,8 @@ fn loop_of_tanks(
     let mut units = [tank(-3.0, 1.0), tank(1.5, 2.0)];
     let mut exchange = Exchange::new(links(0), 1);
     exchange.start(0.0, &mut units).unwrap();
-    let blueprint = Blueprint::whole(name, settings, vec![0, 1]);
-    let mut coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
+    let schedule = Schedule::whole(name, settings, vec![UnitIndex(0), UnitIndex(1)]);
+    let mut coupling = Coupling::new(&schedule, &exchange, &Arc::default());
     coupling.step(&mut exchange, &mut units, 0.0, 1e-2).unwrap();
     let iteration = *coupling.iterations().next().unwrap();
     (units[0].output, iteration)
@@ -156,26 +157,37 @@ fn invariant_iterations_are_stable_where_explicit_coupling_is_not() {
 #[test]
 fn order_of_groups_is_that_of_the_weaker_coupling() {
     let truth = pushed_truth();
-    let block = |name, members: &[usize]| Block {
+    let units =
+        |list: &[usize]| -> Vec<UnitIndex> { list.iter().copied().map(UnitIndex).collect() };
+    let group = |name, members: &[usize]| StepGroup {
         name,
         iteration: IterationSettings::default(),
-        members: members.to_vec(),
+        members: units(members),
     };
     // each alone in a group: what the first takes from the second is extrapolated
-    let apart = Blueprint::grouped(
-        &block(SEIDEL, &[]),
-        &[block(ITERATED, &[0]), block(NEWTON, &[1])],
-        &[0, 1],
+    let apart = Schedule::grouped(
+        &group(SEIDEL, &[]),
+        &[group(ITERATED, &[0]), group(NEWTON, &[1])],
+        &units(&[0, 1]),
     );
     let observed = order(&apart, &pushed(1), 1, truth);
     assert!((observed - 2.0).abs() < SLACK, "{observed:.3}");
-    assert!(apart.interpolates(0, 1) && apart.extrapolates(1, 0) && !apart.extrapolates(0, 1));
+    let (first, second) = (UnitIndex(0), UnitIndex(1));
+    assert!(
+        apart.interpolates(first, second)
+            && apart.extrapolates(second, first)
+            && !apart.extrapolates(first, second)
+    );
     // together they are as the algorithm for all
-    let together = Blueprint::grouped(&block(SEIDEL, &[]), &[block(ITERATED, &[1, 0])], &[0, 1]);
-    assert_eq!(together.blocks, [block(ITERATED, &[0, 1])]);
+    let together =
+        Schedule::grouped(&group(SEIDEL, &[]), &[group(ITERATED, &[1, 0])], &units(&[0, 1]));
+    assert_eq!(together.groups, [group(ITERATED, &[0, 1])]);
     // a sequence stays one sequence around a group
-    let mixed =
-        Blueprint::grouped(&block(SEIDEL, &[]), &[block(ITERATED, &[3, 2])], &[0, 1, 2, 3, 4]);
-    let members: Vec<&[usize]> = mixed.blocks.iter().map(|it| &*it.members).collect();
-    assert_eq!(members, [&[0, 1][..], &[2, 3], &[4]]);
+    let mixed = Schedule::grouped(
+        &group(SEIDEL, &[]),
+        &[group(ITERATED, &[3, 2])],
+        &units(&[0, 1, 2, 3, 4]),
+    );
+    let members: Vec<Vec<UnitIndex>> = mixed.groups.into_iter().map(|it| it.members).collect();
+    assert_eq!(members, [units(&[0, 1]), units(&[2, 3]), units(&[4])]);
 }

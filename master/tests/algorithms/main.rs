@@ -1,13 +1,23 @@
 //! Orders of the algorithms on the two-mass oscillator, split between the masses: each unit gets
 //! the other mass's position and velocity and integrates its own equation exactly enough.
 
+#![allow(clippy::unwrap_used, reason = "a test program")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "small numbers"
+)]
+
+mod acceleration;
 mod control;
 mod implicit;
+mod signal;
+mod taylor;
 
 use std::sync::Arc;
 
-use super::signal::Taylor;
-use super::*;
+use master::coupling::*;
 use scenario::algorithm::{AlgorithmName, IterationSettings};
 
 /// One mass on its own spring, tied by the coupling spring to the other mass, whose position
@@ -29,9 +39,7 @@ const COUPLING: f64 = 100.0;
 
 impl Mass {
     fn acceleration(&self, x: f64, tau: f64) -> f64 {
-        let p = self.other;
-        let other = p[0] + tau * (p[1] + tau * (p[2] / 2.0 + tau * p[3] / 6.0));
-        COUPLING * (other - x) - self.stiffness * x + (self.force)(self.time + tau)
+        COUPLING * (self.other.value(tau) - x) - self.stiffness * x + (self.force)(self.time + tau)
     }
 }
 
@@ -56,7 +64,7 @@ impl Unit for Mass {
         Ok(())
     }
 
-    fn send(&mut self, inputs: &Inputs) -> Result<(), ()> {
+    fn send(&mut self, inputs: &UnitValues) -> Result<(), ()> {
         self.other = inputs.reals[0];
         Ok(())
     }
@@ -80,10 +88,10 @@ impl Unit for Mass {
         Ok(())
     }
 
-    fn receive(&mut self, _time: f64, outputs: &mut Outputs) -> Result<(), ()> {
+    fn receive(&mut self, _time: f64, outputs: &mut UnitValues) -> Result<(), ()> {
         let mut point = [self.x, self.v, f64::NAN, f64::NAN];
         point[self.offered + 1..].fill(f64::NAN);
-        outputs.reals[0] = point;
+        outputs.reals[0] = Taylor(point);
         Ok(())
     }
 }
@@ -98,7 +106,7 @@ fn thrown(offered: usize) -> [Mass; 2] {
         stiffness,
         x: 0.0,
         v,
-        other: [0.0; 4],
+        other: Taylor::ZERO,
         offered,
     };
     [mass(10.0, 100.0), mass(1000.0, -100.0)]
@@ -116,9 +124,9 @@ fn pushed(offered: usize) -> [Mass; 2] {
 
 /// The first output of the first unit feeds the first input.
 const LINK: RealLink = RealLink {
-    input: 0,
-    unit: 0,
-    output: 0,
+    input: InputIndex(0),
+    unit: UnitIndex(0),
+    output: OutputIndex(0),
     factor: 1.0,
     offset: 0.0,
     limit: 3,
@@ -127,26 +135,26 @@ const LINK: RealLink = RealLink {
 };
 
 fn links(offered: usize) -> Vec<Links> {
-    let link = |unit| RealLink { unit, ..LINK };
+    let link = |unit| RealLink { unit: UnitIndex(unit), ..LINK };
     let unit = |from| Links { reals: vec![link(from)], offered: vec![offered], ..Links::default() };
     vec![unit(1), unit(0)]
 }
 
 /// An algorithm for both masses.
-fn whole(name: AlgorithmName, order: [usize; 2]) -> Blueprint {
+fn whole(name: AlgorithmName, order: [usize; 2]) -> Schedule {
     // far below the errors of the coupling, above rounding
     let iteration = IterationSettings { tolerance: 1e-13, ..IterationSettings::default() };
-    Blueprint::whole(name, iteration, order.to_vec())
+    Schedule::whole(name, iteration, order.map(UnitIndex).to_vec())
 }
 
 const JACOBI: AlgorithmName = AlgorithmName::Jacobi;
 const SEIDEL: AlgorithmName = AlgorithmName::GaussSeidel;
 
 /// Positions at t = 1 s.
-fn positions(blueprint: &Blueprint, mut units: [Mass; 2], degree: usize, h: f64) -> [f64; 2] {
+fn positions(schedule: &Schedule, mut units: [Mass; 2], degree: usize, h: f64) -> [f64; 2] {
     let mut exchange = Exchange::new(links(units[0].offered), degree);
     exchange.start(0.0, &mut units).unwrap();
-    let mut coupling = Coupling::new(blueprint, &exchange, &Arc::default());
+    let mut coupling = Coupling::new(schedule, &exchange, &Arc::default());
     let steps = (1.0 / h).round() as u32;
     for n in 0..steps {
         coupling.step(&mut exchange, &mut units, f64::from(n) * h, h).unwrap();
@@ -178,8 +186,8 @@ fn distance(x: [f64; 2], y: [f64; 2]) -> f64 {
 }
 
 /// Observed order between steps of 2 and 1 ms.
-fn order(blueprint: &Blueprint, units: &[Mass; 2], degree: usize, truth: [f64; 2]) -> f64 {
-    let error = |h| distance(positions(blueprint, units.clone(), degree, h), truth);
+fn order(schedule: &Schedule, units: &[Mass; 2], degree: usize, truth: [f64; 2]) -> f64 {
+    let error = |h| distance(positions(schedule, units.clone(), degree, h), truth);
     (error(2e-3) / error(1e-3)).log2()
 }
 
@@ -257,7 +265,7 @@ fn analytic_units_are_converted_with_factor_and_offset() {
     struct Probe(Taylor);
     impl Unit for Probe {
         type Error = ();
-        fn send(&mut self, inputs: &Inputs) -> Result<(), ()> {
+        fn send(&mut self, inputs: &UnitValues) -> Result<(), ()> {
             if let Some(input) = inputs.reals.first() {
                 self.0 = *input;
             }
@@ -266,9 +274,9 @@ fn analytic_units_are_converted_with_factor_and_offset() {
         fn step(&mut self, _: f64, _: f64) -> Result<(), ()> {
             Ok(())
         }
-        fn receive(&mut self, time: f64, outputs: &mut Outputs) -> Result<(), ()> {
+        fn receive(&mut self, time: f64, outputs: &mut UnitValues) -> Result<(), ()> {
             if let Some(output) = outputs.reals.first_mut() {
-                *output = [3.0 + time, 1.0, 0.0, 0.0];
+                *output = Taylor([3.0 + time, 1.0, 0.0, 0.0]);
             }
             Ok(())
         }
@@ -278,25 +286,26 @@ fn analytic_units_are_converted_with_factor_and_offset() {
         Links { offered: vec![1], ..Links::default() },
         Links { reals: vec![link], ..Links::default() },
     ];
-    let mut units = [Probe([0.0; 4]), Probe([0.0; 4])];
+    let mut units = [Probe(Taylor::ZERO), Probe(Taylor::ZERO)];
     let mut exchange = Exchange::new(links, 1);
     exchange.start(0.0, &mut units).unwrap();
-    let whole = Blueprint::whole(JACOBI, IterationSettings::default(), vec![0, 1]);
+    let whole =
+        Schedule::whole(JACOBI, IterationSettings::default(), vec![UnitIndex(0), UnitIndex(1)]);
     let mut coupling = Coupling::new(&whole, &exchange, &Arc::default());
     coupling.step(&mut exchange, &mut units, 0.0, 1.0).unwrap();
-    assert_eq!(units[1].0, [16.0, 2.0, 0.0, 0.0]);
+    assert_eq!(units[1].0, Taylor([16.0, 2.0, 0.0, 0.0]));
 }
 
-/// A run that goes on from the bytes of a state in a fresh exchange gives the same bits.
+/// A run that continues from the bytes of a state in a fresh exchange gives the same bits.
 #[test]
 fn invariant_states_of_the_exchange_continue_exactly() {
     let h = 1e-3;
     for name in AlgorithmName::ALL {
         let run = |stop_over: bool| {
-            let blueprint = whole(name, [0, 1]);
+            let schedule = whole(name, [0, 1]);
             let mut units = thrown(1);
             let mut exchange = Exchange::new(links(1), 3);
-            let mut coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
+            let mut coupling = Coupling::new(&schedule, &exchange, &Arc::default());
             exchange.start(0.0, &mut units).unwrap();
             for n in 0..20 {
                 if stop_over && n == 7 {
@@ -306,7 +315,7 @@ fn invariant_states_of_the_exchange_continue_exactly() {
                         postcard::from_bytes(&bytes).unwrap();
                     exchange = Exchange::new(links(1), 3);
                     assert!(exchange.restore(&signals));
-                    coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
+                    coupling = Coupling::new(&schedule, &exchange, &Arc::default());
                     assert!(coupling.restore(&memory));
                 }
                 coupling.step(&mut exchange, &mut units, f64::from(n) * h, h).unwrap();
@@ -315,8 +324,9 @@ fn invariant_states_of_the_exchange_continue_exactly() {
         };
         assert_eq!(run(false), run(true), "{name:?}");
     }
-    let other = Exchange::new(links(0), 3).state();
-    assert!(!Exchange::new(links(1), 3).restore(&other), "other derivatives on offer");
+    let other = Exchange::new(links(0), 3);
+    let restored = Exchange::new(links(1), 3).restore(other.state());
+    assert!(!restored, "the units provide other derivatives");
 }
 
 /// A connection may have a degree of its own: with the general degree of one signal lowered, the
@@ -327,15 +337,15 @@ fn order_follows_the_degree_of_the_connection() {
     links[0].reals[0].degree = Some(0);
     let mut exchange = Exchange::new(links, 2);
     exchange.start(0.0, &mut pushed(0)).unwrap();
-    let ids: Vec<SignalId> = exchange.sources(0).chain(exchange.sources(1)).map(|s| s.1).collect();
+    let of = |k| exchange.sources(UnitIndex(k)).map(|source| source.1);
+    let ids: Vec<SignalIndex> = of(0).chain(of(1)).collect();
     for n in 1..=4 {
-        for k in 0..2 {
-            exchange.outputs[k].reals[0][0] = f64::from(n);
-            exchange.take(k, 1.0);
-        }
+        let mut units = pushed(0);
+        units.iter_mut().for_each(|unit| unit.x = f64::from(n));
+        exchange.read_outputs(f64::from(n), &mut units, 1.0).unwrap();
     }
     exchange.extrapolate(1.0);
-    let end = |id: SignalId| exchange.signal(id).predicted()[0];
+    let end = |id: SignalIndex| exchange.signal(id).predicted()[0];
     assert_eq!([end(ids[0]), end(ids[1])], [4.0, 5.0]);
 }
 
@@ -345,20 +355,20 @@ fn invariant_threads_do_not_change_a_bit() {
     let run = |threads| {
         let n = 9;
         // a ring of masses, each tied to the one before
-        let link = |k: usize| RealLink { unit: (k + n - 1) % n, ..LINK };
+        let link = |k: usize| RealLink { unit: UnitIndex((k + n - 1) % n), ..LINK };
         let links =
             (0..n).map(|k| Links { reals: vec![link(k)], offered: vec![1], ..Links::default() });
         let mut units: Vec<Mass> = (0..n).map(|k| thrown(1)[k % 2].clone()).collect();
         let mut exchange = Exchange::new(links.collect(), 2);
         exchange.start(0.0, &mut units).unwrap();
-        let crew = Arc::new(Crew::of(threads));
+        let workers = Arc::new(Workers::new(threads));
         let iteration = IterationSettings::default();
         let mut bits = Vec::new();
         for name in AlgorithmName::ALL {
             // every second unit first: two phases of independent units
-            let order = (0..n).step_by(2).chain((1..n).step_by(2)).collect();
-            let blueprint = Blueprint::whole(name, iteration, order);
-            let mut coupling = Coupling::new(&blueprint, &exchange, &crew);
+            let order = (0..n).step_by(2).chain((1..n).step_by(2)).map(UnitIndex).collect();
+            let schedule = Schedule::whole(name, iteration, order);
+            let mut coupling = Coupling::new(&schedule, &exchange, &workers);
             for step in 0..20 {
                 let time = f64::from(step) * 1e-3;
                 coupling.step(&mut exchange, &mut units, time, 1e-3).unwrap();

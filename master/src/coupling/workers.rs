@@ -1,16 +1,19 @@
 //! Steps of independent units, one after the other or on several threads.
 //!
-//! A unit is stepped by one thread at a time, with inputs that are ready before any begins and
-//! outputs into a place of its own, so the results are the same bits for any number of threads.
-//! FMI 2.0 wants no more: the functions of one instance need not be thread-safe, the caller keeps their
-//! sequence, and which thread calls is its choice; instances of one library do not depend on each other.
+//! One thread at a time steps a unit. Its inputs are ready before any unit begins, and it writes its
+//! outputs to memory of its own. The results are therefore the same bits for any number of threads.
+//! FMI 2.0 allows this: the functions of one instance need not be thread-safe, but any thread may call
+//! them in the right order, and instances of one library do not depend on each other.
 
 use rayon::prelude::*;
 
-use super::{Exchange, ITERATION, Inputs, Outputs, Unit};
+use super::exchange::Exchange;
+use super::index::UnitIndex;
+use super::links::UnitValues;
+use super::unit::{ITERATION, Unit};
 
-/// Who steps the units.
-pub struct Crew {
+/// The threads that step the units.
+pub struct Workers {
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -19,26 +22,26 @@ pub struct Crew {
 pub(super) struct Task {
     pub(super) time: f64,
     pub(super) size: f64,
-    /// whether the units go back to their saved states before
+    /// whether the units first return to their saved states
     pub(super) again: bool,
 }
 
-impl Default for Crew {
+impl Default for Workers {
     fn default() -> Self {
         Self::alone()
     }
 }
 
-impl Crew {
-    /// The calling thread alone.
+impl Workers {
+    /// Only the calling thread.
     #[must_use]
     pub fn alone() -> Self {
         Self { pool: None }
     }
 
-    /// So many threads, the calling one with them; one only if others cannot be had.
+    /// So many threads, including the calling one; only that one if no others can be started.
     #[must_use]
-    pub fn of(threads: usize) -> Self {
+    pub fn new(threads: usize) -> Self {
         if threads <= 1 {
             return Self::alone();
         }
@@ -52,8 +55,8 @@ impl Crew {
         self.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 
-    /// Steps the units of a phase, none of which feeds another one of it during the step, and
-    /// reads their outputs, which the exchange has yet to take over.
+    /// Steps the units of a phase and reads their outputs, which the exchange has still to
+    /// [accept](Exchange::accept).
     pub(super) fn step<U: Unit>(
         &self,
         exchange: &mut Exchange,
@@ -65,20 +68,20 @@ impl Crew {
             exchange.fill(k, task.size);
         }
         let end = task.time + task.size;
-        let begin = |unit: &mut U, inputs: &Inputs| {
+        let begin = |unit: &mut U, inputs: &UnitValues| {
             if task.again {
                 unit.restore(ITERATION)?;
             }
             unit.send(inputs)?;
             unit.begin_step(task.time, task.size)
         };
-        let finish = |unit: &mut U, outputs: &mut Outputs| {
+        let finish = |unit: &mut U, outputs: &mut UnitValues| {
             unit.step(task.time, task.size)?;
             unit.receive(end, outputs)
         };
         match &self.pool {
             Some(pool) if phase.members.len() > 1 => pool.install(|| {
-                let (inputs, outputs) = (&exchange.inputs, &mut exchange.outputs);
+                let (inputs, outputs) = (&exchange.inputs, &mut exchange.now.outputs);
                 let mine = &phase.mine;
                 let range = phase.first..phase.first + mine.len();
                 let (units, inputs) = (&mut units[range.clone()], &inputs[range.clone()]);
@@ -93,7 +96,7 @@ impl Crew {
                     begin(&mut units[k], &exchange.inputs[k])?;
                 }
                 for &k in &phase.members {
-                    finish(&mut units[k], &mut exchange.outputs[k])?;
+                    finish(&mut units[k], &mut exchange.now.outputs[k])?;
                 }
                 Ok(())
             }
@@ -101,40 +104,40 @@ impl Crew {
     }
 }
 
-/// The failure of the foremost unit that fails, whichever is found first.
+/// The first failure in the order of the units.
 fn first<E: Send>(results: impl ParallelIterator<Item = Result<(), E>>) -> Result<(), E> {
     results.find_first(Result::is_err).unwrap_or(Ok(()))
 }
 
-/// Units none of which feeds another one during a step.
+/// Units that do not feed each other.
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
-    pub(super) members: Vec<usize>,
-    /// the foremost member
+    pub(super) members: Vec<UnitIndex>,
+    /// the member with the smallest index
     first: usize,
-    /// per unit from there to the last member, whether it is one
+    /// per unit from there to the member with the largest, whether it is a member
     mine: Vec<bool>,
 }
 
 impl Phase {
-    pub(super) fn new(members: Vec<usize>) -> Self {
-        let first = members.iter().copied().min().unwrap_or(0);
-        let last = members.iter().copied().max().unwrap_or(0);
+    pub(super) fn new(members: Vec<UnitIndex>) -> Self {
+        let first = members.iter().min().map_or(0, |unit| unit.0);
+        let last = members.iter().max().map_or(0, |unit| unit.0);
         let mut mine = vec![false; last - first + 1];
-        members.iter().for_each(|&k| mine[k - first] = true);
+        members.iter().for_each(|unit| mine[unit.0 - first] = true);
         Self { members, first, mine }
     }
 
-    /// Divides a sequence into phases of units that do not feed each other.
-    pub(super) fn divide(exchange: &Exchange, order: &[usize]) -> Vec<Self> {
-        let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); exchange.len()];
+    /// Divides an order of units into phases.
+    pub(super) fn divide(exchange: &Exchange, order: &[UnitIndex]) -> Vec<Self> {
+        let mut neighbours: Vec<Vec<UnitIndex>> = vec![Vec::new(); exchange.len()];
         for &k in order {
             for source in exchange.feeders(k) {
                 neighbours[k].push(source);
                 neighbours[source].push(k);
             }
         }
-        let mut phases: Vec<Vec<usize>> = Vec::new();
+        let mut phases: Vec<Vec<UnitIndex>> = Vec::new();
         let mut phase_of = vec![usize::MAX; exchange.len()];
         for &k in order {
             let last = phases.len().wrapping_sub(1);

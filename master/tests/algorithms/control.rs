@@ -16,10 +16,10 @@ fn controlled(
     let degree = 2;
     let mut exchange = Exchange::new(links(1), degree);
     exchange.start(0.0, &mut units).unwrap();
-    let blueprint = whole(name, [0, 1]);
-    let mut coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
+    let schedule = whole(name, [0, 1]);
+    let mut coupling = Coupling::new(&schedule, &exchange, &Arc::default());
     let all = estimate == Estimate::Doubling;
-    let signals = exchange.signals_between(|a, b| all || blueprint.extrapolates(a, b));
+    let signals = exchange.signals_between(|a, b| all || schedule.extrapolates(a, b));
     let settings = VariableStep { tolerance, estimate, min_step: None };
     let mut control = Control::new(settings, degree, signals);
     let (span, mut seen) = (0.02, 0.0);
@@ -32,7 +32,7 @@ fn controlled(
         control
             .advance(&mut coupling, &mut exchange, &mut units, (begin, span), &mut after)
             .unwrap();
-        // the ends of spans are met, but for the rounding of one sum
+        // the steps end at the end of the span, except for the rounding of one sum
         assert!((seen - (begin + span)).abs() < 1e-15 + 4e-16 * seen);
     }
     (distance([units[0].x, units[1].x], exact(1.0)), *control.report())
@@ -57,9 +57,10 @@ fn invariant_errors_follow_the_tolerance() {
     }
 }
 
-/// Units that cannot go back: every step stands, the control only looks ahead, and nothing fails.
+/// Units that cannot restore their state: every step is accepted, the control only changes the next
+/// one, and nothing fails.
 #[test]
-fn invariant_control_without_going_back_only_looks_ahead() {
+fn invariant_control_without_saved_states_changes_only_the_next_step() {
     let able = Capabilities { restore: false, ..ABLE };
     let (error, report) = controlled(Estimate::Doubling, 1e-5, SEIDEL, able);
     let (best, _) = controlled(Estimate::Predictor, 1e-5, SEIDEL, ABLE);
@@ -75,14 +76,14 @@ fn order_of_the_residual_energy_is_that_of_the_extrapolation() {
         let mut units = thrown(1);
         let mut exchange = Exchange::new(links(1), 2);
         exchange.start(0.0, &mut units).unwrap();
-        let blueprint = whole(JACOBI, [0, 1]);
-        let mut coupling = Coupling::new(&blueprint, &exchange, &Arc::default());
-        let signals = exchange.signals_between(|a, b| blueprint.extrapolates(a, b));
+        let schedule = whole(JACOBI, [0, 1]);
+        let mut coupling = Coupling::new(&schedule, &exchange, &Arc::default());
+        let signals = exchange.signals_between(|a, b| schedule.extrapolates(a, b));
         let mut meter = PowerMeter::new(&[(signals[0], signals[1])], &signals);
         for n in 0..(1.0 / h).round() as u32 {
             let time = f64::from(n) * h;
             coupling.step(&mut exchange, &mut units, time, h).unwrap();
-            meter.take(&exchange, time + h, h);
+            meter.add(&exchange, time + h, h);
         }
         meter.report().unwrap()
     };

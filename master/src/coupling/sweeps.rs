@@ -1,34 +1,36 @@
 //! What iterating algorithms have in common: the feedback signals as unknowns, and sweeps.
 //!
 //! In a sweep the members step one after the other, as in Gauss-Seidel. Signals of members that
-//! have stepped in the sweep are interpolated; those of members that are still to step, the
-//! *feedback signals*, are supposed: value y and first derivative h·y' at the end of the step, in
-//! the vector x, which with the data at the step's beginning make a Hermite polynomial. The sweep's
-//! own ends are the image G(x); the step is solved when x = G(x). The first sweep is a Gauss-Seidel
-//! step, x being what the extrapolation predicts; for later ones the units go back to the states
-//! saved at the step's beginning.
+//! have stepped in the sweep are interpolated. Those of members that have not, the *feedback
+//! signals*, are assumed: the vector x holds value y and first derivative h·y' of each at the end of
+//! the step, which with the data at the step's beginning make a Hermite polynomial. The ends of the
+//! sweep itself are the image G(x), and the step is solved when x = G(x). The first sweep is a
+//! Gauss-Seidel step with the extrapolated signals as x. For later ones the units return to the
+//! states saved at the step's beginning.
 //!
 //! A unit that cannot save its state steps in the first sweep only, with extrapolated feedback: its
-//! inputs keep the order of the extrapolation, and so does the whole.
+//! inputs keep the order of the extrapolation, and so does the coupling.
 
 use std::sync::Arc;
 
 use results::summary::Iteration;
 
-use super::crew::{Phase, Task};
-use super::{Crew, Exchange, ITERATION, SignalId, Unit};
+use super::exchange::Exchange;
+use super::index::{SignalIndex, UnitIndex};
+use super::unit::{ITERATION, Unit};
+use super::workers::{Phase, Task, Workers};
 use scenario::algorithm::IterationSettings;
 
 /// Sweeps over some units.
 pub(super) struct Sweeps {
-    pub(super) order: Vec<usize>,
+    pub(super) order: Vec<UnitIndex>,
     rank: Vec<usize>,
     first: Vec<Phase>,
-    /// phases of those that can make a step again; made when the capabilities are known
+    /// phases of the units that can repeat a step; set when the capabilities are known
     again: Option<Vec<Phase>>,
     /// feedback signals, and whether their derivative is an unknown too
-    pub(super) feedback: Vec<(SignalId, bool)>,
-    crew: Arc<Crew>,
+    pub(super) feedback: Vec<(SignalIndex, bool)>,
+    workers: Arc<Workers>,
     pub(super) x: Vec<f64>,
     pub(super) image: Vec<f64>,
     pub(super) scales: Vec<f64>,
@@ -39,9 +41,9 @@ pub(super) struct Sweeps {
 impl Sweeps {
     pub(super) fn new(
         exchange: &Exchange,
-        order: Vec<usize>,
+        order: Vec<UnitIndex>,
         settings: IterationSettings,
-        crew: Arc<Crew>,
+        workers: Arc<Workers>,
     ) -> Self {
         let mut rank = vec![usize::MAX; exchange.len()];
         for (place, &unit) in order.iter().enumerate() {
@@ -52,7 +54,7 @@ impl Sweeps {
             first,
             again: None,
             feedback: Vec::new(),
-            crew,
+            workers,
             x: Vec::new(),
             image: Vec::new(),
             scales: Vec::new(),
@@ -64,29 +66,34 @@ impl Sweeps {
     }
 
     /// Whether a unit is a member.
-    pub(super) fn is_member(&self, unit: usize) -> bool {
+    pub(super) fn is_member(&self, unit: UnitIndex) -> bool {
         self.rank[unit] != usize::MAX
     }
 
     /// Whether sweeps move a signal: a member's, unless it is held over the step.
-    pub(super) fn is_moved(&self, exchange: &Exchange, signal: SignalId) -> bool {
+    pub(super) fn is_moved(&self, exchange: &Exchange, signal: SignalIndex) -> bool {
         self.is_member(exchange.origin(signal).0) && !exchange.signal(signal).is_held()
     }
 
-    /// Whether a member's signal is supposed when the target takes it.
-    pub(super) fn feeds_back(&self, exchange: &Exchange, signal: SignalId, target: usize) -> bool {
+    /// Whether a member's signal is assumed when the target takes it.
+    pub(super) fn feeds_back(
+        &self,
+        exchange: &Exchange,
+        signal: SignalIndex,
+        target: UnitIndex,
+    ) -> bool {
         let (source, _) = exchange.origin(signal);
         self.is_member(source) && self.rank[source] >= self.rank[target]
     }
 
-    /// Finds out who can step again and which signals feed back between them.
+    /// Finds the units that can repeat a step, and the signals that feed back between them.
     fn lay_out<U: Unit>(&mut self, exchange: &Exchange, units: &[U]) {
-        let again: Vec<usize> =
+        let again: Vec<UnitIndex> =
             self.order.iter().copied().filter(|&k| units[k].capabilities().restore).collect();
         let mut repeats = vec![false; exchange.len()];
         again.iter().for_each(|&k| repeats[k] = true);
         let mut known = vec![false; exchange.signal_count()];
-        let mut feedback: Vec<(SignalId, bool)> = Vec::new();
+        let mut feedback: Vec<(SignalIndex, bool)> = Vec::new();
         for &target in &again {
             for (_, signal, _) in exchange.sources(target) {
                 let (source, _) = exchange.origin(signal);
@@ -106,7 +113,7 @@ impl Sweeps {
         self.again = Some(Phase::divide(exchange, &again));
     }
 
-    /// The first sweep. Returns whether the unknowns were laid out just now.
+    /// The first sweep.
     pub(super) fn begin<U: Unit>(
         &mut self,
         exchange: &mut Exchange,
@@ -125,16 +132,16 @@ impl Sweeps {
             }
         }
         for phase in &self.first {
-            self.crew.step(exchange, units, phase, Task { time, size, again: false })?;
+            self.workers.step(exchange, units, phase, Task { time, size, again: false })?;
             for &k in &phase.members {
-                exchange.take(k, size);
+                exchange.accept(k, size);
                 exchange.interpolate(k, size);
             }
         }
         let mut i = 0;
         for &(signal, derivative) in &self.feedback {
             let [value, rate] = exchange.signal(signal).predicted();
-            let scale = exchange.allowed(signal, self.settings.tolerance);
+            let scale = exchange.allowed_error(signal, self.settings.tolerance);
             self.x[i] = value;
             self.scales[i] = scale;
             i += 1;
@@ -150,7 +157,7 @@ impl Sweeps {
         Ok(())
     }
 
-    /// Another sweep, from the x that stands there.
+    /// Another sweep, from the present x.
     pub(super) fn repeat<U: Unit>(
         &mut self,
         exchange: &mut Exchange,
@@ -161,13 +168,13 @@ impl Sweeps {
         let mut i = 0;
         for &(signal, derivative) in &self.feedback {
             let rate = if derivative { self.x[i + 1] / size } else { 0.0 };
-            exchange.suppose(signal, [self.x[i], rate], size);
+            exchange.assume(signal, [self.x[i], rate], size);
             i += 1 + usize::from(derivative);
         }
         for phase in self.again.iter().flatten() {
-            self.crew.step(exchange, units, phase, Task { time, size, again: true })?;
+            self.workers.step(exchange, units, phase, Task { time, size, again: true })?;
             for &k in &phase.members {
-                exchange.take_again(k);
+                exchange.accept_again(k);
                 exchange.interpolate(k, size);
             }
         }
@@ -189,13 +196,13 @@ impl Sweeps {
         }
     }
 
-    /// The largest residual in units of what the tolerance allows.
+    /// The largest residual relative to the allowed error.
     pub(super) fn residual(&self) -> f64 {
         let parts = self.x.iter().zip(&self.image).zip(&self.scales);
         parts.map(|((x, image), scale)| (image - x).abs() / scale).fold(0.0, f64::max)
     }
 
-    /// Takes note of a step's end.
+    /// Counts a finished step.
     pub(super) fn end(&mut self, sweeps: u32, residual: f64) {
         let iteration = &mut self.iteration;
         iteration.most = iteration.most.max(sweeps);

@@ -1,0 +1,77 @@
+//! Errors of computing modes.
+
+use thiserror::Error;
+
+use crate::error::Error;
+use fmi2_import::instance::FmuError;
+
+/// The modes of a system cannot be computed.
+#[derive(Debug, Error)]
+pub enum ModesError {
+    /// The scenario does not start.
+    #[error(transparent)]
+    Start(#[from] Error),
+    /// A unit does not report its linearisation.
+    #[error("{instance} does not report its linearisation, which is needed for the modes")]
+    Silent {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// The call that failed, and its status.
+        #[source]
+        source: FmuError,
+    },
+    /// A unit does not step in every communication step.
+    #[error(
+        "{instance} does not step in every communication step (\"every\"), which is needed for the modes"
+    )]
+    Slow {
+        /// The instance, by its name in the scenario.
+        instance: String,
+    },
+    /// A report cannot be used.
+    #[error("the linearisation that {instance} reports cannot be used: {message}")]
+    Report {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// What is wrong with the linearisation, in words.
+        message: String,
+    },
+    /// A connected output is not in the report.
+    #[error("the linearisation that {instance} reports leaves out its connected output {output}")]
+    Missing {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// Connected output that the report lacks.
+        output: String,
+    },
+    /// The inputs of a unit cannot be read.
+    #[error("cannot read the inputs of {instance} at the point of linearisation")]
+    Inputs {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// The call that failed, and its status.
+        #[source]
+        source: FmuError,
+    },
+    /// An algebraic loop without a solution.
+    #[error("the linearised system has an algebraic loop that cannot be solved")]
+    Loop,
+    /// The iteration for eigenvalues failed.
+    #[error("the computation of the eigenvalues of the linearised system did not converge")]
+    Eigenvalues,
+}
+
+impl ModesError {
+    /// How to fix it, where that is known.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Start(error) => error.help(),
+            Self::Silent { .. } | Self::Missing { .. } => Some(
+                "modes need units with the report \"linear\" (docs/coupled-modes.md); \
+                 `maglev run` does not need it",
+            ),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Creates the instances of a run and connects them.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use super::setup::Setup;
+use super::wiring::Wiring;
+use crate::coupling::Exchange;
+use crate::error::Error;
+use crate::participant::Participant;
+use crate::system::{InstanceSetup, System};
+use fmi2_import::instance::{FmuError, Instance, InstanceOptions};
+use fmi2_import::isolate::Isolation;
+use fmi2_import::library::Functions;
+use fmi2_import::trace::Trace;
+use scenario::{OnDiscard, Scenario, ScenarioError};
+
+/// Creates all instances. Each library is loaded once, and again in the process of each isolated
+/// instance. `again`: this process has had instances of these units before.
+pub(super) fn instantiate(
+    scenario: &Scenario,
+    system: &System,
+    trace: Option<&Trace>,
+    again: bool,
+) -> Result<Vec<Instance>, Error> {
+    let settings = scenario.isolation;
+    let seconds = |limit: Option<f64>| limit.and_then(|it| Duration::try_from_secs_f64(it).ok());
+    let isolation = Isolation {
+        step_timeout: seconds(settings.step_timeout),
+        call_timeout: seconds(settings.call_timeout),
+        memory: settings.memory,
+        program: None,
+    };
+    let isolated = |setup: &InstanceSetup| setup.isolate.unwrap_or(settings.all);
+    if isolation != Isolation::default() && !system.instances.iter().any(isolated) {
+        return Err(ScenarioError::NothingIsolated.into());
+    }
+    let mut loaded: HashMap<PathBuf, (Functions, Arc<AtomicBool>)> = HashMap::new();
+    let mut instances = Vec::with_capacity(system.instances.len());
+    for setup in &system.instances {
+        let (package, name) = (&setup.package, &setup.name);
+        let options = InstanceOptions { debug_log: setup.debug_log.clone(), trace: trace.cloned() };
+        if isolated(setup) {
+            let made = Instance::isolated_with_options(package, &isolation, name, &options);
+            let mut instance = made.map_err(Error::Instantiate)?;
+            isolation.step_timeout.into_iter().for_each(|it| instance.set_pending_limit(it));
+            instances.push(instance);
+            continue;
+        }
+        // by the path of the unpacked binary: one file under two names is unpacked and loaded twice
+        let binary = package.binary();
+        let once = package.description().co_simulation.can_be_instantiated_only_once_per_process;
+        let (functions, dead) = match loaded.get(&binary) {
+            Some(known) if !once => known.clone(),
+            Some(_) => (Functions::load_copy(package)?, Arc::default()),
+            None if once && again => (Functions::load_copy(package)?, Arc::default()),
+            None => {
+                let fresh: (Functions, Arc<AtomicBool>) =
+                    (Functions::load(package)?, Arc::default());
+                loaded.insert(binary, fresh.clone());
+                fresh
+            }
+        };
+        let made = Instance::with_options(package, functions, &dead, name, &options);
+        instances.push(made.map_err(Error::Instantiate)?);
+    }
+    Ok(instances)
+}
+
+/// Begins the trace that the scenario asks for.
+pub(super) fn trace(scenario: &Scenario) -> Result<Option<Trace>, Error> {
+    let begin = |path: &PathBuf| {
+        let failed = |source| Error::Trace { path: path.clone(), source };
+        Trace::create(path).map_err(failed)
+    };
+    scenario.trace.as_ref().map(begin).transpose()
+}
+
+/// Connects initialized instances: finds out what the units can do beyond plain steps, and lays out the
+/// signals between them.
+pub(super) fn connect(
+    setup: &Setup,
+    instances: Vec<Instance>,
+) -> Result<(Vec<Participant>, Exchange), FmuError> {
+    let Setup { scenario, system, selection, coupling, .. } = setup;
+    let experiment = scenario.experiment;
+    let Wiring { mut variables, mut links, .. } = Wiring::new(scenario, system, coupling);
+    for port in &selection.ports {
+        variables[port.instance].watched.push(port.variable);
+    }
+    let (saved, differentiated) = (coupling.saved(scenario), coupling.differentiated());
+    let mut participants = Vec::with_capacity(instances.len());
+    let all = instances.into_iter().zip(variables).zip(system.indexed());
+    for ((instance, variables), (k, setup)) in all {
+        let mut participant = Participant::new(instance, variables);
+        participant.set_steps(setup.steps);
+        participant.set_every(setup.every);
+        let own = experiment.step * f64::from(setup.every) / f64::from(setup.steps);
+        participant.keep_steps_equal(own, experiment.stop);
+        if scenario.algorithm.on_discard == OnDiscard::Retry {
+            participant.retry_discarded_steps()?;
+        }
+        links[k].offered = participant.probe_output_derivatives()?;
+        if saved.contains(&k) {
+            participant.probe_states()?;
+        }
+        if differentiated.contains(&k) {
+            participant.probe_directional_derivatives()?;
+        }
+        participants.push(participant);
+    }
+    Ok((participants, Exchange::new(links, scenario.algorithm.degree())))
+}
