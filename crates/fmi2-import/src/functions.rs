@@ -46,8 +46,7 @@ macro_rules! functions {
 
         /// A function of the C interface. Its number is its position in [`SYMBOLS`].
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-        #[expect(non_camel_case_types, clippy::enum_variant_names, reason = "the standard's names")]
-        #[allow(dead_code, reason = "the whole interface is named; not all of it is called")]
+        #[expect(non_camel_case_types, reason = "the standard's names")]
         #[repr(u8)]
         pub enum Call {
             $(#[doc = concat!("`", stringify!($symbol), "`")] $symbol,)*

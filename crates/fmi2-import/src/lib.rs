@@ -15,8 +15,6 @@
 //! # Ok::<(), fmi2_import::package::PackageError>(())
 //! ```
 
-#![expect(clippy::result_large_err, reason = "errors contain all details, and are rare")]
-
 mod activity;
 mod answer;
 pub mod archive;
