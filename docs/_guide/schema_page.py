@@ -6,18 +6,18 @@ from markdown import code, table, text
 
 INTRODUCTION = """# Every key of a scenario
 
-All keys that a scenario may have, as [scenarios/schema.json](../../scenarios/schema.json) has them, which
-`maglev schema` prints. Editors that know JSON Schema complete and explain the keys when the file begins with
-`"$schema": "schema.json"`. How the parts work together is told in [the scenario file](../scenario-file.md).
+All keys of a scenario, from [scenarios/schema.json](../../scenarios/schema.json), which `maglev schema` prints. Editors
+that support JSON Schema complete and explain the keys if the file begins with `"$schema": "schema.json"`. The page
+[the scenario file](../scenario-file.md) explains how the parts work together.
 
-An unknown key, and a key that is there twice, is an error that names the key and where it stands. **Bold** keys
-must be there.
+An unknown key or a duplicate key is an error that names the key, its place and the nearest known key. **Bold** keys are
+required.
 """
 
 
-# For whoever reads the file: in all objects alike, so told once.
+# In all objects alike, so described once.
 REMARK = "$comment"
-REMARKED = f"Every object may have a `{REMARK}` as well: a remark, which is not used.\n"
+REMARKED = f"Every object may have a `{REMARK}` too, which is ignored.\n"
 
 
 def page(path):

@@ -81,7 +81,7 @@ def test_analytic_units_of_pythonfmu_step_as_their_python_does(chain):
 
 def test_issue_a_strict_run_refuses_them_and_says_why(chain):
     done = run(chain, "--strict")
-    assert done.returncode == 2 and "does not tolerate" in done.stderr, done.stderr
+    assert done.returncode == 2 and "does not allow" in done.stderr, done.stderr
 
 
 NOISE = """

@@ -50,7 +50,7 @@ pub enum ScenarioError {
     },
     /// Files extend each other in a cycle.
     #[error("\"extends\" forms a cycle: {}", chain(files))]
-    Circle {
+    Cycle {
         /// The files from the first one to the one that occurs again.
         files: Vec<PathBuf>,
     },
@@ -161,7 +161,7 @@ impl ScenarioError {
             Self::Base { .. } => {
                 "\"extends\" is the path of a scenario file, relative to the file that contains it"
             }
-            Self::Circle { .. } => "remove one \"extends\"",
+            Self::Cycle { .. } => "remove one \"extends\"",
             Self::ExtendsInText { .. } => {
                 "load the scenario from a file, or merge the two scenarios"
             }

@@ -22,12 +22,12 @@ pub(crate) struct ScenarioFile {
     pub(crate) extends: Option<String>,
 }
 
-/// The file and those that it extends, it first.
+/// A file and those that it extends, in this order.
 pub(crate) fn chain(path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
     let text = fs::read_to_string(path)
         .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
     let mut chain = vec![ScenarioFile::new(text, path)?];
-    // by their canonical paths, for a file can be named in many ways
+    // canonical paths, since a file has many paths
     let mut seen = HashSet::from([canonical(path)]);
     while let Some((source, extends)) =
         chain.last().and_then(|source| Some((source, source.extends.as_ref()?)))
@@ -36,7 +36,7 @@ pub(crate) fn chain(path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
         if !seen.insert(canonical(&base)) {
             let mut files: Vec<_> = chain.iter().map(|source| source.path.clone()).collect();
             files.push(base);
-            return Err(ScenarioError::Circle { files });
+            return Err(ScenarioError::Cycle { files });
         }
         let text = fs::read_to_string(&base).map_err(|error| ScenarioError::Base {
             path: source.path.clone(),
@@ -48,7 +48,7 @@ pub(crate) fn chain(path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
     Ok(chain)
 }
 
-/// A file that is not there is found so on reading.
+/// The canonical path. A missing file keeps its path; reading it fails later.
 fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

@@ -1,4 +1,4 @@
-//! Reading a scenario: a file with those that it extends, made one, and paths resolved.
+//! Reading a scenario: merging a file with those that it extends, and resolving paths.
 
 use std::path::{Path, absolute};
 
@@ -11,27 +11,26 @@ use crate::suggestions::{GivenTimes, LeftOut};
 use crate::{InstanceSettings, Scenario, ScenarioError, Setting};
 
 impl Scenario {
-    /// Reads a scenario file and what it extends. Paths of units become relative to the working
-    /// directory.
+    /// Reads a scenario file and the files that it extends. Paths of units become relative to the working directory.
     ///
     /// # Errors
-    /// A file cannot be read, or the whole is no valid scenario.
+    /// A file cannot be read, or the scenario is invalid.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         Self::load_with(path, GivenTimes::default())
     }
 
-    /// The same with times that count instead of those in the file. What the experiment leaves out
-    /// is what the units suggest.
+    /// Reads a scenario file as [`Scenario::load`] does, with other times than those in the file. Times that are missing
+    /// come from the `DefaultExperiment` of the units.
     ///
     /// # Errors
-    /// A file cannot be read, the whole is no valid scenario, or no unit suggests what is left out.
+    /// A file cannot be read, the scenario is invalid, or a time is missing and no unit has a default.
     pub fn load_with(path: &Path, given: GivenTimes) -> Result<Self, ScenarioError> {
         let chain = chain(path)?;
         let mut whole = whole(&chain);
         let left_out = LeftOut::fill(&mut whole);
         let mut scenario = scenario(&chain, whole)?;
         for (name, unit) in &mut scenario.units {
-            // the file that gave the path, not one that it extends
+            // relative to the file that contains the path, which may be an extended one
             let file = chain.iter().find(|source| source.value["units"][name].is_string());
             let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
             *unit = folder.join(&*unit);
@@ -51,10 +50,10 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Reads a scenario's text, which extends no file; `path` is for messages only.
+    /// Reads the text of a scenario that extends no file. `path` is for messages only.
     ///
     /// # Errors
-    /// The text is no valid scenario.
+    /// The scenario is invalid.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ScenarioError> {
         let source = ScenarioFile::new(text.to_owned(), path)?;
         if source.extends.is_some() {
@@ -66,8 +65,8 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// Makes paths in values absolute; the folder that each is relative to is known by the names of
-    /// instance, list and variable.
+    /// Makes the paths in values absolute. `folder` returns the folder of the file that contains the value, by instance,
+    /// list and variable.
     fn resolve_files<'a>(&mut self, folder: impl Fn(&str, &str, &str) -> Option<&'a Path>) {
         for (name, instance) in &mut self.instances {
             let InstanceSettings { parameters, start, .. } = instance;
@@ -76,7 +75,7 @@ impl Scenario {
                     let Setting::File(file) = setting else { continue };
                     let path =
                         folder(name, list, variable).unwrap_or(Path::new("")).join(&file.path);
-                    // without a working folder it stays relative, and is found missing or not
+                    // without a working directory the path remains relative
                     file.path = absolute(&path).unwrap_or(path);
                 }
             }
@@ -84,7 +83,7 @@ impl Scenario {
     }
 }
 
-/// The files as one: the last is what the others change.
+/// The files merged into one value, starting with the last one, which extends no other.
 fn whole(chain: &[ScenarioFile]) -> Value {
     let mut whole = Value::Null;
     for (k, source) in chain.iter().rev().enumerate() {
@@ -97,13 +96,13 @@ fn whole(chain: &[ScenarioFile]) -> Value {
     whole
 }
 
-/// The scenario that the files make together.
+/// The scenario of the merged files.
 fn scenario(chain: &[ScenarioFile], whole: Value) -> Result<Scenario, ScenarioError> {
     strict_json::from_value(whole).map_err(|(steps, error)| blame(chain, &steps, &error))
 }
 
-/// An error in the whole, reported for the file that it comes from: the first in the chain that has most of the way
-/// to the place.
+/// An error in the merged value, reported for the file that it comes from: the first one in the chain that contains
+/// most of the path to the place.
 fn blame(chain: &[ScenarioFile], steps: &[PathStep], error: &FormError) -> ScenarioError {
     let depth = |file: &ScenarioFile| strict_json::depth(&file.value, steps);
     let deepest = chain.iter().map(depth).max().unwrap_or(0);
@@ -149,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn analytic_a_file_changes_what_it_extends() {
+    fn analytic_a_file_changes_the_one_that_it_extends() {
         let top = r#"{ "extends": "sub/middle.json", "title": "top",
             "instances": { "z": { "parameters": { "gain": 3 } } } }"#;
         let middle = r#"{ "extends": "../base.json", "units": { "b": "c.fmu" }, "title": "middle",
@@ -165,7 +164,7 @@ mod tests {
         let parameters = &scenario.instances["z"].parameters;
         assert_eq!(parameters.len(), 1);
         assert_eq!(parameters["gain"], Setting::Number(3.0));
-        // a path is relative to the file that it stands in
+        // a path is relative to the file that contains it
         let unit = |name: &str| fs::canonicalize(folder.path()).unwrap().join(name);
         fs::write(folder.path().join("a.fmu"), "").unwrap();
         fs::write(folder.path().join("sub/c.fmu"), "").unwrap();
@@ -174,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_a_byte_order_mark_is_passed_over() {
+    fn issue_a_byte_order_mark_is_ignored() {
         let mark = "\u{feff}";
         let top = format!("{mark}{{ \"extends\": \"base.json\", \"title\": \"top\" }}");
         let odd = format!("{mark}{{ \"extends\": \"base.json\", \"titel\": \"top\" }}");
@@ -187,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_errors_name_the_file_that_has_them() {
+    fn issue_errors_name_the_file_that_they_are_in() {
         let folder = folder(&[
             ("base.json", BASE),
             ("key.json", &BASE.replace("\"stop\"", "\"stopp\"")),
@@ -214,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn issue_circles_and_missing_files_are_named() {
+    fn issue_cycles_and_missing_files_are_named() {
         let folder = folder(&[
             ("a.json", r#"{ "extends": "b.json" }"#),
             ("b.json", r#"{ "extends": "./a.json" }"#),

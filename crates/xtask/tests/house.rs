@@ -16,11 +16,12 @@ use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 const PLAN: &[(&str, &[&str])] = &[
     // physics and analysis: no FMI
     ("magnet", &[]),
-    ("guideway", &[]),
-    ("multibody", &[]),
+    ("guideway", &["strict-json"]),
+    ("multibody", &["strict-json"]),
     ("analysis", &[]),
     // small tools
     ("patterns", &[]),
+    ("strict-json", &["patterns"]),
     ("figure", &[]),
     ("shared-features", &[]),
     // FMI, for any FMU
@@ -28,13 +29,13 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmi2-export", &["fmi2-sys"]),
     ("fmi2-package", &[]),
     ("fmi2-import", &["fmi2-sys"]),
-    ("fmi2-conformance", &["fmi2-import", "fmi2-sys"]),
+    ("fmi2-conformance", &["fmi2-import", "fmi2-sys", "patterns"]),
     // the units
     ("fmu-ems", &["fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
     // co-simulation
-    ("scenario", &["fmi2-import", "patterns"]),
+    ("scenario", &["fmi2-import", "patterns", "strict-json"]),
     ("results", &["patterns"]),
     ("master", &["fmi2-conformance", "fmi2-import", "patterns", "results", "scenario"]),
     ("report", &["analysis", "figure", "fmi2-import", "guideway", "multibody", "results"]),
