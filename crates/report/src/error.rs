@@ -13,7 +13,7 @@ pub enum ReportError {
     Results(#[from] ReadError),
     /// The file of a unit is damaged or not what it was.
     #[error("cannot read the unit {path} for the report: {message}")]
-    Unit {
+    Fmu {
         /// Path of the .fmu file.
         path: PathBuf,
         /// What is wrong with the file, in words.
@@ -56,7 +56,7 @@ impl ReportError {
     pub fn help(&self) -> Option<&'static str> {
         match self {
             Self::Results(error) => error.help(),
-            Self::Unit { .. } => Some("run `maglev validate` on the unit"),
+            Self::Fmu { .. } => Some("run `maglev validate` on the unit"),
             Self::Picture { .. } => None,
             Self::Write { .. } => Some("choose another file with --out"),
         }

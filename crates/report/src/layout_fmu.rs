@@ -54,7 +54,7 @@ impl<'a> LayoutFmu<'a> {
 
     /// An error about this FMU.
     pub(crate) fn unusable(&self, message: &str) -> ReportError {
-        ReportError::Unit { path: self.instance.path.clone(), message: message.to_owned() }
+        ReportError::Fmu { path: self.instance.path.clone(), message: message.to_owned() }
     }
 
     /// The value of a numeric parameter, from the scenario or else the description; 1 for true.
@@ -133,7 +133,7 @@ fn parameters(instance: &InstanceAsRun<'_>, description: &ModelDescription) -> V
 
 /// A text file of an archive, `None` if it has no such file.
 fn read(path: &Path, name: &str) -> Result<Option<String>, ReportError> {
-    let unusable = |message: String| ReportError::Unit { path: path.to_owned(), message };
+    let unusable = |message: String| ReportError::Fmu { path: path.to_owned(), message };
     let failed = |error| unusable(results::causes(&error).join(": "));
     let bytes =
         FmuArchive::open(path).and_then(|mut archive| archive.read(name)).map_err(failed)?;
