@@ -26,15 +26,14 @@
     reason = "detailed errors are large; they end a run, and those of steps are boxed"
 )]
 
-pub mod coupling;
 mod error;
 pub mod graph;
-mod index;
 pub mod initialize;
 pub mod modes;
 pub mod participant;
 pub mod simulation;
 pub mod system;
 
+pub use coupling;
 pub use error::{Error, Misfit, StateError};
 pub use simulation::{Setup, Simulation, SimulationState};

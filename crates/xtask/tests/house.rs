@@ -37,7 +37,11 @@ const PLAN: &[(&str, &[&str])] = &[
     // co-simulation
     ("scenario", &["fmi2-import", "patterns", "strict-json"]),
     ("results", &["patterns"]),
-    ("master", &["fmi2-conformance", "fmi2-import", "patterns", "results", "scenario"]),
+    ("coupling", &["fmi2-import", "results", "scenario"]),
+    (
+        "master",
+        &["coupling", "fmi2-conformance", "fmi2-import", "patterns", "results", "scenario"],
+    ),
     ("report", &["analysis", "figure", "fmi2-import", "guideway", "multibody", "results"]),
     (
         "maglev-cli",

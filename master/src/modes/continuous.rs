@@ -8,7 +8,7 @@ use faer::prelude::c64;
 
 use super::error::ModesError;
 use super::state_space::Linear;
-use crate::coupling::{InputIndex, Links, UnitIndex};
+use coupling::{InputIndex, Links, UnitIndex};
 
 /// Imaginary parts below this fraction of an eigenvalue are rounding errors: a double eigenvalue splits by
 /// the square root of the rounding error.

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use super::state_space::Linear;
-use crate::coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
+use coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
 /// Largest number of terms of the series, to avoid endless loops.
 const MOST_TERMS: usize = 400;

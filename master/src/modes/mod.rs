@@ -24,11 +24,11 @@ mod structure;
 use faer::prelude::c64;
 use indexmap::IndexMap;
 
-use crate::coupling::{Links, Schedule};
 use crate::participant::Participant;
 use crate::simulation::Setup;
 use crate::system::VariableIndex;
 use continuous::upper;
+use coupling::{Links, Schedule};
 pub use error::ModesError;
 pub use results::modes::{
     CoupledMode, CoupledModes, Eigenvalue, InputFamily, OperatingPoint, UncoupledStates,

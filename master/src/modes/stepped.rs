@@ -14,7 +14,7 @@ use super::continuous::balanced;
 use super::error::ModesError;
 use super::linear_unit::LinearUnit;
 use super::state_space::Linear;
-use crate::coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
+use coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
 
 /// Number of points that a signal remembers, including the latest.
 const POINTS: usize = 4;

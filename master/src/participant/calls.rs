@@ -2,7 +2,7 @@
 
 use super::variables::Buffers;
 use super::{Participant, Slot};
-use crate::coupling::{Taylor, UnitValues};
+use coupling::{Taylor, UnitValues};
 use fmi2_import::exchange::{Received, Sent};
 use fmi2_import::instance::FmuError;
 use fmi2_import::per_type::PerType;

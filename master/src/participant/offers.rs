@@ -12,7 +12,7 @@
 //! for an instance (`input_derivatives`).
 
 use super::Participant;
-use crate::coupling::{Capabilities, Unit as _};
+use coupling::{Capabilities, Unit as _};
 use fmi2_import::instance::{FmuError, Instance, Offer};
 
 /// The capabilities that the unit declares.

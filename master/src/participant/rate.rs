@@ -10,7 +10,7 @@
 //! its own does not step at the same time as the others.
 
 use super::Participant;
-use crate::coupling::Taylor;
+use coupling::Taylor;
 use fmi2_import::instance::FmuError;
 use fmi2_import::span::parts;
 

@@ -7,7 +7,7 @@
 //! the other units are not affected.
 
 use super::Participant;
-use crate::coupling::Taylor;
+use coupling::Taylor;
 use fmi2_import::instance::{FmuError, FmuFault, StateId};
 use fmi2_import::logger;
 use fmi2_import::span::{parts, plain};

@@ -11,7 +11,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Participant;
-use crate::coupling::{PLACES, UnitValues};
+use coupling::{PLACES, UnitValues};
 use fmi2_import::instance::FmuError;
 use fmi2_import::span::between;
 

@@ -2,7 +2,7 @@
 
 use super::Participant;
 use super::slow::Slow;
-use crate::coupling::{Capabilities, InputIndex, Unit, UnitValues};
+use coupling::{Capabilities, InputIndex, Unit, UnitValues};
 use fmi2_import::instance::FmuError;
 
 impl Unit for Participant {

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::loops::AlgebraicLoop;
-use crate::coupling::{Schedule, Size, StepGroup, UnitIndex};
 use crate::system::{InstanceIndex, Port, SignalGraph, System, SystemError};
+use coupling::{Schedule, Size, StepGroup, UnitIndex};
 use fmi2_import::description::Type;
 use scenario::{AlgorithmName, JacobianSource, Scenario};
 

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use super::setup::Setup;
 use super::wiring::Wiring;
-use crate::coupling::Exchange;
 use crate::error::Error;
 use crate::participant::Participant;
 use crate::system::{InstanceSetup, System};
+use coupling::Exchange;
 use fmi2_import::instance::{FmuError, Instance, InstanceOptions};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;

@@ -1,9 +1,9 @@
 //! Limits of the coupling: capabilities that units do not declare, or declare without having them.
 
 use super::setup::Setup;
-use crate::coupling::Unit as _;
 use crate::participant::Participant;
 use crate::system::{InstanceIndex, System};
+use coupling::Unit as _;
 
 /// A missing capability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,8 +9,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::coupling::Schedule;
 use crate::system::{InstanceIndex, Link, Port, SignalGraph, System};
+use coupling::Schedule;
 use scenario::{AlgorithmName, Scenario};
 
 /// A value larger than this times its nominal value has grown without bound: no physical quantity is

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::limits::{Limit, Limits};
 use super::loops::AlgebraicLoop;
 use super::setup::Setup;
-use crate::coupling::{
-    Control, Coupling, Exchange, ExchangeState, PowerMeter, SignalIndex, UnitIndex, Workers,
-};
 use crate::participant::Participant;
 use crate::system::Port;
+use coupling::{
+    Control, Coupling, Exchange, ExchangeState, PowerMeter, SignalIndex, UnitIndex, Workers,
+};
 use fmi2_import::instance::FmuError;
 use fmi2_import::logger;
 use results::summary::CouplingSummary;

@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use super::coupling_setup::CouplingSetup;
 use super::loops::CutLoops;
-use crate::coupling::{
+use crate::participant::{ExchangedVariables, ItemCheck};
+use crate::system::{InstanceSetup, Link, Port, System, Transfer, VariableIndex};
+use coupling::{
     HeldLink, Input, InputIndex, IntegerLink, Links, OutputIndex, RealLink, Whole, WholeLink,
     WholeOutput,
 };
-use crate::participant::{ExchangedVariables, ItemCheck};
-use crate::system::{InstanceSetup, Link, Port, System, Transfer, VariableIndex};
 use fmi2_import::description::{Conversion, Type};
 use scenario::Scenario;
 

@@ -1,6 +1,6 @@
 //! Indices of instances and of their variables.
 
-use crate::index::index_types;
+use coupling::index_types;
 
 index_types! {
     /// Position of an instance in [`System::instances`](super::System::instances).

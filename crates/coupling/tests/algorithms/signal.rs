@@ -1,7 +1,7 @@
 //! Extrapolation and interpolation of one signal.
 
-use master::coupling::Taylor;
-use master::coupling::signal::{Effect, Signal};
+use coupling::Taylor;
+use coupling::signal::{Effect, Signal};
 
 /// A cubic and its derivatives.
 fn cubic(t: f64) -> Taylor {

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::Exchange;
-use crate::coupling::links::UnitValues;
-use crate::coupling::signal::Signal;
+use crate::links::UnitValues;
+use crate::signal::Signal;
 
 /// Everything in an [`Exchange`] that changes from step to step and is needed to continue.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExchangeState {
     pub(super) signals: Vec<Signal>,
-    pub(in crate::coupling) outputs: Vec<UnitValues>,
+    pub(crate) outputs: Vec<UnitValues>,
     /// values that are not Real at the beginning of the current step
     pub(super) begin: Vec<UnitValues>,
     /// the same for the step before

@@ -1,6 +1,7 @@
-//! Index types: a position in one list cannot be used in another by mistake.
+//! The macro that declares index types: a position in one list cannot be used in another by mistake.
 
 /// Declares index types. Each indexes slices and vectors.
+#[macro_export]
 macro_rules! index_types {
     ($($(#[$doc:meta])* $name:ident;)*) => {$(
         $(#[$doc])*
@@ -38,5 +39,3 @@ macro_rules! index_types {
         }
     )*};
 }
-
-pub(crate) use index_types;

@@ -17,7 +17,7 @@ mod taylor;
 
 use std::sync::Arc;
 
-use master::coupling::*;
+use coupling::*;
 use scenario::algorithm::{AlgorithmName, IterationSettings};
 
 /// One mass on its own spring, tied by the coupling spring to the other mass, whose position

@@ -238,12 +238,14 @@ impl Exchange {
     }
 
     /// The unit whose output a signal is, and which of its Real outputs.
+    #[inline]
     #[must_use]
     pub fn origin(&self, signal: SignalIndex) -> (UnitIndex, OutputIndex) {
         (self.origins[signal].unit, self.origins[signal].output)
     }
 
     /// A signal with its history.
+    #[inline]
     #[must_use]
     pub fn signal(&self, signal: SignalIndex) -> &Signal {
         &self.now.signals[signal]
@@ -264,6 +266,7 @@ impl Exchange {
 
     /// Replaces value and first derivative of a signal at the end of the step by assumed ones, and
     /// interpolates up to there.
+    #[inline]
     pub fn assume(&mut self, signal: SignalIndex, end: [f64; 2], size: f64) {
         self.now.signals[signal].assume(end, size);
     }
@@ -296,6 +299,7 @@ impl Exchange {
     }
 
     /// The error of a signal that a relative tolerance allows.
+    #[inline]
     #[must_use]
     pub fn allowed_error(&self, signal: SignalIndex, tolerance: f64) -> f64 {
         let size = self.origins[signal].size;
@@ -305,6 +309,7 @@ impl Exchange {
 
     /// The error of a signal's extrapolation at the end of the step. Zero for a signal that jumps at
     /// the beginning of the step: a smaller step would not predict it better.
+    #[inline]
     #[must_use]
     pub fn prediction_error(&self, signal: SignalIndex) -> f64 {
         let signal = self.signal(signal);

@@ -1,7 +1,5 @@
 //! Indices of units, their inputs and outputs, and the signals between them.
 
-use crate::index::index_types;
-
 index_types! {
     /// Position of a unit in the list of all units.
     UnitIndex;

@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::coupling::index::{InputIndex, OutputIndex, SignalIndex, UnitIndex};
-use crate::coupling::links::{Links, RealLink};
+use crate::index::{InputIndex, OutputIndex, SignalIndex, UnitIndex};
+use crate::links::{Links, RealLink};
 
 /// One Real source of a Real input.
 pub(super) struct Source {

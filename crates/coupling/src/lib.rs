@@ -8,6 +8,9 @@
 //! A [`Schedule`] says which algorithm steps which units. A [`Coupling`] runs these algorithms one after
 //! the other, and a [`Control`] chooses the size of its steps.
 
+#[macro_use]
+mod index_types;
+
 pub mod acceleration;
 mod algorithm;
 mod control;

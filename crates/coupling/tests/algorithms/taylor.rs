@@ -1,6 +1,6 @@
 //! Shifted and reduced polynomials.
 
-use master::coupling::Taylor;
+use coupling::Taylor;
 
 /// The shifted polynomial takes the same values: all terms are exact in these numbers.
 #[test]

@@ -6,9 +6,9 @@
 
 use super::Exchange;
 use super::layout::Source;
-use crate::coupling::index::{InputIndex, UnitIndex};
-use crate::coupling::links::{Input, Links, UnitValues, WholeOutput};
-use crate::coupling::signal::Effect;
+use crate::index::{InputIndex, UnitIndex};
+use crate::links::{Input, Links, UnitValues, WholeOutput};
+use crate::signal::Effect;
 
 /// Whether jumps can reach each unit: those with held inputs, and all that they feed in turn.
 pub(super) fn reachable(links: &[Links]) -> Vec<bool> {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use std::sync::Arc;
 
-use master::coupling::{
+use coupling::{
     Capabilities, Coupling, Exchange, InputIndex, IntegerLink, Links, OutputIndex, RealLink,
     Schedule, Taylor, Unit, UnitIndex, UnitValues, Whole, WholeOutput,
 };

@@ -1,6 +1,6 @@
 //! Accelerated fixed-point iterations of a linear map.
 
-use master::coupling::acceleration::Accelerator;
+use coupling::acceleration::Accelerator;
 use scenario::algorithm::Acceleration;
 
 /// A linear map of spectral radius beyond one, for which plain iteration diverges.
