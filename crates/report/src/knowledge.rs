@@ -125,7 +125,7 @@ pub struct GuidewayFacts {
     /// The instance, by its name in the scenario.
     pub instance: String,
     /// Modes of an empty girder: frequency f·√(stiffness/mass) (Hz) and damping ratio.
-    pub modes: Vec<GirderMode>,
+    pub modes: Vec<GirderModeFacts>,
     /// The chirp A sin(π (t − t₀)²), if it is on. Its frequency in Hz is t − t₀ in s.
     pub chirp: Option<ChirpFacts>,
     /// The random profile, if it is on.
@@ -134,7 +134,7 @@ pub struct GuidewayFacts {
 
 /// A mode of an empty girder.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct GirderMode {
+pub struct GirderModeFacts {
     /// Frequency (Hz).
     pub frequency: f64,
     /// Damping ratio.
@@ -173,7 +173,10 @@ impl GuidewayFacts {
         let count = number(names::MODES).unwrap_or(0.0);
         let modes = (1..=99_usize).take_while(|&k| k as f64 <= count).map_while(|k| {
             let frequency = factor * number(&names::numbered(names::FREQUENCY, k, 99))?;
-            Some(GirderMode { frequency, damping: number(&names::numbered(names::DAMPING, k, 99)) })
+            Some(GirderModeFacts {
+                frequency,
+                damping: number(&names::numbered(names::DAMPING, k, 99)),
+            })
         });
         let chirp = || {
             let start = number(names::CHIRP_START)?;
