@@ -13,7 +13,7 @@ pub struct Reserved(File);
 impl Reserved {
     /// Reserves stdout for the rest of the process.
     pub fn new() -> Result<Self, Error> {
-        reserve().map(|stdout| Self(stdout)).map_err(failed)
+        reserve().map(Self).map_err(failed)
     }
 
     /// Prints a file. It is no error if the reader has closed the pipe.
