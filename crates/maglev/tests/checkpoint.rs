@@ -344,7 +344,10 @@ fn issue_a_results_folder_that_is_moved_away_is_reported() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("results to out") && told.contains("the folder no longer exists"), "{told}");
+    assert!(
+        told.contains("results to out") && told.contains("the folder no longer exists"),
+        "{told}"
+    );
     // what was moved is a whole checkpoint with its rows
     bench.maglev(&["resume", "moved", "--quiet"]).succeeds();
 }

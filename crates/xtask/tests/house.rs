@@ -38,10 +38,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("scenario", &["fmi2-import", "patterns", "strict-json"]),
     ("results", &["patterns"]),
     ("coupling", &["fmi2-import", "results", "scenario"]),
-    (
-        "master",
-        &["coupling", "fmi2-conformance", "fmi2-import", "patterns", "results", "scenario"],
-    ),
+    ("master", &["coupling", "fmi2-conformance", "fmi2-import", "patterns", "results", "scenario"]),
     ("report", &["analysis", "figure", "fmi2-import", "guideway", "multibody", "results"]),
     (
         "maglev-cli",
