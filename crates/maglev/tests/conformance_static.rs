@@ -372,5 +372,5 @@ fn issue_binaries_of_other_systems_are_known() {
     ];
     bench.pack("bad.fmu", &files);
     let found = errors(&bench);
-    assert!(found.len() == 1 && found[0].1.contains("not Elf for Aarch64"), "{found:?}");
+    assert!(found.len() == 1 && found[0].1.contains("must be Elf for Aarch64"), "{found:?}");
 }

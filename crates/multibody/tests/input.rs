@@ -29,7 +29,7 @@ fn invariant_bad_files_are_refused_with_their_json_path() {
     let text = complaint(|v| v["bodies"][1]["inertia"] = vec![1.0, 1.0, 3.0].into());
     assert_says(&text, &["bodies[1].inertia", "exceeds the sum"]);
     let text = complaint(|v| v["bodies"][1]["name"] = v["bodies"][0]["name"].clone());
-    assert_says(&text, &["bodies[1].name", "already bodies[0]"]);
+    assert_says(&text, &["bodies[1].name", "also the name of bodies[0]"]);
     let text = complaint(|v| v["bodies"][0]["colour"] = "red".into());
     assert_says(&text, &["bodies[0]", "colour"]);
     let text = complaint(|v| v["joints"][0]["axis"] = vec![0.0, 0.0, 0.0].into());
@@ -68,12 +68,16 @@ fn invariant_each_complaint_names_place_and_cure() {
             &["joint_forces[0].joint", "did you mean `guide`?"],
         ),
         ("/bodies/2/name", json!("ground"), &["bodies[2].name", "reserved"]),
-        ("/bodies/2/name", json!(""), &["bodies[2].name", "name is needed"]),
-        ("/joints/3/name", json!("guide"), &["joints[3].name", "already joints[0]", "rename"]),
+        ("/bodies/2/name", json!(""), &["bodies[2].name", "name is empty"]),
+        (
+            "/joints/3/name",
+            json!("guide"),
+            &["joints[3].name", "also the name of joints[0]", "rename"],
+        ),
         (
             "/bushings/1/name",
             json!("bogie_1_1_beam_front_upper_left"),
-            &["bushings[1].name", "already bushings[0]"],
+            &["bushings[1].name", "also the name of bushings[0]"],
         ),
         // numbers
         ("/bodies/0/mass", json!(0.0), &["bodies[0].mass", "positive", "0 kg"]),
@@ -131,7 +135,7 @@ fn invariant_each_complaint_names_place_and_cure() {
         (
             "/drive",
             json!({"bodies": ["car_1", "car_1"], "stiffness": 1.0, "damping": 1.0}),
-            &["drive.bodies[1]", "already drive.bodies[0]"],
+            &["drive.bodies[1]", "also drive.bodies[0]"],
         ),
         (
             "/drive",

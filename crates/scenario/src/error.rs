@@ -67,7 +67,7 @@ pub enum ScenarioError {
         name: String,
         /// Why the .fmu file cannot be read.
         #[source]
-        source: PackageError,
+        source: Box<PackageError>,
     },
     /// A member of the experiment is missing, and no unit has a default.
     #[error(

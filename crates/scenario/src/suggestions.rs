@@ -60,8 +60,9 @@ impl LeftOut {
         let mut units = Vec::new();
         for (name, path) in &scenario.units {
             if scenario.instances.values().any(|instance| instance.unit == *name) {
-                let described = Package::describe(path)
-                    .map_err(|source| ScenarioError::Suggestions { name: name.clone(), source })?;
+                let described = Package::describe(path).map_err(|source| {
+                    ScenarioError::Suggestions { name: name.clone(), source: Box::new(source) }
+                })?;
                 units.push((path.clone(), described));
             }
         }
