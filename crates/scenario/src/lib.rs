@@ -6,8 +6,6 @@
 //!
 //! [`Scenario::load`] reads a file, [`Scenario::check`] checks ranges, [`Scenario::schema`] is the schema.
 
-#![expect(clippy::result_large_err, reason = "an error ends the reading of the file")]
-
 pub mod algorithm;
 mod alone;
 mod check;
