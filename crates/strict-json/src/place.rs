@@ -65,9 +65,20 @@ pub fn shown(steps: &[PathStep]) -> String {
 /// `serde_json` reports where that was.
 #[must_use]
 pub fn position(text: &str, steps: &[PathStep]) -> Option<(usize, usize)> {
-    let mut json = serde_json::Deserializer::from_str(crate::content(text));
+    let text = crate::content(text);
+    if steps.is_empty() {
+        return Some(start(text));
+    }
+    let mut json = serde_json::Deserializer::from_str(text);
     let error = (&mut json).deserialize_any(Walk(steps)).err()?;
     Some((error.line(), error.column()))
+}
+
+/// Line and column of the first character that is not white space.
+fn start(text: &str) -> (usize, usize) {
+    let (blank, _) = text.split_at(text.len() - text.trim_start().len());
+    let last = blank.rsplit('\n').next().unwrap_or_default();
+    (1 + blank.matches('\n').count(), 1 + last.len())
 }
 
 /// Follows the steps, and fails at their end.
@@ -139,7 +150,8 @@ mod tests {
         assert_eq!(line(&[key("c")]), Some(6));
         // what is not there is where its object ends
         assert_eq!(line(&[key("c"), key("d")]), Some(6));
-        assert_eq!(line(&[]), Some(1));
+        assert_eq!(position(TEXT, &[]), Some((1, 1)));
+        assert_eq!(position("\n  {}", &[]), Some((2, 3)));
         assert_eq!(position(&format!("\u{feff}{TEXT}"), &[key("c")]), position(TEXT, &[key("c")]));
     }
 }
