@@ -40,7 +40,7 @@ fn analytic_signals_have_intervals_of_their_own() {
     assert!(bench.path("out/results.parquet").exists());
     scenario["record"]["signals"][0]["interval"] = json!(0.25);
     bench.scenario(&scenario);
-    bench.run(&[]).fails(2, &["record.signals[0].interval 0.25 s is not a multiple"]);
+    bench.run(&[]).fails(2, &["record.signals[0].interval is 0.25 s, which is not a multiple"]);
 }
 
 #[test]

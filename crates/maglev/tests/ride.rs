@@ -176,7 +176,7 @@ fn issue_one_reason_for_many_points_is_one_note() {
 fn issue_points_that_make_no_sense_are_refused() {
     let point = |point: Value| bench(&json!([point]));
     let refused = |bench: Bench, text: &str| bench.run(&[]).fails(2, &[text]);
-    refused(point(json!({ "name": "x" })), "ride_quality[0].vertical is left out");
+    refused(point(json!({ "name": "x" })), "ride_quality[0].vertical is missing");
     let backwards = json!({ "name": "x", "vertical": "a.y", "from": 3.0, "to": 1.0 });
     refused(point(backwards), "ride_quality[0].from is 3");
     refused(point(json!({ "name": "x", "vertical": "a.y", "too": 1.0 })), "unknown field `too`");

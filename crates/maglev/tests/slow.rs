@@ -207,7 +207,10 @@ fn issue_steps_that_do_not_fit_are_refused() {
     };
     let every = "instances.b.every is";
     refused(&|it| it["instances"]["b"]["every"] = json!(3), &[every, "20 communication steps"]);
-    refused(&|it| it["instances"]["b"]["every"] = json!(0), &["instances.b.every is 0", "from 1"]);
+    refused(
+        &|it| it["instances"]["b"]["every"] = json!(0),
+        &["instances.b.every is 0", "at least 1"],
+    );
     refused(&|it| it["instances"]["b"]["steps"] = json!(2), &[every, "\"steps\" is 2"]);
     refused(
         &|it| it["algorithm"]["variable"] = json!({ "tolerance": 1e-3 }),
