@@ -2,7 +2,7 @@
 //!
 //! [`check()`] applies the [`rules()`] to a file: archive, description, symbols of the binary. It loads nothing.
 //! [`runner::run`] loads the FMU and calls its C functions as the [`checks()`] demand, each check in a separate
-//! process. [`reference`] repeats the experiments whose results an FMU contains.
+//! process. [`mod@reference`] repeats the experiments whose results an FMU contains.
 
 #![expect(clippy::result_large_err, reason = "errors carry their context, and are rare")]
 

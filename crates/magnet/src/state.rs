@@ -10,7 +10,7 @@ pub struct State {
     /// Δλ, in Wb: flux linkage beyond that of the operating current at the nominal gap.
     pub flux_deviation: f64,
     /// Operating current i_op, in A: i₀ in the linear law, the current that carries the static
-    /// force at the nominal gap in the nonlinear one. Fixed by [`Magnet::initialise`].
+    /// force at the nominal gap in the nonlinear one. Fixed by [`Magnet::initialise`](crate::Magnet::initialise).
     pub operating_current: f64,
     /// Memory of a sampled controller.
     pub hold: Hold,

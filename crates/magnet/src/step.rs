@@ -15,7 +15,7 @@ impl Magnet {
     /// Advances the state over `size` (s) from `time` (s), while the inputs follow `course`.
     ///
     /// Where [`Magnet::is_exact`] holds the result is exact to rounding for any size; otherwise it
-    /// is of fourth order in [`MagnetParameters::integration_step`]. After an error the state is
+    /// is of fourth order in [`MagnetParameters::integration_step`](crate::MagnetParameters::integration_step). After an error the state is
     /// unchanged.
     ///
     /// # Errors

@@ -28,7 +28,7 @@ pub struct CallFailure {
     pub call: &'static str,
     /// What it returned.
     pub status: fmi2Status,
-    /// Messages since the last failure or [`TestInstance::messages`].
+    /// Messages since the last failure or [`TestInstance::messages`](super::TestInstance::messages).
     pub messages: Vec<LoggedMessage>,
 }
 
