@@ -15,7 +15,8 @@
 //! | layer | crate | what it does |
 //! |---|---|---|
 //! | command | [`maglev`](../maglev/index.html) | subcommands; a run with everything it writes (`Job`, `resume`) |
-//! | stepping | [`master`](../master/index.html) | system, initialization, coupling algorithms, simulation, coupled modes |
+//! | stepping | [`master`](../master/index.html) | system, initialization, simulation, coupled modes |
+//! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |
 //! | | [`report`](../report/index.html) | `report.html` and pictures of results |
@@ -30,6 +31,7 @@
 //! | tools | [`analysis`](../analysis/index.html) | spectra, peaks, ride quality |
 //! | | [`figure`](../figure/index.html) | curves as SVG |
 //! | | [`patterns`](../patterns/index.html) | names with ranges and stars |
+//! | | [`strict_json`](../strict_json/index.html) | JSON whose errors name their place |
 //!
 //! The FMUs themselves (`fmu_ems`, `fmu_guideway`, `fmu_vehicle`) are C libraries without a Rust interface. Equation
 //! numbers are those of Kim, Han, Han and Yang, Vehicle System Dynamics 53 (2015) 587-601.
