@@ -226,9 +226,7 @@ pub fn child(unit: &Path, id: &str, answer: &Path, trace: &Path) -> Result<(), C
     let judged = match Bench::new(unit, check.severity, Some(file)) {
         Ok(bench) => judge(check, &bench),
         Err(error) => {
-            let first: &dyn std::error::Error = &error;
-            let chain = std::iter::successors(Some(first), |error| error.source());
-            let message = chain.map(ToString::to_string).collect::<Vec<_>>().join(": ");
+            let message = fmi2_import::causes(&error).join(": ");
             let severity = check.severity;
             let calls = Vec::new();
             Answer { skipped: None, findings: vec![Observation { severity, message, calls }] }

@@ -40,6 +40,7 @@ pub mod witness;
 pub mod xml;
 
 pub use activity::Activity;
+pub use fault::causes;
 pub use functions::Call;
 pub use status::{fmi2Status, status_with_name};
 

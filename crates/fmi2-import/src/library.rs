@@ -11,6 +11,7 @@ use libloading::Library;
 use object::Object as _;
 use thiserror::Error;
 
+use crate::fault::causes;
 use crate::functions::{Call, indispensable};
 pub use crate::functions::{Functions, SYMBOLS};
 use crate::package::{PLATFORM, Package};
@@ -163,7 +164,7 @@ impl Functions {
         // SAFETY: loading runs the initialisers of the library; the user wants to run its code
         let library = unsafe { open_library(binary) }.map_err(|source| {
             let folder = binary.parent().unwrap_or(Path::new(""));
-            let messages = messages(&source);
+            let messages = causes(&source).join(": ");
             if forbids_execution(&messages, is_noexec(folder)) {
                 let folder = std::env::temp_dir();
                 return LibraryError::NoExecution { unit: unit(), folder, source };
@@ -225,12 +226,6 @@ unsafe fn open_library(path: &Path) -> Result<Library, libloading::Error> {
 unsafe fn open_library(path: &Path) -> Result<Library, libloading::Error> {
     // SAFETY: the caller's
     unsafe { Library::new(path) }
-}
-
-/// Messages of the loader's error and its causes.
-fn messages(error: &dyn std::error::Error) -> String {
-    let causes = std::iter::successors(Some(error), |error| error.source());
-    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 /// Whether loading failed because files in the folder cannot be executed. `noexec`: whether its file

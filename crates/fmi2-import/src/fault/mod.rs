@@ -49,6 +49,12 @@ impl From<FmuFault> for FmuError {
     }
 }
 
+/// The messages of an error and its causes, outermost first.
+#[must_use]
+pub fn causes(error: &dyn std::error::Error) -> Vec<String> {
+    std::iter::successors(Some(error), |error| error.source()).map(ToString::to_string).collect()
+}
+
 #[cold]
 pub(crate) fn fail<T>(fault: FmuFault) -> Result<T, FmuError> {
     Err(fault.into())

@@ -42,12 +42,6 @@ const ARGUMENT: &str = "isolated-worker";
 /// while they initialize.
 const LONGEST_CALL: Duration = Duration::from_secs(60);
 
-/// The messages of an error and its causes.
-#[cfg(target_os = "linux")]
-fn causes(error: &dyn std::error::Error) -> Vec<String> {
-    std::iter::successors(Some(error), |error| error.source()).map(ToString::to_string).collect()
-}
-
 /// Settings of isolated instances.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Isolation {

@@ -108,7 +108,7 @@ impl Served {
                 }
                 let functions = match Functions::open(&unit, &binary) {
                     Ok(functions) => functions,
-                    Err(error) => return Ok(Report::Unloadable(super::causes(&error))),
+                    Err(error) => return Ok(Report::Unloadable(crate::fault::causes(&error))),
                 };
                 let name = identity.name.to_string_lossy();
                 let sink = Sink::into_ring(&name, &self.control.ring);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use clap::Args;
 use fmi2_import::interrupt::{self, Interruption};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use maglev::Error;
@@ -21,6 +22,27 @@ use super::stdout::Reserved;
 
 /// How long a step may take after Ctrl-C before the command explains how to end it.
 const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Options of `run` and `resume` for what is printed and made at the end.
+#[derive(Args)]
+pub struct EndOptions {
+    /// Make no report (report.html) at the end.
+    #[arg(long)]
+    no_report: bool,
+    /// Print the content of summary.json on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+    /// Print nothing unless something goes wrong.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl EndOptions {
+    /// The terminal of a run with its results in a folder, which shows messages of a level.
+    pub fn terminal<'a>(&self, folder: &'a Path, level: LogLevel) -> Terminal<'a> {
+        Terminal { folder, quiet: self.quiet, json: self.json, report: !self.no_report, level }
+    }
+}
 
 /// What a run prints, and where it leaves its results.
 pub struct Terminal<'a> {

@@ -7,7 +7,7 @@ use clap::Args;
 use maglev::Error;
 use scenario::LogLevel;
 
-use super::display::{Terminal, watch};
+use super::display::{EndOptions, watch};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -24,26 +24,13 @@ be where they were. --json prints the same as for `maglev run`.";
 pub struct Arguments {
     /// The results folder of the run.
     folder: PathBuf,
-    /// Make no report (report.html) at the end.
-    #[arg(long)]
-    no_report: bool,
-    /// Print the content of summary.json on stdout, and nothing else there.
-    #[arg(long)]
-    json: bool,
-    /// Print nothing unless something goes wrong.
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    end: EndOptions,
 }
 
 /// Resumes the run.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
-    let terminal = Terminal {
-        folder,
-        quiet: arguments.quiet,
-        json: arguments.json,
-        report: !arguments.no_report,
-        level: LogLevel::default(),
-    };
+    let terminal = arguments.end.terminal(folder, LogLevel::default());
     watch(&terminal, |observer| maglev::run::resume(folder, observer))
 }

@@ -11,7 +11,7 @@ use scenario::{
     AlgorithmName, Checkpoints, GivenTimes, LogLevel, Override, ResultFormat, Scenario,
 };
 
-use super::display::{Terminal, watch};
+use super::display::{EndOptions, watch};
 use super::names;
 
 const EXAMPLES: &str = "\
@@ -93,15 +93,8 @@ pub struct Arguments {
     /// Write every C call to every unit to this file: time, instance, arguments, status, duration.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Make no report (report.html) at the end.
-    #[arg(long)]
-    no_report: bool,
-    /// Print the content of summary.json on stdout, and nothing else there.
-    #[arg(long)]
-    json: bool,
-    /// Print nothing unless something goes wrong.
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    end: EndOptions,
 }
 
 fn parse_threads(text: &str) -> Result<usize, String> {
@@ -126,13 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
     let job = Job { scenario: &scenario, name: &name, folder: &folder };
-    let terminal = Terminal {
-        folder: &folder,
-        quiet: arguments.quiet,
-        json: arguments.json,
-        report: !arguments.no_report,
-        level: scenario.log_level,
-    };
+    let terminal = arguments.end.terminal(&folder, scenario.log_level);
     watch(&terminal, |observer| job.run(observer))
 }
 
