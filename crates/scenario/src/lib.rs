@@ -17,7 +17,6 @@ mod experiment;
 mod file;
 mod instance;
 mod log;
-mod merge;
 mod overrides;
 mod read;
 mod record;

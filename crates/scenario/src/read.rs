@@ -3,10 +3,9 @@
 use std::path::{Path, absolute};
 
 use serde_json::Value;
-use strict_json::{FormError, PathStep};
+use strict_json::{FormError, PathStep, merge};
 
 use crate::file::{ScenarioFile, chain};
-use crate::merge::merge;
 use crate::suggestions::{GivenTimes, LeftOut};
 use crate::{InstanceSettings, Scenario, ScenarioError, Setting};
 

@@ -1,8 +1,9 @@
 //! JSON for files that people write: duplicate and unknown keys are errors with their place.
 //!
 //! [`read`] is all that most callers need. A caller that changes the document before it uses it, as scenarios that
-//! extend each other, takes the steps one by one: [`parse`], [`from_value`], and [`position`] for messages.
+//! extend each other, takes the steps one by one: [`parse`], [`merge`], [`from_value`], and [`position`] for messages.
 
+mod merge;
 mod place;
 mod strict;
 mod typed;
@@ -10,6 +11,7 @@ mod typed;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+pub use merge::{merge, merge_by_name};
 pub use place::{PathStep, depth, position, shown};
 use strict::Strict;
 pub use typed::FormError;

@@ -26,7 +26,7 @@ impl FormError {
     }
 
     /// The error for a word that is not one of those that are allowed.
-    fn unknown(what: &str, word: &str, allowed: &[&str]) -> Self {
+    pub(crate) fn unknown(what: &str, word: &str, allowed: &[&str]) -> Self {
         let hint = match (patterns::suggest(word, allowed.iter().copied()), allowed) {
             (Some(near), _) => format!("; did you mean `{near}`?"),
             (None, []) => "; none is allowed here".to_owned(),
