@@ -2,6 +2,7 @@
 
 use crate::attachments::Attachments;
 use crate::composite::{Composite, Merged, merge};
+use crate::contact::mobility;
 use crate::counts::counts;
 use crate::description::{Joint, JointKind, VehicleDescription};
 use crate::elements::JointForceElement;
@@ -40,13 +41,19 @@ impl VehicleModel {
         let groups = groups.iter().max().map_or(0, |k| k + 1);
         let counts = counts(description, &merged, rows, groups);
         let anchors = Anchors { merged: &merged, names: &names };
+        let magnets = anchors.magnets(description)?;
         Ok(Self {
             name: description.name.clone(),
             bushings: anchors.bushings(description)?,
             springs: anchors.springs(description)?,
             joint_forces: joint_forces(description, &joints),
             drive: anchors.drive(description)?,
-            magnets: anchors.magnets(description)?,
+            mobilities: magnets
+                .iter()
+                .map(|magnet| mobility(&merged.composites[magnet.body], &magnet.local))
+                .collect(),
+            magnets,
+            contact: description.contact.unwrap_or_default(),
             watched: anchors.watched(description)?,
             attachments: Attachments::new(description, &names)?,
             gravity: description.gravity.into(),

@@ -122,6 +122,9 @@ impl VehicleDescription {
             joint_sides(joint, &self.bodies, &names, &format!("joints[{k}]"))?;
         }
         self.check_elements(&names)?;
+        if let Some(contact) = &self.contact {
+            contact.check(self.nominal_gap)?;
+        }
         self.check_points(&names)
     }
 

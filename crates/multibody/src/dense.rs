@@ -18,6 +18,7 @@ impl VehicleModel {
         ws: &mut Workspace,
     ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
         ws.forget();
+        ws.touch.set(None);
         ws.vertical.copy_from_slice(loads.vertical);
         ws.lateral.copy_from_slice(loads.lateral);
         self.set_kinematics(&state.bodies, ws);

@@ -7,6 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::ContactDescription;
 use crate::error::Error;
 
 /// Name of the body that does not move.
@@ -48,6 +49,9 @@ pub struct VehicleDescription {
     /// Bodies whose motion is an output.
     #[serde(default)]
     pub observed: Vec<Observed>,
+    /// Mechanical stops and landing skids at the magnets. Default: the standard ones, switched off.
+    #[serde(default)]
+    pub contact: Option<ContactDescription>,
 }
 
 /// A rigid body.
@@ -293,7 +297,7 @@ impl VehicleDescription {
     /// # Errors
     /// [`Error::Invalid`] where a number has no JSON form (NaN, infinity).
     pub fn to_json(&self) -> Result<String, Error> {
-        let fields = [
+        let mut fields = vec![
             format!("\"name\": {}", json(&self.name)?),
             format!("\"description\": {}", json(&self.description)?),
             format!("\"gravity\": {}", json(&self.gravity)?),
@@ -307,6 +311,9 @@ impl VehicleDescription {
             list("magnets", &self.magnets)?,
             list("observed", &self.observed)?,
         ];
+        if let Some(contact) = &self.contact {
+            fields.push(format!("\"contact\": {}", json(contact)?));
+        }
         Ok(format!("{{\n  {}\n}}\n", fields.join(",\n  ")))
     }
 }

@@ -1,8 +1,9 @@
 //! Equation 9 evaluated: M q̈ + Φ_qᵀ λ = Q, Φ_q q̈ = γ.
 
 use crate::block::{ColumnWindow, Vanished};
+use crate::contact::{ContactScratch, TrackContact};
 use crate::error::Error;
-use crate::index::JointIndex;
+use crate::index::{JointIndex, MagnetIndex};
 use crate::joint::JacobianRow;
 use crate::loads::Loads;
 use crate::math::Vec3;
@@ -31,6 +32,7 @@ impl VehicleModel {
             residual: vec![0.0; self.rows],
             stage: start.clone(),
             sum: vec![BodyRate::zero(); bodies],
+            touch: ContactScratch::new(self.magnets.len(), start.clone()),
             start,
             vertical: vec![0.0; self.magnets.len()],
             lateral: vec![0.0; self.magnets.len()],
@@ -48,10 +50,28 @@ impl VehicleModel {
         loads: &Loads,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
+        self.accelerations_in_contact(state, loads, None, ws)
+    }
+
+    /// Like [`VehicleModel::accelerations`], with the contacts of the magnets with the rail.
+    ///
+    /// # Errors
+    /// As [`VehicleModel::accelerations`].
+    pub fn accelerations_in_contact(
+        &self,
+        state: &State,
+        loads: &Loads,
+        track: Option<&TrackContact>,
+        ws: &mut Workspace,
+    ) -> Result<(), Error> {
         self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
-        if ws.has_solution(&state.bodies, loads) {
+        if let Some(track) = track {
+            self.check_track(track.height.len(), track.rate.len())?;
+        }
+        if ws.has_solution(&state.bodies, loads, track) {
             return Ok(());
         }
+        ws.touch.set(track);
         ws.vertical.copy_from_slice(loads.vertical);
         ws.lateral.copy_from_slice(loads.lateral);
         self.evaluate(&state.bodies, state.time, ws)
@@ -226,7 +246,7 @@ impl VehicleModel {
         Error::Singular { time, joint: name.clone(), row: vanished.row }
     }
 
-    /// Forces of all elements, gravity, drive and magnets.
+    /// Forces of all elements, gravity, drive, magnets and contacts.
     pub(crate) fn apply_forces(&self, ws: &mut Workspace) {
         let Workspace { kin, wrenches, vertical, lateral, .. } = ws;
         wrenches.fill(Wrench::zero());
@@ -253,6 +273,7 @@ impl VehicleModel {
             }
         }
         self.apply_loads(kin, &Loads { vertical, lateral }, wrenches);
+        self.apply_contact(ws);
     }
 
     /// Q and γ.
@@ -346,12 +367,30 @@ impl VehicleModel {
         loads: &Loads,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
+        self.respond(state, loads, ws, |_| Vec3::zeros())
+    }
+
+    /// As [`VehicleModel::load_response`], with further forces on the magnets, world axes.
+    pub(crate) fn respond(
+        &self,
+        state: &State,
+        loads: &Loads,
+        ws: &mut Workspace,
+        further: impl Fn(MagnetIndex) -> Vec3,
+    ) -> Result<(), Error> {
         self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
         self.prepare(&state.bodies, state.time, ws)?;
         ws.evaluated = false;
         let Workspace { kin, wrenches, solution, factors, .. } = ws;
         wrenches.fill(Wrench::zero());
         self.apply_loads(kin, loads, wrenches);
+        for k in self.magnets() {
+            let force = further(k);
+            if force != Vec3::zeros() {
+                let magnet = &self.magnets[k];
+                wrenches[magnet.body].add(&force, &kin[magnet.body].turn(&magnet.local));
+            }
+        }
         solution.fill(0.0);
         for (k, wrench) in wrenches[..self.composites.len()].iter().enumerate() {
             let moment = kin[k].a.tr_mul(&wrench.moment);

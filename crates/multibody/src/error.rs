@@ -95,6 +95,24 @@ pub enum Error {
         /// Largest fitted deviation of a magnet from its place, in m.
         deviation: f64,
     },
+    /// No static equilibrium on the skids was found.
+    #[error(
+        "no static equilibrium on the skids after {iterations} iterations: the largest acceleration left \
+         is {acceleration:e} {}, {component} of `{body}`; every body must be held by skids, springs or \
+         joints, and nothing but the drive may have to hold the vehicle along the track or sideways: \
+         friction does not hold a body at rest",
+        if component.contains("about") { "rad/s²" } else { "m/s²" },
+    )]
+    Landing {
+        /// Iterations done.
+        iterations: usize,
+        /// The body with the largest acceleration component left.
+        body: String,
+        /// Which component, for example `along y` or `about x`: world axes along, body axes about.
+        component: &'static str,
+        /// The largest acceleration component left, m/s² or rad/s².
+        acceleration: f64,
+    },
     /// The eigenvalue problem of a linearisation has no answer.
     #[error(
         "{}",

@@ -8,6 +8,7 @@
 //! each correction gains several digits. Where it does not, the matrix is factored again. So the
 //! violation stays below the tolerances after every step and does not accumulate.
 
+use crate::contact::TrackCourse;
 use crate::error::Error;
 use crate::index::{BodyIndex, JointIndex};
 use crate::loads::{LoadCourse, polynomial};
@@ -24,6 +25,22 @@ const SLOW: f64 = 0.1;
 /// Fraction of the tolerance at which corrections end. Near singular positions the remaining
 /// violation is amplified, so corrections continue towards rounding as long as they help.
 const AIM: f64 = 0.01;
+
+/// What acts on the vehicle over a step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<'a> {
+    pub loads: LoadCourse<'a>,
+    /// The rail, where magnets may touch it.
+    pub track: Option<TrackCourse<'a>>,
+}
+
+/// An internal step: the time at which the step began, and its own start and size (s).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct InternalStep {
+    pub begin: f64,
+    pub offset: f64,
+    pub h: f64,
+}
 
 /// Whether corrections may end: below the target, or within the tolerance once rounding stops
 /// progress or no correction is left.
@@ -47,13 +64,15 @@ impl VehicleModel {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        ws.touch.set(None);
+        let course = Course { loads: *loads, track: None };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
         let begin = state.time;
         for n in 0..count {
             // counted, not accumulated
             let offset = f64::from(n) * h;
-            self.runge_kutta(&mut state.bodies, begin, offset, h, loads, ws)?;
+            self.runge_kutta(&mut state.bodies, &InternalStep { begin, offset, h }, &course, ws)?;
             let end = if n + 1 == count { begin + size } else { begin + f64::from(n + 1) * h };
             self.project(&mut state.bodies, end, ws)?;
             state.time = end;
@@ -61,15 +80,15 @@ impl VehicleModel {
         Ok(())
     }
 
-    fn runge_kutta(
+    pub(crate) fn runge_kutta(
         &self,
         bodies: &mut [BodyState],
-        begin: f64,
-        offset: f64,
-        h: f64,
-        loads: &LoadCourse,
+        step: &InternalStep,
+        course: &Course,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
+        let InternalStep { begin, offset, h } = *step;
+        let loads = &course.loads;
         let stages = self.scheme.stages();
         ws.start.copy_from_slice(bodies);
         // taken out so that the evaluation may borrow the workspace; returned below
@@ -81,6 +100,9 @@ impl VehicleModel {
             for k in 0..self.magnets.len() {
                 ws.vertical[k] = polynomial(&loads.vertical[k], t);
                 ws.lateral[k] = polynomial(&loads.lateral[k], t);
+            }
+            if let Some(track) = &course.track {
+                ws.touch.follow(track, t);
             }
             outcome = self.evaluate(&stage, begin + t, ws);
             if outcome.is_err() {
@@ -195,7 +217,7 @@ impl VehicleModel {
 }
 
 /// Number of equal internal steps.
-fn internal_steps(size: f64, max_step: f64) -> Result<u32, Error> {
+pub(crate) fn internal_steps(size: f64, max_step: f64) -> Result<u32, Error> {
     let argument = |what, expected: &str, found: f64| Error::Argument {
         what,
         expected: expected.to_owned(),

@@ -8,6 +8,7 @@
 //! The brackets are differenced centrally along the motion. Neither neighbouring state needs a
 //! factorisation or a solution; the existing factors give ȧ and λ̇ by one back-substitution.
 
+use crate::contact::TrackContact;
 use crate::error::Error;
 use crate::index::{BodyIndex, MagnetIndex};
 use crate::loads::Loads;
@@ -49,9 +50,27 @@ impl VehicleModel {
         ws: &mut Workspace,
         probe: &mut Workspace,
     ) -> Result<(), Error> {
+        self.jerks_in_contact(state, loads, rates, None, [ws, probe])
+    }
+
+    /// Like [`VehicleModel::jerks`], with the contacts of the magnets with the rail, whose rates change
+    /// by the given accelerations (m/s²), one per magnet. Where a magnet touches or leaves the rail
+    /// at this very moment, the rates are between those before and after.
+    ///
+    /// # Errors
+    /// As [`VehicleModel::accelerations`].
+    pub fn jerks_in_contact(
+        &self,
+        state: &State,
+        loads: &Loads,
+        rates: &Loads,
+        track: Option<(&TrackContact, &[f64])>,
+        [ws, probe]: [&mut Workspace; 2],
+    ) -> Result<(), Error> {
         self.check_lengths(state, rates.vertical.len(), rates.lateral.len())?;
-        self.accelerations(state, loads, ws)?;
+        self.accelerations_in_contact(state, loads, track.map(|(track, _)| track), ws)?;
         probe.forget();
+        probe.touch.set(track.map(|(track, _)| track));
         for dt in [-DIFFERENCE, DIFFERENCE] {
             for (shifted, values, rates) in [
                 (&mut probe.vertical, loads.vertical, rates.vertical),
@@ -59,6 +78,14 @@ impl VehicleModel {
             ] {
                 for ((shifted, value), rate) in shifted.iter_mut().zip(values).zip(rates) {
                     *shifted = value + rate * dt;
+                }
+            }
+            if let Some((track, accelerations)) = track {
+                self.check_track(track.height.len(), accelerations.len())?;
+                for (k, acceleration) in accelerations.iter().enumerate() {
+                    probe.touch.height[k] =
+                        track.height[k] + dt * (track.rate[k] + 0.5 * dt * acceleration);
+                    probe.touch.rate[k] = track.rate[k] + dt * acceleration;
                 }
             }
             self.imbalance(&state.bodies, dt, ws, probe);

@@ -54,6 +54,7 @@ mod attachments;
 mod block;
 mod check;
 mod composite;
+mod contact;
 mod counts;
 mod dense;
 mod description;
@@ -95,6 +96,10 @@ mod tests;
 pub mod train;
 mod workspace;
 
+pub use contact::{
+    Contact, ContactDescription, ContactLaw, ContactPower, ContactSide, MAX_CONTACT_STIFFNESS,
+    MIN_SLIP_SPEED, TrackContact, TrackCourse,
+};
 pub use counts::VehicleCounts;
 pub use description::{
     Body, Bushing, Drive, GROUND, Inertia, Joint, JointForce, JointKind, MagnetPoint, Observed,

@@ -22,6 +22,7 @@ use nalgebra::linalg::Schur;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::composite::mass_block;
+use crate::contact::TrackContact;
 use crate::error::Error;
 use crate::index::{BodyIndex, ComponentIndex};
 use crate::linearisation::{Linearisation, natural_frequency};
@@ -71,8 +72,24 @@ impl VehicleModel {
         springs: &MagnetSprings,
         ws: &mut Workspace,
     ) -> Result<Linearisation, Error> {
+        self.linearise_in_contact(state, loads, springs, None, ws)
+    }
+
+    /// Like [`VehicleModel::linearise`], with the contacts of the magnets with the rail. No magnet may
+    /// be about to touch it or to leave it ([`VehicleModel::near_touch`]).
+    ///
+    /// # Errors
+    /// As [`VehicleModel::linearise`].
+    pub fn linearise_in_contact(
+        &self,
+        state: &State,
+        loads: &Loads,
+        springs: &MagnetSprings,
+        track: Option<&TrackContact>,
+        ws: &mut Workspace,
+    ) -> Result<Linearisation, Error> {
         // checks the lengths and that the state can be evaluated
-        self.accelerations(state, loads, ws)?;
+        self.accelerations_in_contact(state, loads, track, ws)?;
         let (free, rank) = self.free_motions(state, ws);
         let dof = free.ncols();
         let mut weighted = free.clone();
@@ -86,7 +103,7 @@ impl VehicleModel {
         // L
         let reduce = |motion: &DVector<f64>| factors.solve(&weighted.tr_mul(motion));
 
-        let mut probe = LinearisationProbe { model: self, state, loads, springs, ws };
+        let mut probe = LinearisationProbe { model: self, state, loads, springs, track, ws };
         let mut by_place = DMatrix::zeros(dof, dof);
         let mut by_motion = DMatrix::zeros(dof, dof);
         let mut transport = DMatrix::zeros(dof, dof);
@@ -178,6 +195,7 @@ struct LinearisationProbe<'a> {
     state: &'a State,
     loads: &'a Loads<'a>,
     springs: &'a MagnetSprings,
+    track: Option<&'a TrackContact<'a>>,
     ws: &'a mut Workspace,
 }
 
@@ -222,7 +240,7 @@ impl LinearisationProbe<'_> {
         }
         let [vertical, lateral] = self.held(&beside);
         let loads = Loads { vertical: &vertical, lateral: &lateral };
-        self.model.accelerations(&beside, &loads, self.ws)?;
+        self.model.accelerations_in_contact(&beside, &loads, self.track, self.ws)?;
         let mut result = DVector::zeros(direction.len());
         for (k, body) in beside.bodies.iter().enumerate() {
             let (v, w) = self.ws.acceleration(BodyIndex(k));

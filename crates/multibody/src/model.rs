@@ -4,6 +4,7 @@ use crate::anchor::{Anchor, DriveForce, WatchedBody};
 use crate::attachments::Attachments;
 use crate::block::Factorisation;
 use crate::composite::{Composite, Member};
+use crate::contact::ContactDescription;
 use crate::counts::VehicleCounts;
 use crate::elements::{BushingElement, JointForceElement, SpringElement};
 use crate::index::{BodyIndex, ComponentIndex, MagnetIndex};
@@ -41,6 +42,9 @@ pub struct VehicleModel {
     pub(crate) joint_forces: Vec<JointForceElement>,
     pub(crate) drive: Option<DriveForce>,
     pub(crate) magnets: Vec<Anchor>,
+    /// Acceleration per force at each magnet of its body without joints, along x, y and z, 1/kg.
+    pub(crate) mobilities: Vec<[f64; 3]>,
+    pub(crate) contact: ContactDescription,
     pub(crate) watched: Vec<WatchedBody>,
     pub(crate) attachments: Attachments,
     pub(crate) gravity: Vec3,
@@ -80,6 +84,12 @@ impl VehicleModel {
     #[must_use]
     pub fn nominal_gap(&self) -> f64 {
         self.nominal_gap
+    }
+
+    /// Stops and skids of the description, or the standard ones, switched off.
+    #[must_use]
+    pub fn contact(&self) -> &ContactDescription {
+        &self.contact
     }
 
     /// Replaces the tolerances of joint closing.

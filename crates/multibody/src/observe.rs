@@ -184,6 +184,12 @@ impl VehicleModel {
         Anchor { body: member.composite, local: member.offset, start: member.start }
     }
 
+    /// Motion of magnet k for given motions of the bodies.
+    pub(crate) fn magnet_motion(&self, bodies: &[BodyState], k: MagnetIndex) -> PointMotion {
+        // magnets are on bodies that move
+        point_motion(&bodies[self.magnets[k].body.0], &self.magnets[k])
+    }
+
     fn anchor_motion(&self, state: &State, anchor: &Anchor) -> PointMotion {
         let Some(body) = state.bodies.get(anchor.body.0) else {
             let still = Vec3::zeros();

@@ -6,6 +6,7 @@
 
 use crate::anchor::Anchor;
 use crate::attachments::End;
+use crate::contact::TrackContact;
 use crate::error::Error;
 use crate::index::{BodyIndex, JointIndex, MemberIndex};
 use crate::loads::Loads;
@@ -57,7 +58,22 @@ impl VehicleModel {
         loads: &Loads,
         ws: &mut Workspace,
     ) -> Result<Reaction, Error> {
-        self.accelerations(state, loads, ws)?;
+        self.reaction_in_contact(joint, state, loads, None, ws)
+    }
+
+    /// Like [`VehicleModel::reaction`], with the contacts of the magnets with the rail.
+    ///
+    /// # Errors
+    /// As [`VehicleModel::reaction`].
+    pub fn reaction_in_contact(
+        &self,
+        joint: &str,
+        state: &State,
+        loads: &Loads,
+        track: Option<&TrackContact>,
+        ws: &mut Workspace,
+    ) -> Result<Reaction, Error> {
+        self.accelerations_in_contact(state, loads, track, ws)?;
         if let Some(k) = self.joints.iter().position(|j| j.name == joint) {
             return Ok(self.joint_reaction(JointIndex(k), ws));
         }
@@ -190,7 +206,7 @@ impl VehicleModel {
         }
     }
 
-    /// Forces of magnets and drive on the bodies of the sum.
+    /// Forces of magnets, contacts and drive on the bodies of the sum.
     fn add_points(&self, sum: &mut WrenchSum, ws: &Workspace) {
         let point = |anchor: &Anchor| {
             let body = &ws.kin[anchor.body];
@@ -199,7 +215,10 @@ impl VehicleModel {
         };
         for (k, (magnet, end)) in self.magnets.iter().zip(&self.attachments.magnets).enumerate() {
             if sum.inside[*end] {
-                let force = Vec3::new(0.0, ws.lateral[k], ws.vertical[k]);
+                let mut force = Vec3::new(0.0, ws.lateral[k], ws.vertical[k]);
+                if ws.touch.contact.is_some() {
+                    force += ws.touch.force[k];
+                }
                 sum.add(&Wrench { force, moment: Vec3::zeros() }, &point(magnet).0);
             }
         }

@@ -1,5 +1,6 @@
 //! Scratch memory of an evaluation, and what it remembers of the last one.
 
+use crate::contact::{ContactScratch, TrackContact};
 use crate::index::BodyIndex;
 use crate::joint::JacobianRow;
 use crate::loads::Loads;
@@ -21,7 +22,7 @@ pub struct Workspace {
     pub(crate) factored: Option<()>,
     pub(crate) factored_pose: Vec<(Vec3, Quat)>,
     /// Whether `solution` is the solution for the factored pose, the motion in `kin` and the loads
-    /// in `vertical` and `lateral`.
+    /// in `vertical` and `lateral` and the rail in `touch`.
     pub(crate) evaluated: bool,
     pub(crate) wrenches: Vec<Wrench>,
     /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
@@ -34,6 +35,7 @@ pub struct Workspace {
     pub(crate) sum: Vec<BodyRate>,
     pub(crate) vertical: Vec<f64>,
     pub(crate) lateral: Vec<f64>,
+    pub(crate) touch: ContactScratch,
 }
 
 /// Bitwise equality: 0 and −0 differ, because they can lead to different results.
@@ -86,8 +88,14 @@ impl Workspace {
     }
 
     /// Whether accelerations of exactly this state under exactly these loads are remembered.
-    pub(crate) fn has_solution(&self, bodies: &[BodyState], loads: &Loads) -> bool {
+    pub(crate) fn has_solution(
+        &self,
+        bodies: &[BodyState],
+        loads: &Loads,
+        track: Option<&TrackContact>,
+    ) -> bool {
         self.evaluated
+            && self.touch.same(track)
             && self.has_factors(bodies)
             && same_bits(loads.vertical, &self.vertical)
             && same_bits(loads.lateral, &self.lateral)

@@ -22,6 +22,7 @@
 
 mod holding;
 mod search;
+mod skids;
 mod statics;
 
 pub use holding::{Equilibrium, Guidance, Holding};
@@ -59,6 +60,7 @@ impl VehicleModel {
         guidance: Guidance,
         ws: &mut Workspace,
     ) -> Result<Equilibrium, Error> {
+        ws.touch.set(None);
         let mut state = self.initial_state();
         self.check_lengths(&state, track.len(), track.len())?;
         if let Some(k) = track.iter().position(|z| !z.is_finite()) {

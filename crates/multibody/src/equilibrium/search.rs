@@ -12,15 +12,16 @@ use crate::state::State;
 use crate::workspace::Workspace;
 
 /// The search ends as soon as both values are below these.
-const GOAL_ACCELERATION: f64 = 1e-10;
+pub(super) const GOAL_ACCELERATION: f64 = 1e-10;
 const GOAL_DEVIATION: f64 = 1e-13;
 /// Accepted where rounding prevents further progress.
-const ACCEPTED_ACCELERATION: f64 = 1e-8;
+pub(super) const ACCEPTED_ACCELERATION: f64 = 1e-8;
 const ACCEPTED_DEVIATION: f64 = 1e-10;
 /// Names of the components of an acceleration.
-const COMPONENTS: [&str; 6] = ["along x", "along y", "along z", "about x", "about y", "about z"];
+pub(super) const COMPONENTS: [&str; 6] =
+    ["along x", "along y", "along z", "about x", "about y", "about z"];
 /// Iterations without progress that count as the end of progress.
-const PATIENCE: usize = 8;
+pub(super) const PATIENCE: usize = 8;
 
 pub(super) struct Search<'a> {
     pub model: &'a VehicleModel,
@@ -129,15 +130,7 @@ impl Search<'_> {
         self.assemble(ws);
         let solver = &self.statics.analysis.factorisation;
         solver.factor(&mut self.factors).map_err(|vanished| model.singular(vanished, 0.0))?;
-        let bodies = model.composites.len();
-        for k in 0..bodies {
-            let moment = ws.kin[k].a.tr_mul(&ws.wrenches[k].moment);
-            ws.solution[6 * k..6 * k + 3].copy_from_slice(ws.wrenches[k].force.as_slice());
-            ws.solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
-        }
-        for (target, value) in ws.solution[6 * bodies..].iter_mut().zip(&ws.residual) {
-            *target = -value;
-        }
+        model.static_right_hand_side(ws);
         solver.solve(&self.factors, &mut ws.solution);
         let mut largest = 0.0_f64;
         for (body, delta) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
@@ -155,13 +148,7 @@ impl Search<'_> {
         factors.fill(0.0);
         let (holding, restoring) = (self.holding, &self.restoring);
         self.model.stiffness(&ws.kin, &statics.fits, holding, restoring, &mut |i, j, block| {
-            // every pair that the initial pose couples has its place
-            let Some(place) = statics.analysis.place(i.0, j.0) else { return };
-            let target = &mut factors[place.offset as usize..][..36];
-            let block = if place.as_asked { block } else { block.transpose() };
-            for (t, value) in target.iter_mut().zip(block.iter()) {
-                *t += value;
-            }
+            statics.add(i, j, &block, factors);
         });
         for (joint, places) in self.model.joints.iter().zip(&statics.places.joints) {
             joint.store_jacobian(&ws.kin, places, factors);

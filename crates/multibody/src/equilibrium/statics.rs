@@ -1,6 +1,6 @@
 //! The matrix H of the static problem: elastic stiffness, holding springs and inertia.
 
-use nalgebra::{DMatrix, DVector, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::holding::Holding;
 use crate::composite::mass_block;
@@ -17,6 +17,7 @@ use crate::places::BlockPlaces;
 use crate::saddle::{add_jacobians, places, sizes};
 use crate::sample::Sample;
 use crate::state::Kinematics;
+use crate::workspace::Workspace;
 
 /// Magnets of one body with the rigid-body motions that they can distinguish.
 #[derive(Debug, Clone)]
@@ -35,7 +36,40 @@ pub(crate) struct Statics {
     pub fits: Vec<Fit>,
 }
 
+impl Statics {
+    /// Adds a block to the matrix.
+    pub(super) fn add(
+        &self,
+        i: BodyIndex,
+        j: BodyIndex,
+        block: &Matrix6<f64>,
+        factors: &mut [f64],
+    ) {
+        // every pair that the initial pose couples has its place
+        let Some(place) = self.analysis.place(i.0, j.0) else { return };
+        let target = &mut factors[place.offset as usize..][..36];
+        for (c, column) in block.column_iter().enumerate() {
+            for (r, value) in column.iter().enumerate() {
+                target[if place.as_asked { 6 * c + r } else { 6 * r + c }] += value;
+            }
+        }
+    }
+}
+
 impl VehicleModel {
+    /// Q and −Φ for the forces and residuals in the workspace, for a body at rest.
+    pub(super) fn static_right_hand_side(&self, ws: &mut Workspace) {
+        let bodies = self.composites.len();
+        for k in 0..bodies {
+            let moment = ws.kin[k].a.tr_mul(&ws.wrenches[k].moment);
+            ws.solution[6 * k..6 * k + 3].copy_from_slice(ws.wrenches[k].force.as_slice());
+            ws.solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
+        }
+        for (target, value) in ws.solution[6 * bodies..].iter_mut().zip(&ws.residual) {
+            *target = -value;
+        }
+    }
+
     /// The rigid-body fits of all magnet-carrying bodies.
     pub(crate) fn fits(&self) -> Vec<Fit> {
         let mut fits = Vec::new();
@@ -100,7 +134,7 @@ impl VehicleModel {
         fits: &[Fit],
         holding: &Holding,
         restoring: &[f64],
-        add: &mut impl FnMut(BodyIndex, BodyIndex, nalgebra::Matrix6<f64>),
+        add: &mut impl FnMut(BodyIndex, BodyIndex, Matrix6<f64>),
     ) {
         let ground = self.ground();
         for (k, composite) in self.composites.iter().enumerate() {
@@ -138,7 +172,12 @@ impl VehicleModel {
     }
 
     /// Gradient of a magnet's displacement along a direction of the world.
-    fn magnet_row(&self, kin: &[Kinematics], k: MagnetIndex, along: &Vec3) -> Vector6<f64> {
+    pub(super) fn magnet_row(
+        &self,
+        kin: &[Kinematics],
+        k: MagnetIndex,
+        along: &Vec3,
+    ) -> Vector6<f64> {
         let body = &kin[self.magnets[k].body];
         let arm = body.turn(&self.magnets[k].local);
         let moment = body.a.tr_mul(&arm.cross(along));

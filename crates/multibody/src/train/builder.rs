@@ -31,6 +31,7 @@ impl Builder {
                 drive: None,
                 magnets: Vec::new(),
                 observed: Vec::new(),
+                contact: None,
             },
         }
     }

@@ -23,6 +23,7 @@ pub fn empty(name: &str) -> VehicleDescription {
         drive: None,
         magnets: vec![],
         observed: vec![],
+        contact: None,
     }
 }
 

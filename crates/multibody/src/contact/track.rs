@@ -1,0 +1,117 @@
+//! The rail at the magnets: at an instant, over a step, and as an evaluation remembers it.
+
+use super::law::{Clearance, Contact};
+use crate::loads::polynomial;
+use crate::math::Vec3;
+use crate::state::BodyState;
+
+/// The rail at the magnets at an instant, one entry per magnet.
+#[derive(Debug, Clone, Copy)]
+pub struct TrackContact<'a> {
+    /// Stops and skids.
+    pub contact: Contact,
+    /// Speed of the travelling frame along the track, m/s.
+    pub speed: f64,
+    /// Height of the track's surface, m, up positive.
+    pub height: &'a [f64],
+    /// Its rate as the moving magnet sees it, m/s.
+    pub rate: &'a [f64],
+}
+
+/// The rail over a step: polynomials in the time τ since its start, u + u' τ + u'' τ²/2 + u''' τ³/6.
+#[derive(Debug, Clone, Copy)]
+pub struct TrackCourse<'a> {
+    /// Stops and skids.
+    pub contact: Contact,
+    /// Speed of the travelling frame along the track, m/s.
+    pub speed: f64,
+    /// Height of the track's surface, m, up positive. Where no derivative is given, the height follows
+    /// its rate.
+    pub height: &'a [[f64; 4]],
+    /// Its rate as the moving magnet sees it, m/s.
+    pub rate: &'a [[f64; 4]],
+}
+
+impl TrackCourse<'_> {
+    /// Height of the track at magnet k after the time t.
+    pub(crate) fn height_at(&self, k: usize, t: f64) -> f64 {
+        let height = &self.height[k];
+        if height[1..] == [0.0; 3] {
+            let [v, a, j, _] = self.rate[k];
+            polynomial(&[height[0], v, a, j], t)
+        } else {
+            polynomial(height, t)
+        }
+    }
+
+    /// Its rate.
+    pub(crate) fn rate_at(&self, k: usize, t: f64) -> f64 {
+        polynomial(&self.rate[k], t)
+    }
+}
+
+/// What an evaluation remembers of the rail, and scratch memory of a step.
+#[derive(Debug, Clone)]
+pub(crate) struct ContactScratch {
+    /// Stops and skids in force; none without contact.
+    pub contact: Option<Contact>,
+    pub speed: f64,
+    pub height: Vec<f64>,
+    pub rate: Vec<f64>,
+    /// Force on each magnet, of the last evaluation with contact.
+    pub force: Vec<Vec3>,
+    /// Clearances at the start and at the end of an internal step.
+    pub before: Vec<Clearance>,
+    pub after: Vec<Clearance>,
+    /// Bodies at the start of an internal step that may be repeated.
+    pub start: Vec<BodyState>,
+    /// Sums by body, for the size of internal steps: stiffness and damping by mass.
+    pub rates: Vec<[f64; 2]>,
+}
+
+impl ContactScratch {
+    pub fn new(magnets: usize, start: Vec<BodyState>) -> Self {
+        Self {
+            contact: None,
+            speed: 0.0,
+            height: vec![0.0; magnets],
+            rate: vec![0.0; magnets],
+            force: vec![Vec3::zeros(); magnets],
+            before: vec![Clearance::default(); magnets],
+            after: vec![Clearance::default(); magnets],
+            rates: vec![[0.0; 2]; start.len()],
+            start,
+        }
+    }
+
+    /// Takes over the rail of an instant.
+    pub fn set(&mut self, track: Option<&TrackContact>) {
+        let track = track.filter(|track| track.contact.any());
+        self.contact = track.map(|track| track.contact);
+        if let Some(track) = track {
+            self.speed = track.speed;
+            self.height.copy_from_slice(track.height);
+            self.rate.copy_from_slice(track.rate);
+        }
+    }
+
+    /// Takes over the rail of a step at the time t after its start.
+    pub fn follow(&mut self, course: &TrackCourse, t: f64) {
+        for (k, (height, rate)) in self.height.iter_mut().zip(&mut self.rate).enumerate() {
+            *height = course.height_at(k, t);
+            *rate = course.rate_at(k, t);
+        }
+    }
+
+    /// Whether this is exactly the rail that an evaluation remembers.
+    pub fn same(&self, track: Option<&TrackContact>) -> bool {
+        let Some(track) = track.filter(|track| track.contact.any()) else {
+            return self.contact.is_none();
+        };
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        self.contact == Some(track.contact)
+            && self.speed.to_bits() == track.speed.to_bits()
+            && same(&self.height, track.height)
+            && same(&self.rate, track.rate)
+    }
+}
