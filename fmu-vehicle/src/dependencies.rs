@@ -3,6 +3,7 @@
 use fmi2_export::{Interface, VariableRow};
 use multibody::{ComponentIndex, MagnetIndex, ObservedIndex, VehicleModel};
 
+use crate::contact::ContactHandles;
 use crate::table::{InputHandles, OutputHandles, ParameterHandles};
 
 /// Declares the direct dependencies of outputs on inputs.
@@ -12,22 +13,27 @@ pub(crate) fn depend(
     inputs: &InputHandles,
     outputs: &OutputHandles,
     parameters: &ParameterHandles,
+    contact: &ContactHandles,
 ) {
     interface.depends_elementwise(outputs.gap, inputs.track_displacement);
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
     // forces act directly only on bodies joined to their magnet: force elements do not transmit
-    // accelerations
+    // accelerations; so do those of stops and skids, which depend on the track
     let forces_on = |component: Option<ComponentIndex>| -> Vec<VariableRow> {
         (0..magnets)
             .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
-            .flat_map(|k| [inputs.force.get(k).row(), inputs.lateral_force.get(k).row()])
+            .flat_map(|k| {
+                [inputs.force, inputs.lateral_force, inputs.track_displacement, inputs.track_rate]
+                    .map(|input| input.get(k).row())
+            })
             .collect()
     };
     let track = inputs.track_displacement.row();
     // what the static equilibrium depends on
-    let rest = [track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
-    let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest, more].concat() };
+    let mut rest = vec![track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
+    rest.extend(contact.rows());
+    let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest[..], more].concat() };
     for k in 0..magnets {
         let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
         interface.depends(outputs.acceleration.get(k), &forces);
@@ -44,6 +50,9 @@ pub(crate) fn depend(
             interface.initially_depends(row, &rest);
         }
     }
+    interface.depends_elementwise(contact.force, inputs.track_displacement);
+    interface.depends_elementwise(contact.force, inputs.track_rate);
+    interface.initially_depends(contact.force, &rest_and(&[inputs.track_rate.row()]));
     // the initial pose is the equilibrium below the whole track, at rest
     interface.initially_depends(outputs.gap, &rest);
     interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);

@@ -1,8 +1,9 @@
 //! Rates of the magnets' accelerations, computed once per communication point.
 
 use fmi2_export::Values;
-use multibody::{Error, Loads, MagnetIndex, VehicleModel, Workspace};
+use multibody::{Contact, Error, Loads, MagnetIndex, TrackContact, VehicleModel, Workspace};
 
+use crate::contact::ContactHandles;
 use crate::state::State;
 use crate::table::InputHandles;
 
@@ -15,7 +16,43 @@ pub(crate) struct Jerks {
     lateral: Vec<f64>,
     force_rate: Vec<f64>,
     lateral_rate: Vec<f64>,
+    rail: Rail,
     jerk: Vec<f64>,
+}
+
+/// The rail for which the rates were computed; only the laws without contact.
+#[derive(Debug, Default)]
+struct Rail {
+    contact: Option<Contact>,
+    speed: f64,
+    height: Vec<f64>,
+    rate: Vec<f64>,
+    acceleration: Vec<f64>,
+}
+
+impl Rail {
+    fn is(&self, track: Option<&TrackContact>, acceleration: &[f64]) -> bool {
+        let Some(track) = track else { return self.contact.is_none() };
+        self.contact == Some(track.contact)
+            && self.speed.to_bits() == track.speed.to_bits()
+            && self.height == track.height
+            && self.rate == track.rate
+            && self.acceleration == acceleration
+    }
+
+    fn remember(&mut self, track: Option<&TrackContact>, acceleration: &[f64]) {
+        self.contact = track.map(|track| track.contact);
+        let Some(track) = track else { return };
+        self.speed = track.speed;
+        for (kept, now) in [
+            (&mut self.height, track.height),
+            (&mut self.rate, track.rate),
+            (&mut self.acceleration, acceleration),
+        ] {
+            kept.clear();
+            kept.extend_from_slice(now);
+        }
+    }
 }
 
 impl Jerks {
@@ -28,18 +65,26 @@ impl Jerks {
             lateral: zero(),
             force_rate: zero(),
             lateral_rate: zero(),
+            rail: Rail::default(),
             jerk: zero(),
         }
     }
 
     /// Discards rates of another state or other inputs. A comparison costs more than reading one
     /// rate, so it is done once for all rates that are read together.
-    pub fn check(&mut self, state: &State, values: &Values, inputs: &InputHandles) {
+    pub fn check(
+        &mut self,
+        state: &State,
+        values: &Values,
+        inputs: &InputHandles,
+        contact: &ContactHandles,
+    ) {
         self.known = self.known
             && self.force == values.reals(inputs.force)
             && self.lateral == values.reals(inputs.lateral_force)
             && self.force_rate == state.rates.force
             && self.lateral_rate == state.rates.lateral_force
+            && self.rail.is(contact.track(values, inputs).as_ref(), &state.rates.track_rate)
             && self.state == state.vehicle;
     }
 
@@ -49,16 +94,20 @@ impl Jerks {
         model: &VehicleModel,
         state: &State,
         values: &Values,
-        inputs: &InputHandles,
+        (inputs, contact): (&InputHandles, &ContactHandles),
         [work, probe]: [&mut Workspace; 2],
     ) -> Result<&[f64], Error> {
         if !self.known {
             let rates = Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
-            model.jerks(&state.vehicle, &inputs.loads(values), &rates, work, probe)?;
+            let track = contact.track(values, inputs);
+            let moving = track.as_ref().map(|track| (track, &state.rates.track_rate[..]));
+            let loads = inputs.loads(values);
+            model.jerks_in_contact(&state.vehicle, &loads, &rates, moving, [work, probe])?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
                 *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }
             self.remember(state, values, inputs);
+            self.rail.remember(track.as_ref(), &state.rates.track_rate);
         }
         Ok(&self.jerk)
     }

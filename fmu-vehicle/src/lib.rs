@@ -13,6 +13,9 @@
 
 #[cfg(test)]
 mod allocation;
+mod contact;
+#[cfg(test)]
+mod contact_tests;
 mod dependencies;
 mod jerks;
 mod linear;

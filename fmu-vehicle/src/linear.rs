@@ -1,10 +1,20 @@
 //! The report `linear`: small motions about the current state, from forces to gaps.
 
 use fmi2_export::{Error, RealVars, StateSpace, Values};
+use multibody::math::Vec3;
 use multibody::{Linearisation, MagnetSprings, State, VehicleModel};
 use nalgebra::DMatrix;
 
+use crate::contact::{ContactHandles, check_linear};
 use crate::table::{InputHandles, OutputHandles};
+
+/// Handles of the variables that the report names.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Handles<'a> {
+    pub inputs: &'a InputHandles,
+    pub outputs: &'a OutputHandles,
+    pub contact: &'a ContactHandles,
+}
 
 /// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
 /// their rates, with ÿ = M⁻¹(Jᵀf − C ẏ − K y) and J the magnets' shapes.
@@ -12,18 +22,39 @@ pub(crate) fn report(
     model: &VehicleModel,
     state: &State,
     values: &Values,
-    inputs: &InputHandles,
-    outputs: &OutputHandles,
+    handles: &Handles,
 ) -> Result<String, Error> {
+    let Handles { inputs, outputs, contact } = *handles;
+    let track = contact.track(values, inputs);
+    check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
     let failed = |e: multibody::Error| Error::caused(&e).context("the report linear");
     let linear = model
-        .linearise(state, &inputs.loads(values), &MagnetSprings::default(), &mut model.workspace())
+        .linearise_in_contact(
+            state,
+            &inputs.loads(values),
+            &MagnetSprings::default(),
+            track.as_ref(),
+            &mut model.workspace(),
+        )
         .map_err(failed)?;
+    let slopes: Vec<[Vec3; 2]> = model
+        .magnets()
+        .map(|k| track.map_or([Vec3::zeros(); 2], |track| model.contact_slopes(state, k, &track)))
+        .collect();
     let shapes = MagnetShapes::new(model, state, &linear)?;
     let mut system = StateSpace::default();
     shapes.write_states(&mut system, inputs);
-    shapes.write_outputs(&mut system, inputs, outputs);
+    let rows = shapes.write_outputs(&mut system, inputs, outputs);
+    shapes.write_contact(&mut system, contact.force, &slopes, rows);
     system.to_json()
+}
+
+/// Indices of the magnets' accelerations among the outputs, and of the track among the inputs.
+#[derive(Debug, Clone, Copy)]
+struct Rows {
+    down: usize,
+    track: usize,
+    track_rate: usize,
 }
 
 /// Matrices of the equations of motion and of the magnets' displacements.
@@ -40,6 +71,7 @@ struct MagnetShapes {
     /// M⁻¹Jᵀ.
     by_force: DMatrix<f64>,
     by_lateral: DMatrix<f64>,
+    by_longitudinal: DMatrix<f64>,
     speed: DMatrix<f64>,
 }
 
@@ -61,6 +93,7 @@ impl MagnetShapes {
             by_rate: -factors.solve(&linear.damping),
             by_force: factors.solve(&up.transpose()),
             by_lateral: factors.solve(&side.transpose()),
+            by_longitudinal: factors.solve(&along.transpose()),
             along,
             side,
             up,
@@ -94,7 +127,7 @@ impl MagnetShapes {
         system: &mut StateSpace,
         inputs: &InputHandles,
         outputs: &OutputHandles,
-    ) {
+    ) -> Rows {
         let track = system.inputs(inputs.track_displacement);
         let track_rate = system.inputs(inputs.track_rate);
         let rates = self.dof;
@@ -121,6 +154,38 @@ impl MagnetShapes {
         system.outputs(outputs.static_load);
         let speed = system.output(outputs.speed);
         write(system, speed, &self.speed, rates);
+        Rows { down, track, track_rate }
+    }
+
+    /// Forces of stops and skids: their slopes with gap and gap rate are already in the equations of
+    /// motion, as far as the magnets move; the track moves them as well.
+    fn write_contact(
+        &self,
+        system: &mut StateSpace,
+        force: RealVars,
+        slopes: &[[Vec3; 2]],
+        rows: Rows,
+    ) {
+        let output = system.outputs(force);
+        for (k, by) in slopes.iter().enumerate() {
+            let inputs = [rows.track + k, rows.track_rate + k];
+            for ((slope, input), first) in by.iter().zip(inputs).zip([0, self.dof]) {
+                let pushed = self.by_longitudinal.column(k) * slope.x
+                    + self.by_lateral.column(k) * slope.y
+                    + self.by_force.column(k) * slope.z;
+                let down = -&self.up * &pushed;
+                for (i, value) in pushed.iter().enumerate() {
+                    system.b(self.dof + i, input, *value);
+                }
+                for (i, value) in down.iter().enumerate() {
+                    system.d(rows.down + i, input, *value);
+                }
+                for j in 0..self.dof {
+                    system.c(output + k, first + j, -slope.z * self.up[(k, j)]);
+                }
+                system.d(output + k, input, slope.z);
+            }
+        }
     }
 }
 

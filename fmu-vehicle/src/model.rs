@@ -5,9 +5,11 @@ use fmi2_export::{
     Values,
 };
 use multibody::{
-    Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, ObservedIndex, VehicleModel, Workspace,
+    Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, ObservedIndex, VehicleModel,
+    Workspace,
 };
 
+use crate::contact::{ContactHandles, check_linear};
 use crate::dependencies::depend;
 use crate::jerks::Jerks;
 use crate::linear;
@@ -22,6 +24,7 @@ pub struct VehicleFmu {
     inputs: InputHandles,
     outputs: OutputHandles,
     parameters: ParameterHandles,
+    contact: ContactHandles,
     work: Workspace,
     /// Used for derivatives, so that `work` keeps the results of the current state.
     probe: Workspace,
@@ -65,6 +68,38 @@ impl VehicleFmu {
             .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
         equilibrium.state.time = time;
         Ok(equilibrium)
+    }
+
+    /// Static equilibrium on the skids below the track as it is now.
+    fn landed(
+        &mut self,
+        values: &Values,
+        contact: &Contact,
+        levitated: &Equilibrium,
+    ) -> Result<multibody::State, Error> {
+        let track = values.reals(self.inputs.track_displacement);
+        let found = self
+            .model
+            .skid_equilibrium(track, contact, &Holding::default(), levitated, &mut self.work)
+            .map_err(|e| {
+                let time = levitated.state.time;
+                Error::caused(&e).context(format_args!("start_on_skids at t = {time} s"))
+            })?;
+        Ok(multibody::State { time: levitated.state.time, ..found.state })
+    }
+
+    /// At the nominal gap no stop and no skid may touch, or it would not be an equilibrium.
+    fn check_levitated(&self, values: &Values, state: &multibody::State) -> Result<(), Error> {
+        let Some(track) = self.contact.track(values, &self.inputs) else { return Ok(()) };
+        let touches = |k: &MagnetIndex| self.model.contact_force(state, *k, &track).z != 0.0;
+        match self.model.magnets().find(touches) {
+            None => Ok(()),
+            Some(k) => Err(Error::invalid(format!(
+                "magnet {} touches the rail at the start: the track is too rough for stops and skids at \
+                 these gaps (contact_stop_gap, contact_skid_gap)",
+                k.0 + 1
+            ))),
+        }
     }
 
     fn write_magnets(&self, state: &State, values: &mut Values, travelled: f64) {
@@ -127,7 +162,8 @@ impl Model for VehicleFmu {
         let inputs = InputHandles::declare(interface, model.counts().magnets);
         let outputs = OutputHandles::declare(interface, &model);
         table::declare_constants(interface, &model);
-        depend(interface, &model, &inputs, &outputs, &parameters);
+        let contact = ContactHandles::declare(interface, &model, parameters.travel_speed);
+        depend(interface, &model, &inputs, &outputs, &parameters, &contact);
         Ok(Self {
             work: model.workspace(),
             probe: model.workspace(),
@@ -137,13 +173,21 @@ impl Model for VehicleFmu {
             inputs,
             outputs,
             parameters,
+            contact,
         })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
+        let (contact, landed) = self.contact.start(&self.model, values)?;
         let equilibrium = self.equilibrium(values, time)?;
+        let vehicle = if landed {
+            self.landed(values, &contact, &equilibrium)?
+        } else {
+            self.check_levitated(values, &equilibrium.state)?;
+            equilibrium.state
+        };
         Ok(State {
-            vehicle: equilibrium.state,
+            vehicle,
             start: time,
             rates: LoadRates::zero(equilibrium.loads.len()),
             loads: equilibrium.loads,
@@ -152,8 +196,14 @@ impl Model for VehicleFmu {
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
         self.model
-            .accelerations(&state.vehicle, &self.inputs.loads(values), &mut self.work)
+            .accelerations_in_contact(
+                &state.vehicle,
+                &self.inputs.loads(values),
+                self.contact.track(values, &self.inputs).as_ref(),
+                &mut self.work,
+            )
             .map_err(|e| Error::caused(&e))?;
+        self.contact.write(&self.model, &state.vehicle, &self.inputs, values);
         let speed = values.real(self.parameters.travel_speed);
         let travelled =
             values.real(self.parameters.initial_position) + speed * (time - state.start);
@@ -173,11 +223,19 @@ impl Model for VehicleFmu {
             vertical: values.taylors(self.inputs.force),
             lateral: values.taylors(self.inputs.lateral_force),
         };
+        let track = self.contact.course(values, &self.inputs);
         let max_step = values.real(self.parameters.max_step);
         self.trial.clone_from(&state.vehicle);
         self.trial.time = step.time;
         self.model
-            .step(&mut self.trial, step.size, max_step, &course, &mut self.work)
+            .step_in_contact(
+                &mut self.trial,
+                step.size,
+                max_step,
+                &course,
+                track.as_ref(),
+                &mut self.work,
+            )
             .map_err(|e| refused(&e))?;
         state.vehicle.clone_from(&self.trial);
         state.rates.after(&self.inputs, values, step.size);
@@ -185,7 +243,7 @@ impl Model for VehicleFmu {
     }
 
     fn prepare_derivatives(&mut self, state: &State, values: &Values) -> Result<(), Error> {
-        self.jerks.check(state, values, &self.inputs);
+        self.jerks.check(state, values, &self.inputs, &self.contact);
         Ok(())
     }
 
@@ -215,11 +273,19 @@ impl Model for VehicleFmu {
             return Ok(Some(bend(k)));
         }
         if let Some(k) = find(acceleration, output) {
-            let Self { model, inputs, work, probe, jerks, .. } = self;
+            let Self { model, inputs, contact, work, probe, jerks, .. } = self;
             let jerks = jerks
-                .all(model, state, values, inputs, [work, probe])
+                .all(model, state, values, (inputs, contact), [work, probe])
                 .map_err(|e| Error::caused(&e))?;
             return Ok(Some(jerks[k]));
+        }
+        if let Some(k) = find(self.contact.force, output) {
+            let slope = self.contact.track(values, &self.inputs).map_or(0.0, |track| {
+                let [by_gap, by_rate] =
+                    self.model.contact_slopes(&state.vehicle, MagnetIndex(k), &track);
+                by_gap.z * values.real(gap_rate.get(k)) + by_rate.z * bend(k)
+            });
+            return Ok(Some(slope));
         }
         if let Some(k) = find(self.outputs.lateral_offset, output) {
             return Ok(Some(self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.y));
@@ -234,7 +300,7 @@ impl Model for VehicleFmu {
     fn directional_derivative(
         &mut self,
         state: &State,
-        _: &Values,
+        values: &Values,
         seed: &Seed,
         result: &mut Sensitivity,
     ) -> Result<bool, Error> {
@@ -243,10 +309,20 @@ impl Model for VehicleFmu {
         result.reals_mut(outputs.gap_rate).copy_from_slice(seed.reals(inputs.track_rate));
         let loads =
             Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
+        let track = self.contact.track(values, inputs);
+        let height = seed.reals(inputs.track_displacement);
+        let rate = seed.reals(inputs.track_rate);
+        let moved = track.as_ref().map(|track| (track, height, rate));
         self.model
-            .load_response(&state.vehicle, &loads, &mut self.probe)
+            .load_response_in_contact(&state.vehicle, &loads, moved, &mut self.probe)
             .map_err(|e| Error::caused(&e))?;
         for k in 0..state.loads.len() {
+            let slope = track.as_ref().map_or(0.0, |track| {
+                let [by_gap, by_rate] =
+                    self.model.contact_slopes(&state.vehicle, MagnetIndex(k), track);
+                by_gap.z * height[k] + by_rate.z * rate[k]
+            });
+            result.set_real(self.contact.force.get(k), slope);
             let down = -self.model.magnet_response(&self.probe, MagnetIndex(k)).z;
             result.set_real(outputs.acceleration.get(k), down);
         }
@@ -272,8 +348,9 @@ impl Model for VehicleFmu {
         request: &str,
     ) -> Result<Option<String>, Error> {
         if request == StateSpace::REQUEST {
-            let Self { model, inputs, outputs, .. } = self;
-            return linear::report(model, &state.vehicle, values, inputs, outputs).map(Some);
+            let Self { model, inputs, outputs, contact, .. } = self;
+            let handles = linear::Handles { inputs, outputs, contact };
+            return linear::report(model, &state.vehicle, values, &handles).map(Some);
         }
         let (name, options) = request.split_once(' ').unwrap_or((request, ""));
         if name != "modes" {
@@ -282,12 +359,15 @@ impl Model for VehicleFmu {
         let options = modes::ModesOptions::read(options)?;
         let answer = match options.at {
             At::State => {
-                modes::report(&self.model, &state.vehicle, &self.inputs.loads(values), &options)
+                let track = self.contact.track(values, &self.inputs);
+                let loads = self.inputs.loads(values);
+                check_linear(&self.model, &state.vehicle, track.as_ref())?;
+                modes::report(&self.model, &state.vehicle, &loads, track.as_ref(), &options)
             }
             At::Equilibrium => {
                 let found = self.equilibrium(values, state.vehicle.time)?;
                 let loads = Loads { vertical: &found.loads, lateral: &found.lateral };
-                modes::report(&self.model, &found.state, &loads, &options)
+                modes::report(&self.model, &found.state, &loads, None, &options)
             }
         };
         answer.map(Some)

@@ -143,14 +143,14 @@ fn invariant_motion_does_not_depend_on_the_speed() {
 }
 
 /// What the description promises of derivatives is kept from the start on: the gap's of order 2, and
-/// of order 1 its rate's, acceleration's, lateral offset's, static load's and position's.
+/// of order 1 its rate's, acceleration's, lateral offset's, static load's, position's and contact force's.
 #[test]
 fn invariant_declared_derivatives_are_given() {
     let mut unit = unit("one-bogie");
     unit.initialize(0.0).unwrap();
-    assert_eq!(unit.declared_derivatives().unwrap(), 8 * 7);
+    assert_eq!(unit.declared_derivatives().unwrap(), 8 * 8);
     unit.step(0.0, 1e-3).unwrap();
-    assert_eq!(unit.declared_derivatives().unwrap(), 8 * 7);
+    assert_eq!(unit.declared_derivatives().unwrap(), 8 * 8);
 }
 
 /// Offered derivatives of outputs against what the next small steps do.

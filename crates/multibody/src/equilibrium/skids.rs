@@ -16,6 +16,9 @@ use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
 
+/// Largest component of a Newton step, m or rad: the depth of contacts changes by fractions of a
+/// millimetre, and a body that leaves the rail must find it again.
+const LONGEST: f64 = 2e-3;
 /// Stiffness of a skid off the rail, by that of one on it.
 const OFF_THE_RAIL: f64 = 1e-3;
 
@@ -104,9 +107,13 @@ impl Landing<'_> {
         solver.factor(&mut self.factors).map_err(|vanished| model.singular(vanished, 0.0))?;
         model.static_right_hand_side(ws);
         solver.solve(&self.factors, &mut ws.solution);
-        let mut largest = 0.0_f64;
-        for (body, delta) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
-            largest = delta.iter().fold(largest, |m, d| m.max(d.abs()));
+        let steps = &mut ws.solution[..6 * model.composites.len()];
+        // NaN counts as largest
+        let largest = steps.iter().fold(0.0_f64, |m, d| if d.abs() <= m { m } else { d.abs() });
+        if largest > LONGEST {
+            steps.iter_mut().for_each(|step| *step *= LONGEST / largest);
+        }
+        for (body, delta) in state.bodies.iter_mut().zip(steps.chunks_exact(6)) {
             body.displace(delta);
         }
         if !largest.is_finite() {
