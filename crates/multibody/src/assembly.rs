@@ -7,13 +7,14 @@ use crate::counts::counts;
 use crate::description::{Joint, JointKind, VehicleDescription};
 use crate::elements::JointForceElement;
 use crate::error::Error;
-use crate::explain::explain;
+use crate::explain::{redundant, unusable};
 use crate::index::{ComponentIndex, JointIndex};
 use crate::joint::JointConstraint;
 use crate::math::{Vec3, complement};
 use crate::model::{Tolerances, VehicleModel};
 use crate::names::BodyNames;
 use crate::ordering::{SAFE_WHILE_MOVING, analyse};
+use crate::rank::dependencies;
 use crate::resolve::Anchors;
 use crate::saddle::{places, sample};
 use crate::scheme::Scheme;
@@ -32,9 +33,13 @@ impl VehicleModel {
         let joints = joints(description, &merged, &names)?;
         let rows = joints.iter().map(JointConstraint::equations).sum();
         let kin = kinematics(&merged.composites);
+        let repeated = dependencies(&joints, &kin);
+        if !repeated.is_empty() {
+            return Err(redundant(&repeated, &joints, &kin));
+        }
         let sample = sample(&merged.composites, &joints, &kin);
         let analysis = analyse(sample, SAFE_WHILE_MOVING, true)
-            .map_err(|failure| explain(&failure, &merged.composites, &joints, &kin))?;
+            .map_err(|failure| unusable(failure, &merged.composites, &joints))?;
         let places = places(&analysis, merged.composites.len(), &joints);
         let groups = &analysis.components[..merged.composites.len()];
         let components = groups.iter().copied().map(ComponentIndex).collect();

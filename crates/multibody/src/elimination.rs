@@ -1,28 +1,21 @@
-//! Symbolic and numeric elimination in the initial pose: fill, pivots, and what cannot be eliminated.
+//! Symbolic and numeric elimination in the initial pose: fill and pivots.
 
-use std::collections::BTreeMap;
-
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use crate::sample::Sample;
 
-/// Below this a joint's equations count as dependent: the pivots are squares of the Jacobian's
-/// singular values (in the metric of the inverse mass matrix), so this is 1e-5 of full strength.
-const DEPENDENT_PIVOT: f64 = 1e-10;
-
-/// A state of self-stress: forces of the joints that cancel on every body.
-#[derive(Debug, Clone)]
-pub(crate) struct Dependency {
-    /// The joint to be named.
-    pub node: usize,
-    /// Force of each joint that takes a share, by node.
-    pub forces: BTreeMap<usize, DVector<f64>>,
-}
+/// Smallest eigenvalues of a joint's scaled pivot at which it is eliminated once all safe ones are
+/// gone. Up to the first the order of least fill continues; up to the last the largest pivot is
+/// next. Bodies with small inertia and long arms make small pivots: I/(I + m s²) for a hinge at the
+/// arm s. Below the last, cancellation has left too few digits.
+const SMALL_PIVOT: f64 = 1e-10;
+const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// One eliminated pivot.
 pub(crate) struct Gone {
     pub node: usize,
-    inverse: DMatrix<f64>,
+    /// Diagonal of its LDLᵀ, by magnitude.
+    pub pivots: Vec<f64>,
     pub below: Vec<(usize, DMatrix<f64>)>,
 }
 
@@ -104,11 +97,10 @@ impl Elimination {
 
     fn eliminate(&mut self, node: usize) -> Option<()> {
         let d = &self.sample.diagonal[node];
-        let inverse = if node < self.sample.bodies {
-            d.clone().cholesky()?.inverse()
-        } else {
-            -(-d.clone()).cholesky()?.inverse()
-        };
+        let body = node < self.sample.bodies;
+        let factor = if body { d.clone() } else { -d.clone() }.cholesky()?;
+        let inverse = if body { factor.inverse() } else { -factor.inverse() };
+        let pivots = factor.l_dirty().diagonal().iter().map(|l| l * l).collect();
         let neighbours = std::mem::take(&mut self.sample.coupling[node]);
         let below: Vec<(usize, DMatrix<f64>)> = neighbours
             .keys()
@@ -124,12 +116,17 @@ impl Elimination {
             }
         }
         let touched: Vec<usize> = below.iter().map(|(n, _)| *n).collect();
-        self.gone.push(Gone { node, inverse, below });
+        self.gone.push(Gone { node, pivots, below });
         for n in touched {
             self.level[n] = self.level[n].max(self.level[node] + 1);
             self.refresh(n);
         }
         Some(())
+    }
+
+    fn strongest(&self, alive: &[usize]) -> Option<usize> {
+        let strong = alive.iter().copied().filter(|&k| self.pivot[k] > SMALLEST_PIVOT);
+        strong.max_by(|a, b| self.pivot[*a].total_cmp(&self.pivot[*b]))
     }
 
     /// Eliminates one group and returns the nodes that cannot be eliminated.
@@ -138,80 +135,13 @@ impl Elimination {
         while !alive.is_empty() {
             let next = self
                 .best(&alive, safe)
-                .or_else(|| self.best(&alive, DEPENDENT_PIVOT))
+                .or_else(|| self.best(&alive, SMALL_PIVOT))
+                .or_else(|| self.strongest(&alive))
                 .filter(|&k| self.eliminate(k).is_some());
             let Some(node) = next else { break };
             alive.retain(|k| *k != node);
         }
         alive
-    }
-
-    /// The self-stresses among joints that could not be eliminated.
-    pub fn dependencies(&self, left: &[usize]) -> Vec<Dependency> {
-        let mut starts = Vec::new();
-        let mut size = 0;
-        for &node in left {
-            starts.push(size);
-            size += self.sample.sizes[node].get();
-        }
-        let mut g = DMatrix::zeros(size, size);
-        let scale: Vec<f64> =
-            left.iter().flat_map(|&k| self.strength[k].iter().map(|s| s.sqrt())).collect();
-        for (i, &node) in left.iter().enumerate() {
-            let n = self.sample.sizes[node].get();
-            g.view_mut((starts[i], starts[i]), (n, n)).copy_from(&self.sample.diagonal[node]);
-            for (k, &other) in left.iter().enumerate() {
-                if let Some(block) = self.sample.coupling[node].get(&other) {
-                    g.view_mut((starts[i], starts[k]), block.shape()).copy_from(block);
-                }
-            }
-        }
-        let g = DMatrix::from_fn(size, size, |r, c| -g[(r, c)] / (scale[r] * scale[c]));
-        if !g.iter().all(|v| v.is_finite()) {
-            return Vec::new();
-        }
-        let eigen = SymmetricEigen::new(g);
-        let mut null: Vec<DVector<f64>> = (0..size)
-            .filter(|&k| eigen.eigenvalues[k] <= DEPENDENT_PIVOT)
-            .map(|k| eigen.eigenvectors.column(k).into_owned())
-            .collect();
-        let pivots = reduce(&mut null);
-        null.iter()
-            .zip(pivots)
-            .map(|(vector, pivot)| {
-                let k = starts.iter().rposition(|s| *s <= pivot).unwrap_or(0);
-                let mut forces = BTreeMap::new();
-                for (i, &node) in left.iter().enumerate() {
-                    let n = self.sample.sizes[node].get();
-                    let part =
-                        DVector::from_fn(n, |r, _| vector[starts[i] + r] / scale[starts[i] + r]);
-                    forces.insert(node, part);
-                }
-                self.spread(&mut forces);
-                Dependency { node: left[k], forces }
-            })
-            .collect()
-    }
-
-    /// Completes a null vector by back-substitution over the eliminated nodes; keeps joints only.
-    fn spread(&self, forces: &mut BTreeMap<usize, DVector<f64>>) {
-        for gone in self.gone.iter().rev() {
-            let mut sum = DVector::zeros(gone.inverse.nrows());
-            let mut any = false;
-            for (n, block) in &gone.below {
-                if let Some(x) = forces.get(n) {
-                    sum += block.transpose() * x;
-                    any = true;
-                }
-            }
-            if any {
-                forces.insert(gone.node, -(&gone.inverse * sum));
-            }
-        }
-        let bodies = self.sample.bodies;
-        let largest =
-            forces.iter().filter(|(n, _)| **n >= bodies).map(|(_, x)| x.amax()).fold(0.0, f64::max);
-        forces.retain(|n, x| *n >= bodies && x.amax() > 1e-6 * largest);
     }
 }
 
@@ -221,23 +151,4 @@ fn smallest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
         return f64::NAN;
     }
     matrix.symmetric_eigenvalues().min()
-}
-
-/// Gauss-Jordan over the vectors: each gets a component of its own, whose index is returned.
-fn reduce(vectors: &mut [DVector<f64>]) -> Vec<usize> {
-    let mut pivots = Vec::new();
-    for k in 0..vectors.len() {
-        let pivot = vectors[k].iamax();
-        let unit = &vectors[k] / vectors[k][pivot];
-        for (i, vector) in vectors.iter_mut().enumerate() {
-            if i == k {
-                vector.copy_from(&unit);
-            } else {
-                let factor = vector[pivot];
-                vector.axpy(-factor, &unit, 1.0);
-            }
-        }
-        pivots.push(pivot);
-    }
-    pivots
 }

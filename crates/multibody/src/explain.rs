@@ -1,63 +1,47 @@
 //! Puts names to what the analysis of the equations found.
 
 use crate::composite::Composite;
-use crate::elimination::Dependency;
 use crate::error::{Error, Redundancy};
 use crate::joint::JointConstraint;
-use crate::ordering::AnalysisFailure;
+use crate::ordering::Unusable;
+use crate::rank::Dependency;
 use crate::state::Kinematics;
 
-/// Puts names to what the analysis found.
-pub(crate) fn explain(
-    failure: &AnalysisFailure,
+/// Names the body or joint whose equations cannot be factored.
+pub(crate) fn unusable(
+    Unusable(node): Unusable,
     composites: &[Composite],
     joints: &[JointConstraint],
-    kin: &[Kinematics],
 ) -> Error {
-    match failure {
-        AnalysisFailure::Dependent(found) => {
-            Error::Redundant(name_dependencies(found, joints, kin))
-        }
-        AnalysisFailure::Unusable(node) => {
-            let (path, name) = composites.get(*node).map_or_else(
-                || ("joints", &joints[node - composites.len()].name),
-                |composite| ("bodies", &composite.name),
-            );
-            Error::Invalid {
-                path: path.to_owned(),
-                message: format!(
-                    "the equations of `{name}` cannot be solved: masses, inertias, stiffnesses \
-                     and lengths differ too much in magnitude, or overflow"
-                ),
-            }
-        }
+    let (path, name) = composites.get(node).map_or_else(
+        || ("joints", &joints[node - composites.len()].name),
+        |composite| ("bodies", &composite.name),
+    );
+    Error::Invalid {
+        path: path.to_owned(),
+        message: format!(
+            "the equations of `{name}` cannot be solved: masses, inertias, stiffnesses and lengths \
+             differ too much in magnitude, or overflow"
+        ),
     }
 }
 
 /// Says in words what dependent equations constrain twice.
-fn name_dependencies(
+pub(crate) fn redundant(
     found: &[Dependency],
     joints: &[JointConstraint],
     kin: &[Kinematics],
-) -> Vec<Redundancy> {
-    let bodies = kin.len() - 1;
-    found
-        .iter()
-        .map(|dependency| {
-            let joint = &joints[dependency.node - bodies];
-            let direction = dependency
-                .forces
-                .get(&dependency.node)
-                .map_or_else(String::new, |x| describe_reaction(joint, kin, x.as_slice()));
-            let together_with = dependency
-                .forces
-                .keys()
-                .filter(|n| **n != dependency.node)
-                .map(|n| format!("`{}`", joints[n - bodies].name))
-                .collect();
-            Redundancy { joint: joint.name.clone(), direction, together_with }
-        })
-        .collect()
+) -> Error {
+    let redundancy = |dependency: &Dependency| {
+        let joint = &joints[dependency.joint];
+        let own = dependency.multipliers.get(&dependency.joint);
+        let direction =
+            own.map_or_else(String::new, |x| describe_reaction(joint, kin, x.as_slice()));
+        let others = dependency.multipliers.keys().filter(|k| **k != dependency.joint);
+        let together_with = others.map(|k| format!("`{}`", joints[*k].name)).collect();
+        Redundancy { joint: joint.name.clone(), direction, together_with }
+    };
+    Error::Redundant(found.iter().map(redundancy).collect())
 }
 
 fn describe_reaction(joint: &JointConstraint, kin: &[Kinematics], multipliers: &[f64]) -> String {

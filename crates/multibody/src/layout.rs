@@ -16,6 +16,9 @@ const WINDOW: usize = 56;
 
 /// Fraction of a row's full strength at which a moving mechanism counts as singular.
 const VANISHING_PIVOT: f64 = 1e-12;
+/// The same as a fraction of the pivot in the initial pose, for bodies of very small inertia, whose
+/// pivots are small from the beginning.
+const VANISHING_FRACTION: f64 = 1e-3;
 
 /// The result of the analysis.
 #[derive(Debug, Clone)]
@@ -311,9 +314,11 @@ fn offsets(sizes: &[BlockSize]) -> (Vec<CompactIndex>, usize) {
 impl LayoutBuilder<'_> {
     fn smallest_pivots(&self) -> Vec<f64> {
         let mut smallest = vec![0.0; self.rows];
-        for (rhs, strength) in self.rhs.iter().zip(&self.elimination.strength) {
-            for (r, s) in strength.iter().enumerate() {
-                smallest[*rhs as usize + r] = VANISHING_PIVOT * s;
+        for gone in &self.elimination.gone {
+            let strength = &self.elimination.strength[gone.node];
+            for (r, (strength, pivot)) in strength.iter().zip(&gone.pivots).enumerate() {
+                smallest[self.rhs[gone.node] as usize + r] =
+                    (VANISHING_PIVOT * strength).min(VANISHING_FRACTION * pivot);
             }
         }
         smallest

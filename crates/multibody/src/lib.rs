@@ -29,8 +29,8 @@
 //! matrix separates into groups of jointed bodies: each bogie, and the cars. It is factored by
 //! blocks, LDLᵀ on the graph of bodies (6×6) and joints (3×3, 5×5), in an order of least fill that
 //! is determined once. A body may be eliminated at any time, a joint as soon as its pivot is
-//! regular. A joint whose pivot never becomes regular is redundant and is reported with the
-//! direction ([`Error::Redundant`]). A pivot that vanishes during the simulation is
+//! regular. Joints that repeat what others fix are found first, from geometry alone, and reported
+//! with the direction ([`Error::Redundant`]). A pivot that vanishes during the simulation is
 //! [`Error::Singular`] with time and joint.
 //!
 //! # Integration and drift
@@ -82,6 +82,7 @@ mod numbers;
 mod observe;
 mod ordering;
 mod places;
+mod rank;
 mod rate;
 mod reactions;
 mod resolve;

@@ -5,9 +5,9 @@
 //! definite). A joint may be eliminated only when its current pivot, the Schur complement of the
 //! nodes eliminated so far, is safely nonsingular in the initial pose: before any of its bodies is
 //! eliminated that pivot is zero, and a beam between two spherical joints can carry only one of
-//! them. A joint whose pivot stays singular after everything else has been eliminated is redundant.
+//! them. Redundant joints, whose pivot would stay singular, have been refused before: see `rank`.
 
-use crate::elimination::{Dependency, Elimination};
+use crate::elimination::Elimination;
 use crate::layout::{Analysis, layout};
 use crate::sample::Sample;
 
@@ -17,14 +17,10 @@ pub(crate) const SAFE_WHILE_MOVING: f64 = 1e-4;
 /// The same for a matrix that is used only near the initial pose. Soft and stiff elements side by
 /// side make pivots small there without making them uncertain.
 pub(crate) const SAFE_AT_REST: f64 = 1e-7;
-/// Why a matrix cannot be factored.
-#[derive(Debug, Clone)]
-pub(crate) enum AnalysisFailure {
-    /// Equations that follow from others.
-    Dependent(Vec<Dependency>),
-    /// The numbers about this node differ too much in size, or overflow.
-    Unusable(usize),
-}
+
+/// The numbers about this node differ too much in size to be factored, or overflow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unusable(pub usize);
 
 /// The connected groups of nodes, each in ascending order.
 fn components(sample: &Sample) -> Vec<Vec<usize>> {
@@ -53,32 +49,15 @@ fn components(sample: &Sample) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Finds elimination order and storage, or the dependencies among the joints. `safe` is the pivot
-/// at which a joint may be eliminated before its bodies; `constant` means that the bodies' diagonal
-/// blocks never change.
-pub(crate) fn analyse(
-    sample: Sample,
-    safe: f64,
-    constant: bool,
-) -> Result<Analysis, AnalysisFailure> {
+/// Finds elimination order and storage. `safe` is the pivot at which a joint may be eliminated before
+/// its bodies; `constant` means that the bodies' diagonal blocks never change.
+pub(crate) fn analyse(sample: Sample, safe: f64, constant: bool) -> Result<Analysis, Unusable> {
     let groups = components(&sample);
     let mut elimination = Elimination::new(sample);
-    let mut left = Vec::new();
     for group in &groups {
-        left.extend(elimination.run(group, safe));
-    }
-    if let Some(&first) = left.first() {
-        // only joints may be left, and only with equations that depend on each other
-        if let Some(&body) = left.iter().find(|k| **k < elimination.sample.bodies) {
-            return Err(AnalysisFailure::Unusable(body));
+        if let Some(&first) = elimination.run(group, safe).first() {
+            return Err(Unusable(first));
         }
-        let found = elimination.dependencies(&left);
-        let none = found.is_empty();
-        return Err(if none {
-            AnalysisFailure::Unusable(first)
-        } else {
-            AnalysisFailure::Dependent(found)
-        });
     }
     let mut components = vec![0; elimination.sample.sizes.len()];
     for (k, group) in groups.iter().enumerate() {

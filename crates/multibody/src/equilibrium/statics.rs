@@ -6,7 +6,7 @@ use super::holding::Holding;
 use crate::composite::mass_block;
 use crate::elements::ElasticRow;
 use crate::error::Error;
-use crate::explain::explain;
+use crate::explain::unusable;
 use crate::index::{BodyIndex, MagnetIndex};
 use crate::joint::JacobianRow;
 use crate::layout::Analysis;
@@ -122,7 +122,7 @@ impl VehicleModel {
         add_jacobians(&mut sample, &self.joints, &kin);
         // stiffness takes the place of mass, and changes with the pose
         let analysis = analyse(sample, SAFE_AT_REST, false)
-            .map_err(|failure| explain(&failure, &self.composites, &self.joints, &kin))?;
+            .map_err(|failure| unusable(failure, &self.composites, &self.joints))?;
         let places = places(&analysis, bodies, &self.joints);
         Ok(Statics { analysis, places, fits })
     }
