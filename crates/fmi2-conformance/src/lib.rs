@@ -13,20 +13,21 @@ pub mod reference;
 mod rules;
 pub mod runner;
 
+use std::path::Path;
+
 use fmi2_import::description::Severity;
-use fmi2_import::package::Package;
 
 pub use checks::checks;
 pub use error::{CheckError, Defects};
 pub use harness::{Check, Observation};
 pub use rules::{Rule, Unreadable, check, rules};
 
-/// Refuses an FMU that violates the standard.
+/// Refuses an FMU that violates the standard. `file` is its archive, and `path` the unit in messages.
 ///
 /// # Errors
 /// All findings of severity error.
-pub fn refuse_defects(package: &Package) -> Result<(), Defects> {
-    let findings: Vec<String> = match check(package.path()) {
+pub fn refuse_defects(path: &Path, file: &Path) -> Result<(), Defects> {
+    let findings: Vec<String> = match check(file) {
         Ok(found) => found
             .into_iter()
             .filter(|finding| finding.severity == Severity::Error)
@@ -37,5 +38,5 @@ pub fn refuse_defects(package: &Package) -> Result<(), Defects> {
     if findings.is_empty() {
         return Ok(());
     }
-    Err(Defects { path: package.path().to_owned(), findings })
+    Err(Defects { path: path.to_owned(), findings })
 }

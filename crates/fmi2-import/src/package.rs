@@ -165,6 +165,19 @@ impl Package {
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })
     }
 
+    /// The unit with another description, which its library printed for changed resources.
+    ///
+    /// # Errors
+    /// The description cannot be used.
+    pub fn with_description(mut self, text: &str) -> Result<Self, PackageError> {
+        let description = ModelDescription::parse(text)
+            .map_err(|source| PackageError::Description { path: self.path.clone(), source })?;
+        self.findings.retain(|finding| !self.description.findings.contains(finding));
+        self.findings.extend(description.findings.iter().cloned());
+        self.description = description;
+        Ok(self)
+    }
+
     /// Path of the .fmu file that this package was opened from.
     #[must_use]
     pub fn path(&self) -> &Path {

@@ -145,7 +145,11 @@ impl Archive {
         // Renamed at the end, so that a run that starts in between never reads an incomplete unit.
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let partial = file.with_file_name(format!(".{name}.partial"));
-        fs::write(&partial, bytes).map_err(Error::at(&partial))?;
-        fs::rename(&partial, file).map_err(Error::at(file))
+        let written = fs::write(&partial, bytes).and_then(|()| fs::rename(&partial, file));
+        if written.is_err() {
+            // half a file is of no use; if it cannot be removed, there is nothing else to do
+            let _ = fs::remove_file(&partial);
+        }
+        written.map_err(Error::at(file))
     }
 }

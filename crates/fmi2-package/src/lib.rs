@@ -4,10 +4,12 @@
 mod archive;
 mod describe;
 mod error;
+mod page;
 
 pub use archive::Archive;
 pub use describe::describe;
 pub use error::Error;
+pub use page::{PageParts, page, text_of_page};
 
 /// Name of the folder under `binaries/` for a system, given as in [`std::env::consts`].
 ///

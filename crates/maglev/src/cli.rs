@@ -18,8 +18,8 @@ Exit statuses:
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a mode grows; validate finds an error; reference
      results are outside their tolerance; a report cannot be written
-  2  bad usage or input: unknown option, invalid scenario, a unit or file
-     that cannot be read, a folder that is in use or has no results";
+  2  bad usage or input: unknown option, invalid scenario or layout, a unit or
+     file that cannot be read, a folder that is in use or has no results";
 
 /// Runs co-simulations of FMI 2.0 units.
 #[derive(Parser)]
@@ -50,6 +50,9 @@ pub enum Command {
     /// Show parameters, signals and capabilities of a unit
     #[command(arg_required_else_help = true)]
     Inspect(commands::inspect::Arguments),
+    /// Make a new unit of one with other resources, such as another layout
+    #[command(arg_required_else_help = true)]
+    Derive(commands::derive::Arguments),
     /// Show the modes of a coupled system: frequencies, damping, participation
     #[command(arg_required_else_help = true)]
     Modes(commands::modes::Arguments),

@@ -7,6 +7,7 @@ use figure::PlotError;
 use fmi2_conformance::Unreadable;
 use fmi2_conformance::reference::ReferenceError;
 use fmi2_conformance::{CheckError, Defects};
+use fmi2_derive::DeriveError;
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
@@ -29,6 +30,9 @@ pub enum Error {
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
+    /// A unit cannot get other resources.
+    #[error("cannot make the new unit")]
+    Derive(#[from] DeriveError),
     /// A unit's binary.
     #[error("cannot load the unit")]
     Library(#[from] LibraryError),
@@ -173,6 +177,7 @@ impl Error {
             Self::Master(error) => return error.help(),
             Self::Modes(error) => return error.help(),
             Self::Package(error) => return error.help(),
+            Self::Derive(error) => return error.help(),
             Self::Library(error) => error.help(),
             Self::Instantiate(error) => return error.fault().help(),
             Self::Unreadable(_) => "give the path of a .fmu file",

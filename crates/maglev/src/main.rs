@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Report(arguments) => commands::report::run(&arguments),
         Command::Modes(arguments) => commands::modes::run(&arguments),
+        Command::Derive(arguments) => commands::derive::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
         Command::Reference(arguments) => commands::reference::run(&arguments),

@@ -1,10 +1,7 @@
 //! The FMUs of a scenario: their layout files and parameters.
 
-use std::path::Path;
-
-use fmi2_import::archive::FmuArchive;
+use fmi2_derive::UnitSource;
 use fmi2_import::description::{Causality, ModelDescription, Variable};
-use fmi2_import::package::Package;
 use results::{InstanceAsRun, ScenarioAsRun};
 use serde::Serialize;
 use serde_json::Value;
@@ -28,17 +25,18 @@ impl<'a> LayoutFmu<'a> {
     ) -> Result<Option<Self>, ReportError> {
         let mut seen = Vec::new();
         for instance in scenario.instances() {
-            if seen.contains(&instance.path) {
+            if seen.contains(&instance.unit().to_owned()) {
                 continue;
             }
-            if let Some(layout) = read(&instance.path, &format!("resources/{file}"))? {
+            let unit = source(&instance);
+            if let Some(layout) = read(&unit, file)? {
                 // without a description, the values that the scenario gives are known
-                let description = Package::describe(&instance.path).ok();
+                let description = fmi2_derive::describe(&unit).ok();
                 let parameters = description.map(|it| parameters(&instance, &it));
                 let parameters = parameters.unwrap_or_default();
                 return Ok(Some(Self { instance, file, layout, parameters }));
             }
-            seen.push(instance.path);
+            seen.push(instance.unit().to_owned());
         }
         Ok(None)
     }
@@ -107,7 +105,7 @@ pub struct InstanceParameters {
 /// Parameters of all instances whose FMUs can still be read.
 pub(crate) fn all_parameters(scenario: &ScenarioAsRun) -> Vec<InstanceParameters> {
     let of = |entry: InstanceAsRun<'_>| {
-        let values = parameters(&entry, &Package::describe(&entry.path).ok()?);
+        let values = parameters(&entry, &fmi2_derive::describe(&source(&entry)).ok()?);
         let unit = entry.unit().to_owned();
         Some(InstanceParameters { instances: entry.name, unit, values })
     };
@@ -131,12 +129,21 @@ fn parameters(instance: &InstanceAsRun<'_>, description: &ModelDescription) -> V
     variables.filter(|it| it.causality == Causality::Parameter).filter_map(parameter).collect()
 }
 
-/// A text file of an archive, `None` if it has no such file.
-fn read(path: &Path, name: &str) -> Result<Option<String>, ReportError> {
-    let unusable = |message: String| ReportError::Fmu { path: path.to_owned(), message };
+/// The unit of an instance.
+fn source(instance: &InstanceAsRun<'_>) -> UnitSource {
+    let changes = |value: &Value| serde_json::from_value(value.clone()).unwrap_or_default();
+    let resources = &instance.resources;
+    UnitSource {
+        fmu: instance.path.clone(),
+        resources: resources.iter().map(|(name, it)| (name.clone(), changes(it))).collect(),
+    }
+}
+
+/// A text file in the resources of a unit, `None` if it has no such file.
+fn read(unit: &UnitSource, name: &str) -> Result<Option<String>, ReportError> {
+    let unusable = |message: String| ReportError::Fmu { path: unit.fmu.clone(), message };
     let failed = |error| unusable(results::causes(&error).join(": "));
-    let bytes =
-        FmuArchive::open(path).and_then(|mut archive| archive.read(name)).map_err(failed)?;
+    let bytes = fmi2_derive::read(unit, name).map_err(failed)?;
     let text = bytes.map(String::from_utf8).transpose();
-    text.map_err(|_| unusable(format!("{name} is not UTF-8 text")))
+    text.map_err(|_| unusable(format!("resources/{name} is not UTF-8 text")))
 }

@@ -21,9 +21,21 @@ pub struct ScenarioAsRun {
 #[serde(default)]
 struct ScenarioContent {
     description: String,
-    units: IndexMap<String, PathBuf>,
+    units: IndexMap<String, UnitAsRun>,
     instances: IndexMap<String, InstanceEntry>,
     plots: Vec<PlotAsRun>,
+}
+
+/// A unit: the path of its .fmu file, or an object that also has changes of its resources.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+enum UnitAsRun {
+    File(PathBuf),
+    Changed {
+        fmu: PathBuf,
+        #[serde(default)]
+        resources: IndexMap<String, Value>,
+    },
 }
 
 /// One member of `instances`: an instance, or an array of equal ones.
@@ -92,8 +104,12 @@ impl ScenarioAsRun {
     /// The members of `instances`. Their names may be patterns.
     pub fn entries(&self) -> impl Iterator<Item = InstanceAsRun<'_>> {
         self.content.instances.iter().map(|(name, entry)| {
-            let path = self.content.units.get(&entry.unit).cloned().unwrap_or_default();
-            InstanceAsRun { name: name.clone(), path, entry }
+            let (path, resources) = match self.content.units.get(&entry.unit).cloned() {
+                Some(UnitAsRun::File(path)) => (path, IndexMap::new()),
+                Some(UnitAsRun::Changed { fmu, resources }) => (fmu, resources),
+                None => Default::default(),
+            };
+            InstanceAsRun { name: name.clone(), path, resources, entry }
         })
     }
 
@@ -133,6 +149,8 @@ pub struct InstanceAsRun<'a> {
     pub name: String,
     /// The unit's .fmu file.
     pub path: PathBuf,
+    /// Changes of its resources, as the scenario writes them.
+    pub resources: IndexMap<String, Value>,
     entry: &'a InstanceEntry,
 }
 
@@ -187,6 +205,14 @@ mod tests {
         let instances = scenario.instances();
         assert_eq!((instances.len(), instances[1].unit()), (2, "m"));
         assert_eq!(instances[1].path, PathBuf::from("/a/m.fmu"));
+        let changed = text.replace(
+            r#""/a/m.fmu""#,
+            r#"{"fmu": "/a/m.fmu", "resources": {"l.json": {"x": 1}}, "new": 1}"#,
+        );
+        let changed = ScenarioAsRun::parse(changed).unwrap();
+        let instance = &changed.instances()[1];
+        assert_eq!(instance.path, PathBuf::from("/a/m.fmu"));
+        assert_eq!(instance.resources["l.json"]["x"], 1);
         let value = |name| instances[0].value(name).and_then(Value::as_i64);
         assert_eq!((value("k_2"), value("k_3"), value("k_4")), (Some(5), Some(1), None));
         let recorded = ["m_1.x", "m_2.y"].map(str::to_owned);

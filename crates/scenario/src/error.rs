@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use fmi2_import::package::PackageError;
+use fmi2_derive::DeriveError;
 
 /// Why a scenario is invalid or cannot be read.
 #[derive(Debug, Error)]
@@ -65,9 +65,9 @@ pub enum ScenarioError {
     Suggestions {
         /// Key in `units`.
         name: String,
-        /// Why the .fmu file cannot be read.
+        /// Why the unit cannot be read.
         #[source]
-        source: Box<PackageError>,
+        source: Box<DeriveError>,
     },
     /// A member of the experiment is missing, and no unit has a default.
     #[error(

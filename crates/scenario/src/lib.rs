@@ -23,6 +23,7 @@ mod record;
 mod ride;
 mod schema;
 mod suggestions;
+mod units;
 
 use std::path::PathBuf;
 
@@ -39,6 +40,7 @@ pub use conditions::{Checkpoints, Initialization, IsolationSettings};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
 pub use error::ScenarioError;
 pub use experiment::Experiment;
+pub use fmi2_derive::UnitSource;
 pub use instance::{FileSetting, InstanceSettings, Setting};
 pub use log::{DebugLog, LogLevel};
 pub use overrides::Override;
@@ -60,8 +62,9 @@ pub struct Scenario {
     /// Description of the scenario for its readers.
     #[serde(default)]
     pub description: String,
-    /// Paths of the .fmu files, relative to the scenario file. The keys are the names that instances refer to.
-    pub units: IndexMap<String, PathBuf>,
+    /// The units: paths of the .fmu files, relative to the scenario file, or objects that also change resources of the
+    /// unit, such as the layout of a vehicle. The keys are the names that instances refer to.
+    pub units: IndexMap<String, UnitSource>,
     /// Instances by name. `ems_[01..64]` is a row of 64 equal instances.
     pub instances: IndexMap<String, InstanceSettings>,
     /// Connections from outputs to inputs.

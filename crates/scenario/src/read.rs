@@ -7,7 +7,7 @@ use strict_json::{FormError, PathStep, merge};
 
 use crate::file::{ScenarioFile, chain};
 use crate::suggestions::{GivenTimes, LeftOut};
-use crate::{InstanceSettings, Scenario, ScenarioError, Setting};
+use crate::{InstanceSettings, Scenario, ScenarioError, Setting, units};
 
 impl Scenario {
     /// Reads a scenario file and the files that it extends. Paths of units become relative to the working directory.
@@ -25,15 +25,9 @@ impl Scenario {
     /// A file cannot be read, the scenario is invalid, or a time is missing and no unit has a default.
     pub fn load_with(path: &Path, given: GivenTimes) -> Result<Self, ScenarioError> {
         let chain = chain(path)?;
-        let mut whole = whole(&chain);
+        let mut whole = whole(&chain, Units::Located);
         let left_out = LeftOut::fill(&mut whole);
         let mut scenario = scenario(&chain, whole)?;
-        for (name, unit) in &mut scenario.units {
-            // relative to the file that contains the path, which may be an extended one
-            let file = chain.iter().find(|source| source.value["units"][name].is_string());
-            let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
-            *unit = folder.join(&*unit);
-        }
         if let Some(trace) = &mut scenario.trace {
             let file = chain.iter().find(|source| source.value["trace"].is_string());
             let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
@@ -59,7 +53,7 @@ impl Scenario {
             return Err(ScenarioError::ExtendsInText { path: path.to_owned() });
         }
         let chain = [source];
-        scenario(&chain, whole(&chain))
+        scenario(&chain, whole(&chain, Units::AsWritten))
     }
 }
 
@@ -82,14 +76,27 @@ impl Scenario {
     }
 }
 
+/// What the paths of units are relative to.
+#[derive(Clone, Copy, PartialEq)]
+enum Units {
+    /// The working directory: the folder of the file that contains the path is put in front.
+    Located,
+    AsWritten,
+}
+
 /// The files merged into one value, starting with the last one, which extends no other.
-fn whole(chain: &[ScenarioFile]) -> Value {
+fn whole(chain: &[ScenarioFile], units: Units) -> Value {
     let mut whole = Value::Null;
     for (k, source) in chain.iter().rev().enumerate() {
+        let mut value = source.value.clone();
+        if units == Units::Located {
+            units::locate(&mut value, source.path.parent().unwrap_or(Path::new("")));
+        }
         if k == 0 {
-            whole.clone_from(&source.value);
+            whole = value;
         } else {
-            merge(&mut whole, &source.value);
+            units::extend(&mut value, &mut whole);
+            merge(&mut whole, &value);
         }
     }
     whole
@@ -167,8 +174,59 @@ mod tests {
         let unit = |name: &str| fs::canonicalize(folder.path()).unwrap().join(name);
         fs::write(folder.path().join("a.fmu"), "").unwrap();
         fs::write(folder.path().join("sub/c.fmu"), "").unwrap();
-        assert_eq!(scenario.units["a"].canonicalize().unwrap(), unit("a.fmu"));
-        assert_eq!(scenario.units["b"].canonicalize().unwrap(), unit("sub/c.fmu"));
+        assert_eq!(scenario.units["a"].fmu.canonicalize().unwrap(), unit("a.fmu"));
+        assert_eq!(scenario.units["b"].fmu.canonicalize().unwrap(), unit("sub/c.fmu"));
+    }
+
+    /// Paths belong to the file that contains them. Patches add up, since a null in the second one must reach the
+    /// layout; a path or a list replaces what the extended file has.
+    #[test]
+    fn analytic_changes_of_resources_add_up_along_files() {
+        let unit = |text: &str| {
+            let rest = r#""instances": {}, "experiment": {"stop": 1, "step": 1}"#;
+            format!(r#"{{ "units": {{ "v": {text} }}, {rest} }}"#)
+        };
+        let top =
+            |text: &str| format!(r#"{{ "extends": "sub/base.json", "units": {{ "v": {text} }} }}"#);
+        let base = unit(
+            r#"{"fmu": "v.fmu", "resources": {"a.json": {"b": {"car": {"m": 1}}}, "t.csv": "t.csv"}}"#,
+        );
+        for (text, expected) in [
+            (r#""w.fmu""#, r#""w.fmu""#),
+            (
+                r#"{"fmu": "w.fmu", "resources": {"t.csv": null}}"#,
+                r#"{"fmu":"w.fmu","resources":{"a.json":{"b":{"car":{"m":1}}}}}"#,
+            ),
+            (
+                r#"{"resources": {"a.json": {"b": {"car": null}}}}"#,
+                r#"{"fmu":"sub/v.fmu","resources":{"a.json":[{"b":{"car":{"m":1}}},{"b":{"car":null}}],"t.csv":"sub/t.csv"}}"#,
+            ),
+            (
+                r#"{"resources": {"a.json": ["a.json", {"b": 3}], "t.csv": "u.csv"}}"#,
+                r#"{"fmu":"sub/v.fmu","resources":{"a.json":["a.json",{"b":3}],"t.csv":"u.csv"}}"#,
+            ),
+        ] {
+            let folder = folder(&[("sub/base.json", &base), ("top.json", &top(text))]);
+            let scenario = Scenario::load(&folder.path().join("top.json")).unwrap();
+            let mut unit = scenario.units["v"].clone();
+            let near = |path: &Path| path.strip_prefix(folder.path()).map(Path::to_owned);
+            unit.map_paths(near).unwrap();
+            assert_eq!(serde_json::to_string(&unit).unwrap(), expected, "{text}");
+        }
+        let plain = folder(&[
+            ("sub/base.json", &unit("\"v.fmu\"")),
+            ("top.json", &top(r#"{"resources": {"a.json": {"m": null}}}"#)),
+        ]);
+        let scenario = Scenario::load(&plain.path().join("top.json")).unwrap();
+        let text = serde_json::to_string(&scenario.units["v"].resources).unwrap();
+        assert_eq!(text, r#"{"a.json":{"m":null}}"#);
+        let wrong = folder(&[
+            ("sub/base.json", &base),
+            ("top.json", &top("{\n\"resources\": {\n\"a.json\": 3 } }")),
+        ]);
+        let error = refused(&wrong, "top.json");
+        assert!(error.contains("top.json: at units.v.resources.a.json: invalid type"), "{error}");
+        assert!(error.contains("line 3"), "{error}");
     }
 
     #[test]

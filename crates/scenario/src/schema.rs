@@ -13,6 +13,8 @@ use crate::comment::COMMENT;
 const PATCH: &str = "Patch";
 const DEFINITIONS: &str = "$defs";
 const WHOLE: &str = "Scenario";
+/// The definition with several forms, of which one is an object that is merged.
+const UNIT: &str = "Unit";
 
 impl Scenario {
     /// The JSON schema of a scenario file, as text with a final line feed.
@@ -104,6 +106,14 @@ fn add_patch(definitions: &mut Map<String, Value>, name: &str) {
 fn patch(definitions: &mut Map<String, Value>, mut schema: Value) -> Value {
     let Value::Object(map) = &mut schema else { return schema };
     map.shift_remove("required");
+    if let Some(Value::Array(forms)) = map.get_mut("anyOf") {
+        for form in forms {
+            if let Some(name) = target(form).filter(|name| is_object(definitions.get(name))) {
+                add_patch(definitions, &name);
+                *form = reference(&patch_name(&name));
+            }
+        }
+    }
     if let Some(Value::Object(members)) = map.get_mut("properties") {
         for (name, member) in members {
             if name != COMMENT {
@@ -123,20 +133,27 @@ fn member_of_patch(definitions: &mut Map<String, Value>, mut member: Value) -> V
     // the extended file gives the value of a member that is left out
     map.shift_remove("default");
     let description = map.shift_remove("description");
-    let is_object = |schema: &Value| schema["type"] == "object";
-    let target = map.get("$ref").and_then(Value::as_str).and_then(|it| it.rsplit('/').next());
-    if let Some(name) = target.map(str::to_owned) {
-        if definitions.get(&name).is_some_and(is_object) {
+    if let Some(name) = target(&member) {
+        if name == UNIT || is_object(definitions.get(&name)) {
             add_patch(definitions, &name);
             member = reference(&patch_name(&name));
         }
-    } else if is_object(&member) {
+    } else if is_object(Some(&member)) {
         member = patch(definitions, member);
     }
     let mut nullable = Map::new();
     nullable.extend(description.map(|text| ("description".to_owned(), text)));
     nullable.insert("anyOf".to_owned(), json!([member, { "type": "null" }]));
     nullable.into()
+}
+
+/// Name of the definition that a schema refers to.
+fn target(schema: &Value) -> Option<String> {
+    Some(schema.get("$ref")?.as_str()?.rsplit('/').next()?.to_owned())
+}
+
+fn is_object(schema: Option<&Value>) -> bool {
+    schema.is_some_and(|schema| schema["type"] == "object")
 }
 
 #[cfg(test)]
@@ -163,6 +180,10 @@ mod tests {
         let members = &schema[DEFINITIONS]["ScenarioPatch"]["properties"];
         let instances = members["instances"].to_string();
         assert!(instances.contains("InstancePatch"), "{instances}");
+        // a patch may change the resources of a unit without naming its file again
+        let unit = schema[DEFINITIONS]["UnitPatch"].to_string();
+        assert!(unit.contains("#/$defs/UnitWithResourcesPatch\""), "{unit}");
+        assert!(!unit.contains("#/$defs/UnitWithResources\""), "{unit}");
         // items of lists are not patches
         let plots = members["plots"].to_string();
         assert!(plots.contains("#/$defs/Plot\""), "{plots}");

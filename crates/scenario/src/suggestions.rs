@@ -9,7 +9,6 @@ use serde_json::Value;
 
 use crate::{Experiment, Scenario, ScenarioError};
 use fmi2_import::description::{DefaultExperiment, ModelDescription};
-use fmi2_import::package::Package;
 
 /// Number of steps if neither the scenario nor the unit gives a step.
 const STEPS: f64 = 500.0;
@@ -58,12 +57,12 @@ impl LeftOut {
             return Ok(());
         }
         let mut units = Vec::new();
-        for (name, path) in &scenario.units {
+        for (name, unit) in &scenario.units {
             if scenario.instances.values().any(|instance| instance.unit == *name) {
-                let described = Package::describe(path).map_err(|source| {
+                let described = fmi2_derive::describe(unit).map_err(|source| {
                     ScenarioError::Suggestions { name: name.clone(), source: Box::new(source) }
                 })?;
-                units.push((path.clone(), described));
+                units.push((unit.fmu.clone(), described));
             }
         }
         let suggested = Suggested { units: &units };

@@ -47,12 +47,27 @@ pub fn merge(target: &mut Value, patch: &Value) {
 /// # Ok::<(), (Vec<strict_json::PathStep>, strict_json::FormError)>(())
 /// ```
 ///
+/// Returns the places in the patch of all items that it adds, for messages: one of them may be a mistyped name.
+///
 /// # Errors
 /// The patch names an item that does not exist in order to remove it, or does not fit a list of named items; with the way
 /// to the place in the patch. The target is then partly changed.
-pub fn merge_by_name(target: &mut Value, patch: &Value) -> Result<(), (Vec<PathStep>, FormError)> {
-    let mut steps = Vec::new();
-    apply(target, patch, &mut steps).map_err(|error| (steps, error))
+pub fn merge_by_name(
+    target: &mut Value,
+    patch: &Value,
+) -> Result<Vec<String>, (Vec<PathStep>, FormError)> {
+    let mut place = Place::default();
+    match apply(target, patch, &mut place) {
+        Ok(()) => Ok(place.added),
+        Err(error) => Err((place.steps, error)),
+    }
+}
+
+/// Where a patch is applied, and what it has added so far.
+#[derive(Default)]
+struct Place {
+    steps: Vec<PathStep>,
+    added: Vec<String>,
 }
 
 fn make_object(value: &mut Value) {
@@ -61,14 +76,14 @@ fn make_object(value: &mut Value) {
     }
 }
 
-/// Applies a patch to which `steps` lead; after an error they lead to its place.
-fn apply(target: &mut Value, patch: &Value, steps: &mut Vec<PathStep>) -> Result<(), FormError> {
+/// Applies a patch at a place; after an error the steps lead to it.
+fn apply(target: &mut Value, patch: &Value, place: &mut Place) -> Result<(), FormError> {
     match (&mut *target, patch) {
         (Value::Array(items), Value::Array(changes)) if is_named(items) && !changes.is_empty() => {
-            return apply_list(items, changes, steps);
+            return apply_list(items, changes, place);
         }
         (Value::Array(items), Value::Object(changes)) if is_named(items) => {
-            return apply_names(items, changes, steps);
+            return apply_names(items, changes, place);
         }
         (_, Value::Object(_)) => make_object(target),
         (_, other) => target.clone_from(other),
@@ -79,7 +94,7 @@ fn apply(target: &mut Value, patch: &Value, steps: &mut Vec<PathStep>) -> Result
             members.shift_remove(key);
         } else {
             let member = members.entry(key.as_str()).or_insert(Value::Null);
-            at(PathStep::Key(key.clone()), steps, |steps| apply(member, change, steps))?;
+            at(PathStep::Key(key.clone()), place, |place| apply(member, change, place))?;
         }
     }
     Ok(())
@@ -89,10 +104,10 @@ fn apply(target: &mut Value, patch: &Value, steps: &mut Vec<PathStep>) -> Result
 fn apply_list(
     items: &mut Vec<Value>,
     changes: &[Value],
-    steps: &mut Vec<PathStep>,
+    place: &mut Place,
 ) -> Result<(), FormError> {
     for (k, change) in changes.iter().enumerate() {
-        at(PathStep::Index(k), steps, |steps| {
+        at(PathStep::Index(k), place, |place| {
             let Some(name) = name(change) else {
                 return Err(FormError::new(format!(
                     "the item has no \"{NAME}\", by which this list is patched"
@@ -101,7 +116,7 @@ fn apply_list(
             if changes[..k].iter().any(|earlier| self::name(earlier) == Some(name)) {
                 return Err(FormError::new(format!("\"{name}\" occurs twice in the list")));
             }
-            apply(item(items, name), change, steps)
+            apply(item(items, name, place), change, place)
         })?;
     }
     Ok(())
@@ -111,10 +126,10 @@ fn apply_list(
 fn apply_names(
     items: &mut Vec<Value>,
     changes: &Map<String, Value>,
-    steps: &mut Vec<PathStep>,
+    place: &mut Place,
 ) -> Result<(), FormError> {
     for (key, change) in changes {
-        at(PathStep::Key(key.clone()), steps, |steps| {
+        at(PathStep::Key(key.clone()), place, |place| {
             let is_meant = |item: &Value| {
                 name(item).is_some_and(|name| name == key || patterns::matches(key, name))
             };
@@ -131,11 +146,11 @@ fn apply_names(
                     items.retain(|item| !is_meant(item));
                     Ok(())
                 }
-                Value::Object(_) if is_new => apply(item(items, key), change, steps),
+                Value::Object(_) if is_new => apply(item(items, key, place), change, place),
                 Value::Object(_) => items
                     .iter_mut()
                     .filter(|item| is_meant(item))
-                    .try_for_each(|item| apply(item, change, steps)),
+                    .try_for_each(|item| apply(item, change, place)),
                 _ => Err(FormError::new(format!(
                     "invalid value: {change}, expected an object that changes the item \"{key}\" of the list, or null"
                 ))),
@@ -148,12 +163,12 @@ fn apply_names(
 /// Runs `action` one step further into the patch, and steps back if it succeeds.
 fn at(
     step: PathStep,
-    steps: &mut Vec<PathStep>,
-    action: impl FnOnce(&mut Vec<PathStep>) -> Result<(), FormError>,
+    place: &mut Place,
+    action: impl FnOnce(&mut Place) -> Result<(), FormError>,
 ) -> Result<(), FormError> {
-    steps.push(step);
-    action(steps)?;
-    steps.pop();
+    place.steps.push(step);
+    action(place)?;
+    place.steps.pop();
     Ok(())
 }
 
@@ -167,9 +182,10 @@ fn is_named(items: &[Value]) -> bool {
 }
 
 /// The first item of this name, which is added if there is none.
-fn item<'a>(items: &'a mut Vec<Value>, name: &str) -> &'a mut Value {
+fn item<'a>(items: &'a mut Vec<Value>, name: &str, place: &mut Place) -> &'a mut Value {
     let found = items.iter().position(|item| self::name(item) == Some(name));
     let index = found.unwrap_or_else(|| {
+        place.added.push(crate::shown(&place.steps));
         items.push(serde_json::json!({ NAME: name }));
         items.len() - 1
     });
@@ -220,7 +236,7 @@ mod tests {
     fn patched(target: Value, patch: Value) -> Result<String, String> {
         let mut value = target;
         match merge_by_name(&mut value, &patch) {
-            Ok(()) => Ok(value.to_string()),
+            Ok(_) => Ok(value.to_string()),
             Err((steps, error)) => Err(format!("{}: {error}", crate::shown(&steps))),
         }
     }
@@ -269,6 +285,14 @@ mod tests {
         }
         let added = patched(json!({"bodies": []}), json!({"bodies": {"a": {"m": 1}}})).unwrap();
         assert_eq!(added, r#"{"bodies":[{"name":"a","m":1}]}"#);
+    }
+
+    #[test]
+    fn analytic_added_items_are_reported() {
+        let patch = json!({"bodies": {"tabel": {"m": 1}, "car": {"m": 2}}});
+        assert_eq!(merge_by_name(&mut bodies(), &patch).unwrap(), ["bodies.tabel"]);
+        let patch = json!({"bodies": [{"name": "car"}, {"name": "x", "l": [{"name": "y"}]}]});
+        assert_eq!(merge_by_name(&mut bodies(), &patch).unwrap(), ["bodies[1]"]);
     }
 
     #[test]

@@ -30,23 +30,40 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmi2-package", &[]),
     ("fmi2-import", &["fmi2-sys"]),
     ("fmi2-conformance", &["fmi2-import", "fmi2-sys", "patterns"]),
+    ("fmi2-derive", &["fmi2-import", "fmi2-package", "patterns", "strict-json"]),
     // the units
     ("fmu-ems", &["fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
     // co-simulation
-    ("scenario", &["fmi2-import", "patterns", "strict-json"]),
+    ("scenario", &["fmi2-derive", "fmi2-import", "patterns", "strict-json"]),
     ("results", &["patterns"]),
     ("coupling", &["fmi2-import", "results", "scenario"]),
-    ("master", &["coupling", "fmi2-conformance", "fmi2-import", "patterns", "results", "scenario"]),
-    ("report", &["analysis", "figure", "fmi2-import", "guideway", "multibody", "results"]),
+    (
+        "master",
+        &[
+            "coupling",
+            "fmi2-conformance",
+            "fmi2-derive",
+            "fmi2-import",
+            "patterns",
+            "results",
+            "scenario",
+        ],
+    ),
+    (
+        "report",
+        &["analysis", "figure", "fmi2-derive", "fmi2-import", "guideway", "multibody", "results"],
+    ),
     (
         "maglev-cli",
         &[
             "analysis",
             "figure",
             "fmi2-conformance",
+            "fmi2-derive",
             "fmi2-import",
+            "fmi2-package",
             "master",
             "patterns",
             "report",

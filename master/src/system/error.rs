@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use fmi2_conformance::Defects;
+use fmi2_derive::DeriveError;
 use fmi2_import::archive::ArchiveError;
 use fmi2_import::description::{Causality, Type, UnitMismatch};
 use fmi2_import::package::PackageError;
@@ -38,14 +39,14 @@ impl std::fmt::Display for Named {
 /// An error in what a scenario describes.
 #[derive(Debug, Error)]
 pub enum SystemError {
-    /// A unit cannot be opened.
+    /// A unit cannot be opened, or cannot get other resources.
     #[error("units.{name}: cannot use this unit")]
     Package {
         /// Key in `units`.
         name: String,
-        /// What is wrong with the .fmu file.
+        /// What is wrong with the .fmu file or the resources.
         #[source]
-        source: PackageError,
+        source: DeriveError,
     },
     /// Defects of a unit in a strict run.
     #[error("units.{name}: cannot use this unit")]
@@ -284,9 +285,10 @@ impl SystemError {
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
             Self::Package { source, .. } => match source {
-                PackageError::Archive { source: ArchiveError::Open(error), .. }
-                    if error.kind() != ErrorKind::IsADirectory =>
-                {
+                DeriveError::Package(PackageError::Archive {
+                    source: ArchiveError::Open(error),
+                    ..
+                }) if error.kind() != ErrorKind::IsADirectory => {
                     "check the path, which is relative to the scenario, and that the unit has been built"
                 }
                 _ => return source.help(),

@@ -13,6 +13,8 @@ use fmi2_import::package::Package;
 pub struct InstanceSetup {
     /// Its name in the scenario, with its number.
     pub name: String,
+    /// Key of its unit in the scenario's `units`.
+    pub unit: String,
     /// The FMU that it is an instance of.
     pub package: Arc<Package>,
     /// Whether it runs in a process of its own, if the scenario sets this for the instance.

@@ -24,6 +24,7 @@ pub use instance::InstanceSetup;
 pub use signals::SignalGraph;
 pub use transfer::Transfer;
 
+use fmi2_derive::{DeriveError, UnitSource};
 use fmi2_import::description::{Variability, Variable};
 use fmi2_import::package::Package;
 use scenario::{Scenario, Setting};
@@ -75,13 +76,8 @@ impl System {
     /// The first error found.
     pub fn new(scenario: &Scenario) -> Result<Self> {
         let mut packages = IndexMap::new();
-        for (name, path) in &scenario.units {
-            let failed = |source| SystemError::Package { name: name.clone(), source };
-            let package = Package::open(path).map_err(failed)?;
-            if scenario.strict {
-                let defects = fmi2_conformance::refuse_defects(&package);
-                defects.map_err(|source| SystemError::Defects { name: name.clone(), source })?;
-            }
+        for (name, unit) in &scenario.units {
+            let package = open(name, unit, scenario.strict)?;
             packages.insert(name.as_str(), Arc::new(package));
         }
         let mut system = Self {
@@ -139,4 +135,22 @@ impl System {
     pub fn nominal(&self, port: Port) -> f64 {
         self.variable(port).nominal.map_or(1.0, f64::abs)
     }
+}
+
+/// Opens a unit. A strict run does not tolerate errors in it.
+fn open(name: &str, unit: &UnitSource, strict: bool) -> Result<Package> {
+    let failed = |source| SystemError::Package { name: name.to_owned(), source };
+    let package = fmi2_derive::open(unit).map_err(failed)?;
+    if strict {
+        let mut file = unit.fmu.clone();
+        if !unit.resources.is_empty() {
+            // the rules read an archive
+            file = package.folder().join("derived.fmu");
+            let derived = fmi2_derive::derive(unit, name).map_err(failed)?;
+            derived.write(&file).map_err(DeriveError::Pack).map_err(failed)?;
+        }
+        fmi2_conformance::refuse_defects(&unit.fmu, &file)
+            .map_err(|source| SystemError::Defects { name: name.to_owned(), source })?;
+    }
+    Ok(package)
 }

@@ -49,6 +49,7 @@ impl System {
             let debug_log = debug_log(&place, instance, &package, level)?;
             self.instances.push(InstanceSetup {
                 name,
+                unit: instance.unit.clone(),
                 package,
                 isolate: instance.isolate,
                 steps: instance.steps,

@@ -33,7 +33,7 @@ fn content(subject: &Subject) -> Vec<String> {
     vec![format!(
         "the GUID {guid} is not the hash of the description and the resources: one of them was \
          changed after the FMU was made. With other resources the FMU refuses to be instantiated; \
-         fmi2-package makes a matching description"
+         `maglev derive` makes a unit with other resources"
     )]
 }
 

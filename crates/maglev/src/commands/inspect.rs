@@ -36,7 +36,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let package = Package::open(&arguments.unit)?;
     if arguments.strict {
-        fmi2_conformance::refuse_defects(&package)?;
+        fmi2_conformance::refuse_defects(package.path(), package.path())?;
     }
     if arguments.modes {
         return super::unit_modes::run(package, arguments.options.as_deref(), arguments.json);

@@ -4,6 +4,7 @@
 pub mod closing;
 pub mod completions;
 pub mod conformance;
+pub mod derive;
 pub mod display;
 pub mod inspect;
 pub mod man;

@@ -14,7 +14,7 @@ use results::{AS_RUN, write_whole};
 use scenario::{InstanceSettings, Scenario, Setting};
 
 /// Writes the scenario with the changes of the command line: their values are those of the instances, and
-/// paths of units are absolute. Running it again gives the same results. A comment contains the identifier of
+/// paths of units and of their resources are absolute. Running it again gives the same results. A comment contains the identifier of
 /// the run.
 ///
 /// # Errors
@@ -30,8 +30,8 @@ pub(super) fn write(
     scenario.schema = None;
     // running it again must not overwrite the trace of this run
     scenario.trace = None;
-    for path in scenario.units.values_mut() {
-        *path = absolute(&*path)?;
+    for unit in scenario.units.values_mut() {
+        unit.map_paths(|path| absolute(path))?;
     }
     if !system.overridden.is_empty() {
         scenario.instances = merged(&scenario.instances, system);

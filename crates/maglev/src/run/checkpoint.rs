@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use fmi2_import::package::Package;
+
 use super::journal::JournalState;
 use super::output::OutputState;
 use super::totals::Earlier;
@@ -19,7 +21,7 @@ use master::system::System;
 use master::{Misfit, StateError};
 use results::write_whole;
 use results::{CHECKPOINT, Fingerprint, FolderError, fingerprint};
-use scenario::{Override, Scenario, ScenarioError};
+use scenario::{Override, Scenario, ScenarioError, UnitSource};
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"maglev checkpoint\n";
@@ -146,6 +148,18 @@ pub struct Checkpoint {
     pub(super) earlier: Earlier,
 }
 
+/// Fingerprint of a unit: of its .fmu file, and of the resources that the scenario changes. The GUID depends only on
+/// those that the unit reads before it is instantiated.
+fn contents(package: &Package, unit: &UnitSource) -> io::Result<Fingerprint> {
+    let mut whole = fingerprint(package.path())?;
+    for name in unit.resources.keys() {
+        let Fingerprint { bytes, crc32 } = fingerprint(&package.resources().join(name))?;
+        whole.bytes += bytes;
+        whole.crc32 = crc32fast::hash(&[whole.crc32.to_le_bytes(), crc32.to_le_bytes()].concat());
+    }
+    Ok(whole)
+}
+
 /// The part that all checkpoints of a run have in common.
 #[derive(Debug, Clone)]
 pub(super) struct CheckpointOrigin {
@@ -166,21 +180,22 @@ impl CheckpointOrigin {
         let mut scenario = scenario.clone();
         let given = std::mem::take(&mut scenario.overrides);
         let mut units = Vec::new();
-        for (name, path) in &mut scenario.units {
+        for (name, unit) in &mut scenario.units {
             // a resumed run may start in another working directory
-            let read = |source| CheckpointError::Read { path: path.clone(), source };
-            let absolute = std::path::absolute(&*path).map_err(read)?;
-            if let Some(plan) = system.instances.iter().find(|plan| plan.package.path() == path) {
-                let Fingerprint { bytes, crc32: checksum } = fingerprint(path).map_err(read)?;
+            let given = unit.fmu.clone();
+            let read = |source| CheckpointError::Read { path: given.clone(), source };
+            unit.map_paths(|path| std::path::absolute(path)).map_err(read)?;
+            if let Some(plan) = system.instances.iter().find(|plan| plan.unit == *name) {
+                let Fingerprint { bytes, crc32: checksum } =
+                    contents(&plan.package, unit).map_err(read)?;
                 units.push(UnitStamp {
                     name: name.clone(),
-                    path: absolute.clone(),
+                    path: unit.fmu.clone(),
                     guid: plan.description().guid.clone(),
                     bytes,
                     checksum,
                 });
             }
-            *path = absolute;
         }
         // a scenario can always be printed as JSON
         let scenario = serde_json::to_string(&scenario)

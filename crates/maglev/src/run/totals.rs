@@ -1,7 +1,6 @@
 //! Entries of the summary for instances, units and algorithm.
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use indexmap::IndexMap;
@@ -63,14 +62,12 @@ pub(super) fn instances(
     earlier: &Earlier,
     journal: &JournalSummary,
 ) -> IndexMap<String, InstanceSummary> {
-    let units: HashMap<&Path, &String> =
-        setup.scenario().units.iter().rev().map(|(name, path)| (path.as_path(), name)).collect();
     (0..)
         .zip(&setup.system().instances)
         .map(|(k, plan): (usize, _)| {
             let work = earlier.work(k, participants);
             let summary = InstanceSummary {
-                unit: units.get(plan.package.path()).copied().cloned().unwrap_or_default(),
+                unit: plan.unit.clone(),
                 tolerance: plan.tolerance,
                 steps: work.steps,
                 warned_steps: work.warned_steps,
@@ -100,17 +97,18 @@ pub(super) fn units(
     system: &System,
     instances: &IndexMap<String, InstanceSummary>,
 ) -> IndexMap<String, FmuSummary> {
-    let mut first: HashMap<&Path, &InstanceSetup> = HashMap::new();
+    let mut first: HashMap<&str, &InstanceSetup> = HashMap::new();
     for plan in &system.instances {
-        first.entry(plan.package.path()).or_insert(plan);
+        first.entry(&plan.unit).or_insert(plan);
     }
     let mut units = IndexMap::new();
-    for (name, path) in &scenario.units {
+    for (name, unit) in &scenario.units {
         // skips units without instances
-        let Some(plan) = first.get(path.as_path()) else { continue };
+        let Some(plan) = first.get(name.as_str()) else { continue };
         let description = plan.description();
         let unit = FmuSummary {
-            path: path.display().to_string(),
+            path: unit.fmu.display().to_string(),
+            resources: unit.resources.keys().cloned().collect(),
             model: description.model_name.clone(),
             version: description.version.clone(),
             guid: description.guid.clone(),

@@ -46,6 +46,9 @@ pub struct RunFailure {
 pub struct FmuSummary {
     /// The .fmu file.
     pub path: String,
+    /// Its resources that the scenario changes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resources: Vec<String>,
     /// Name of the model.
     pub model: String,
     /// Version of the model.
