@@ -24,6 +24,7 @@
 //! | | [`fmi2_conformance`](../fmi2_conformance/index.html) | rules, checks of behaviour, reference results |
 //! | exporting | [`fmi2_export`](../fmi2_export/index.html) | a Rust model as an FMU |
 //! | | [`fmi2_package`](../fmi2_package/index.html) | packs the library into an .fmu |
+//! | | [`fmi2_derive`](../fmi2_derive/index.html) | an FMU with other resources |
 //! | both | [`fmi2_sys`](../fmi2_sys/index.html) | the C interface of FMI 2.0 |
 //! | physics | [`magnet`](../magnet/index.html) | electromagnet, filter and controller (eqs 1-5) |
 //! | | [`guideway`](../guideway/index.html) | girders by modal superposition (eqs 6-8, 13) |

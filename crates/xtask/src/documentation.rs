@@ -1,7 +1,7 @@
 //! The page in each unit, `documentation/index.html`: made from its description, a text with
 //! equations (`fmu-*/documentation/text.md`) and its reference results.
 
-use std::{fs, path::Path};
+use std::{fmt::Write as _, fs, path::Path};
 
 use anyhow::{Context, Result, anyhow};
 use fmi2_package::PageParts;
@@ -16,14 +16,15 @@ pub struct Parts<'a> {
     pub folder: &'a Path,
     /// The unit's picture (SVG).
     pub picture: &'a str,
-    /// Its reference results over time (SVG).
-    pub results: &'a str,
+    /// Its reference results over time (SVG), if it has any. The picture is empty until they are computed.
+    pub results: Option<&'a str>,
 }
 
 /// The page: what the unit computes, its variables, its capabilities, and its reference results.
 pub fn page(xml: &str, parts: &Parts<'_>) -> Result<String> {
-    let (text, results) = (text(&parts.folder.join("text.md"))?, results(parts));
-    let Parts { name, picture, .. } = *parts;
+    let text = text(&parts.folder.join("text.md"))?;
+    let Parts { name, picture, results, .. } = *parts;
+    let results = results.map(|picture| self::results(name, picture)).unwrap_or_default();
     Ok(fmi2_package::page(xml, PageParts { name, picture, text: &text, results: &results })?)
 }
 
@@ -68,8 +69,7 @@ fn math(latex: &str, display_mode: DisplayMode) -> Result<String> {
     Ok(mathml)
 }
 
-fn results(parts: &Parts<'_>) -> String {
-    let name = parts.name;
+fn results(name: &str, picture: &str) -> String {
     let mut html = format!(
         "<p>The unit carries an experiment with its results in \
          <code>extra/org.fmi-standard.fmi-ls-ref/</code>: inputs <code>{name}_in.csv</code>, outputs \
@@ -79,11 +79,12 @@ fn results(parts: &Parts<'_>) -> String {
          and importers that interpolate them must get the same.</p>\n\
          <pre><code>maglev reference {name}.fmu</code></pre>\n"
     );
-    if !parts.results.is_empty() {
-        html.push_str(&format!(
-            "<p><span class=\"figure\">{}<small>Outputs of the reference experiment</small></span></p>\n",
-            parts.results
-        ));
+    if !picture.is_empty() {
+        // writing to a String cannot fail
+        let _ = writeln!(
+            html,
+            "<p><span class=\"figure\">{picture}<small>Outputs of the reference experiment</small></span></p>"
+        );
     }
     html
 }

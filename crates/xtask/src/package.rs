@@ -98,7 +98,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     }
     let folder = order.out.clone().unwrap_or_else(workspace::unit_dir);
     fs::create_dir_all(&folder).with_context(|| format!("creating {}", folder.display()))?;
-    let mut packed = Vec::new();
+    let mut archives = Vec::new();
     let dependencies = licences::dependencies()?;
     let mut licences: BTreeMap<&str, Licences> = BTreeMap::new();
     for unit in units()? {
@@ -114,7 +114,12 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
                 licences::files(&format!("fmu-{}", unit.identifier), &dependencies)?,
             );
         }
-        archive(&unit, &xml, targets, &licences[unit.identifier])?.write(&file)?;
+        archives.push((archive(&unit, &xml, targets, &licences[unit.identifier])?, file));
+    }
+    // only now, so that an error leaves all units as they were
+    let mut packed = Vec::new();
+    for (archive, file) in archives {
+        archive.write(&file)?;
         packed.push(file);
     }
     if order.maglev {
@@ -186,22 +191,28 @@ fn archive(unit: &Unit, xml: &str, targets: &[Target], licences: &Licences) -> R
         }
     }
     let documentation = crate_folder(unit).join("documentation");
+    // a layout of one's own may have neither a picture nor reference results
     let picture = documentation.join(format!("{}.svg", unit.name));
-    let picture =
-        fs::read_to_string(&picture).with_context(|| format!("reading {}", picture.display()))?;
-    archive.file("model.png", picture::png(&picture)?)?;
+    let picture = picture.is_file().then(|| {
+        fs::read_to_string(&picture).with_context(|| format!("reading {}", picture.display()))
+    });
+    let picture = picture.transpose()?;
+    if let Some(picture) = &picture {
+        archive.file("model.png", picture::png(picture)?)?;
+    }
     let reference = Reference::of(unit)?;
+    let results = reference.as_ref().map(|it| it.figure(xml)).transpose()?;
     let parts = documentation::Parts {
         name: &unit.name,
         folder: &documentation,
-        picture: &picture,
-        results: &reference.figure(xml)?,
+        picture: picture.as_deref().unwrap_or_default(),
+        results: results.as_deref(),
     };
     archive.file("documentation/index.html", documentation::page(xml, &parts)?)?;
     for (name, text) in licences {
         archive.file(&format!("documentation/licenses/{name}"), text.as_slice())?;
     }
-    for (name, content) in reference.files()? {
+    for (name, content) in reference.map(|it| it.files()).transpose()?.unwrap_or_default() {
         archive.file(&name, content)?;
     }
     if let Some(folder) = &unit.resources {

@@ -44,14 +44,17 @@ struct Options {
 }
 
 impl Reference {
-    /// Reads the settings of a unit's reference.
-    pub fn of(unit: &Unit) -> Result<Self> {
+    /// Reads the settings of a unit's reference; `None` if the unit has none.
+    pub fn of(unit: &Unit) -> Result<Option<Self>> {
         let folder = package::crate_folder(unit).join("reference");
         let file = folder.join(format!("{}_ref.opt", unit.name));
+        if !file.is_file() {
+            return Ok(None);
+        }
         let text =
             fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
         let options = Options::read(&text).with_context(|| file.display().to_string())?;
-        Ok(Self { name: unit.name.clone(), folder, options })
+        Ok(Some(Self { name: unit.name.clone(), folder, options }))
     }
 
     fn file(&self, end: &str) -> PathBuf {
@@ -189,7 +192,7 @@ pub fn codegen(check: bool) -> Result<()> {
     package::package(&Order::default())?;
     let program = workspace::build_program("reference")?;
     for unit in package::units()? {
-        let reference = Reference::of(&unit)?;
+        let Some(reference) = Reference::of(&unit)? else { continue };
         let Options { start, stop, step, tolerance, interval } = reference.options;
         let mut args: Vec<OsString> = vec![
             workspace::unit_dir().join(format!("{}.fmu", unit.name)).into(),
@@ -254,7 +257,7 @@ mod tests {
     #[test]
     fn invariant_all_times_are_exact_in_binary() {
         for unit in package::units().unwrap() {
-            let reference = Reference::of(&unit).unwrap();
+            let reference = Reference::of(&unit).unwrap().unwrap();
             let inputs = Table::read(&reference.file("in.csv")).unwrap();
             let results = Table::read(&reference.file("ref.csv")).unwrap();
             let step = reference.options.step;
