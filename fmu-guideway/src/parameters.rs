@@ -150,7 +150,6 @@ impl ParameterHandles {
         let i = &self.irregularity;
         vec![
             self.pole_length.row(),
-            self.forces_per_magnet.row(),
             i.on.row(),
             i.averaged.row(),
             i.file.row(),
@@ -252,7 +251,10 @@ impl IrregularityHandles {
             averaged: interface
                 .boolean("irregularity_averaged")
                 .parameter(given.averaged)
-                .description("Mean over each magnet's pole in place of the value at its centre")
+                .description(
+                    "Each magnet feels the mean over its pole, as of the deflection; false: the \
+                     value at its centre",
+                )
                 .done(),
             file: interface
                 .string("irregularity_file")

@@ -112,7 +112,7 @@ impl OutputHandles {
                 2,
                 UnitOfMeasure::METRE,
                 1e-3,
-                "Irregularity of the track at magnet {k}, up positive",
+                "Irregularity of the track as magnet {k} feels it, up positive",
             ),
             midspan_displacement: row(
                 "midspan_displacement",

@@ -377,24 +377,54 @@ fn invariant_an_irregularity_file_is_read_and_a_missing_one_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("profil mit Lücke.csv");
     let mut text = String::from("x,z\n");
-    for i in 0..=200 {
-        let x = f64::from(i) * 0.5 - 20.0;
-        text.push_str(&format!("{x},{}\n", 1e-3 * (0.2 * x).sin()));
+    for i in 0..=4000 {
+        let x = f64::from(i) * 0.025 - 20.0;
+        text.push_str(&format!("{x},{}\n", 1e-3 * (4.0 * x).sin()));
     }
     std::fs::write(&file, text).unwrap();
-    let with = |file: &Path| {
+    let with = |file: &Path, averaged: Option<bool>| {
         let mut unit = unit("one-magnet");
         unit.set_boolean("irregularity_on", true).unwrap();
         unit.set_string("irregularity_file", file.to_str().unwrap()).unwrap();
         unit.set_real("irregularity_start", -20.0).unwrap();
+        if let Some(averaged) = averaged {
+            unit.set_boolean("irregularity_averaged", averaged).unwrap();
+        }
         unit.enter_initialization(0.0)?;
         unit.set_real("position_01", 30.0)?;
-        unit.real("irregularity_01")
+        let height = unit.real("irregularity_01")?;
+        let mut rate = |speed: f64| {
+            unit.set_real("speed", speed)?;
+            unit.real("rate_01")
+        };
+        // The girder's own part of the rate is the same at rest and on its way, but for the start
+        // with the rate of rolling loads: a load of 0 N has none.
+        Ok::<_, fmi2_export::testing::CallFailure>([height, rate(SPEED)? - rate(0.0)?])
     };
-    // Spline through points of 0.1 rad: 5/384·1e-4 of the amplitude.
-    assert!((with(&file).unwrap() - 1e-3 * 6f64.sin()).abs() < 2e-9);
-    let message = with(&folder.path().join("none.csv")).unwrap_err().to_string();
+    // A pole of 0.65 m feels sin(Ωℓ/2)/(Ωℓ/2) of the wave, 74 %, and of its slope.
+    let half = 0.5 * 0.65 * 4.0;
+    for (averaged, remains) in [(None, f64::sin(half) / half), (Some(false), 1.0)] {
+        let [height, rate] = with(&file, averaged).unwrap();
+        // Spline through points of 0.1 rad: 5/384·1e-4 of the amplitude, 1/24·1e-3 of the slope.
+        assert!((height - remains * 1e-3 * 120f64.sin()).abs() < 2e-9, "{averaged:?}: {height}");
+        let slope = remains * 4e-3 * 120f64.cos();
+        assert!((rate - SPEED * slope).abs() < 4e-5 * SPEED * 4e-3, "{averaged:?}: {rate}");
+    }
+    let message = with(&folder.path().join("none.csv"), None).unwrap_err().to_string();
     assert!(message.contains("none.csv") && message.contains("two columns"), "{message}");
+}
+
+/// Every layout has the irregularity of the library's default: averaged, and of the amplitude that
+/// gives the paper's RMS of the gaps.
+#[test]
+fn invariant_layouts_share_the_default_irregularity() {
+    let default = guideway::description::IrregularityDescription::default();
+    for name in ["three-spans", "one-magnet", "one-bogie", "one-car", "moving-force"] {
+        let mut unit = unit(name);
+        unit.initialize(0.0).unwrap();
+        assert!(unit.boolean("irregularity_averaged").unwrap() && default.averaged, "{name}");
+        assert_eq!(unit.real("irregularity_amplitude").unwrap(), default.amplitude, "{name}");
+    }
 }
 
 #[test]

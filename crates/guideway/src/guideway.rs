@@ -61,7 +61,7 @@ impl Guideway {
         }
         irregularity.on &= !(irregularity.file.is_none() && irregularity.amplitude == 0.0);
         let file = profile_file.filter(|_| irregularity.file.is_some());
-        let profile = Profile::new(&irregularity, track, &pole, file)?;
+        let profile = Profile::new(&irregularity, track, pole.length(), file)?;
         let chirp = ChirpForce::new(&given.chirp, middle(&spans))?;
         let wavenumber = girders.iter().map(Girder::wavenumber).fold(0.0, f64::max);
         let guideway = Self {

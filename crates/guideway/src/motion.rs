@@ -84,8 +84,8 @@ impl Workspace {
 }
 
 /// The track surface at one magnet: partial derivatives of deflection u(x, t) and irregularity
-/// r(x). Subscripts name them: `u_tx` is ∂²u/∂t∂x. u is the mean over the magnet's discrete forces;
-/// r at its centre, or also the mean if the description asks for it.
+/// r(x). Subscripts name them: `u_tx` is ∂²u/∂t∂x. u is the mean over the magnet's discrete forces, r
+/// over its pole, or at its centre if the description asks for that.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(missing_docs, reason = "the subscripts say it")]
 pub struct Surface {
