@@ -150,7 +150,8 @@ pub struct ChirpFacts {
     pub end_frequency: f64,
 }
 
-/// The one-sided PSD A/Ω² from which a random profile is generated.
+/// The one-sided PSD of a random profile as a magnet feels it: A/Ω², and of each wave what the mean over
+/// the pole leaves, sin(Ωℓ/2)/(Ωℓ/2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TargetDensity {
     /// A (m·rad).
@@ -159,6 +160,8 @@ pub struct TargetDensity {
     pub shortest: f64,
     /// Longest wavelength (m).
     pub longest: f64,
+    /// Length ℓ of the pole (m); 0 if magnets feel the profile at their centres.
+    pub pole: f64,
 }
 
 impl GuidewayFacts {
@@ -187,6 +190,11 @@ impl GuidewayFacts {
                 amplitude: number(names::IRREGULARITY_AMPLITUDE)?,
                 shortest: number(names::IRREGULARITY_SHORTEST_WAVE)?,
                 longest: number(names::IRREGULARITY_LONGEST_WAVE)?,
+                pole: if on(names::IRREGULARITY_AVERAGED) {
+                    number(names::POLE_LENGTH)?
+                } else {
+                    0.0
+                },
             })
         };
         let file = unit.value(names::IRREGULARITY_FILE);

@@ -31,6 +31,7 @@ pub(crate) const CHIRP_ON: &str = "chirp_on";
 pub(crate) const CHIRP_START: &str = "chirp_start";
 pub(crate) const CHIRP_END_FREQUENCY: &str = "chirp_end_frequency";
 pub(crate) const IRREGULARITY_ON: &str = "irregularity_on";
+pub(crate) const IRREGULARITY_AVERAGED: &str = "irregularity_averaged";
 pub(crate) const IRREGULARITY_FILE: &str = "irregularity_file";
 pub(crate) const IRREGULARITY_AMPLITUDE: &str = "irregularity_amplitude";
 pub(crate) const IRREGULARITY_SHORTEST_WAVE: &str = "irregularity_shortest_wave";
@@ -106,6 +107,7 @@ mod tests {
             CHIRP_START,
             CHIRP_END_FREQUENCY,
             IRREGULARITY_ON,
+            IRREGULARITY_AVERAGED,
             IRREGULARITY_FILE,
             IRREGULARITY_AMPLITUDE,
             IRREGULARITY_SHORTEST_WAVE,
