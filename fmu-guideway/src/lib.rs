@@ -1,7 +1,7 @@
 //! FMI 2.0 co-simulation unit `guideway`: flexible spans under moving magnets (eqs 6-8, 13).
 //!
 //! The physics is in the crate `guideway`; this crate is its FMI interface: `table` declares the
-//! variables, `parameters` converts parameters to a description of the guideway, [`GuidewayFmu`]
+//! variables, `parameters` and `kinds` convert parameters to a description of the guideway, [`GuidewayFmu`]
 //! maps inputs and outputs. The layout (spans, modes, number of magnets) is data, `guideway.json`
 //! in the unit's resources.
 //!
@@ -14,9 +14,11 @@
 
 #[cfg(test)]
 mod allocation;
+mod kinds;
 mod linear;
 mod model;
 mod parameters;
+mod points;
 mod table;
 #[cfg(test)]
 mod tests;

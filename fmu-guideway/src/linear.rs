@@ -1,9 +1,17 @@
 //! The report `linear`: modes with the magnets at their current positions.
 
-use fmi2_export::{Error, StateSpace, Values};
-use guideway::{Guideway, Load, State, Surface, Workspace};
+use fmi2_export::{Error, RealVar, StateSpace, Values};
+use guideway::{Guideway, Load, SpanMotion, State, Surface, Workspace};
 
+use crate::points::PointHandles;
 use crate::table::{InputHandles, OutputHandles};
+
+/// A point whose motion is an output, with those of displacement, velocity and acceleration that are.
+struct Observed {
+    outputs: [Option<RealVar>; 3],
+    /// Mode shapes there.
+    shape: Vec<f64>,
+}
 
 /// x = (q, q̇) of all modes. For moving magnets it is the system of the instant.
 pub(crate) fn report(
@@ -12,62 +20,118 @@ pub(crate) fn report(
     loads: &[Load],
     now: &[Surface],
     values: &Values,
-    (inputs, outputs): (&InputHandles, &OutputHandles),
+    (inputs, outputs, points): (&InputHandles, &OutputHandles, &[PointHandles]),
 ) -> Result<String, Error> {
     let speed = values.real(inputs.speed);
     let mut system = StateSpace::default();
-    let modes = guideway.modes();
+    let modes = guideway.modes().len();
     for kind in ["mode", "rate of mode"] {
-        for k in 1..=modes.len() {
+        for k in 1..=modes {
             system.state(format!("{kind} {k}"));
         }
     }
     let force = system.inputs(inputs.force);
     let position = system.inputs(inputs.position);
     let speed_input = system.input(inputs.speed);
-    for (i, mode) in modes.iter().enumerate() {
-        let rate = modes.len() + i;
-        system.a(i, rate, 1.0);
-        system.a(rate, i, -mode.omega * mode.omega);
-        system.a(rate, rate, -2.0 * mode.zeta * mode.omega);
+    // q̈ as entries (mode, column, value): columns of A, and of B
+    let (mut of_state, mut of_input) = (Vec::new(), Vec::new());
+    for span in guideway.spans() {
+        let girder = &guideway.girders()[span.girder];
+        for (n, mode) in girder.modes().iter().enumerate() {
+            let i = span.first_mode + n;
+            system.a(i, modes + i, 1.0);
+            of_state.push((i, i, -mode.omega * mode.omega));
+            for (other, rate) in girder.damping_rates(n) {
+                of_state.push((span.first_mode + other, modes + i, rate));
+            }
+        }
     }
-    let mut change = vec![0.0; modes.len()];
+    let mut change = vec![0.0; modes];
     for k in 0..loads.len() {
         for (input, by) in [(force + k, (1.0, 0.0)), (position + k, (0.0, 1.0))] {
             let changes = (0..loads.len()).map(|j| if j == k { by } else { (0.0, 0.0) });
             guideway.acceleration_change(work, loads, changes, &mut change);
-            for (i, &value) in change.iter().enumerate() {
-                system.b(modes.len() + i, input, value);
-            }
+            of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, input, value)));
         }
+    }
+    for &(i, column, value) in &of_state {
+        system.a(modes + i, column, value);
+    }
+    for &(i, input, value) in &of_input {
+        system.b(modes + i, input, value);
     }
     let displacement = system.outputs(outputs.displacement);
     let rate = system.outputs(outputs.rate);
-    let middle = system.outputs(outputs.midspan_displacement);
-    let quarter = system.outputs(outputs.quarter_displacement);
     for (k, surface) in now.iter().enumerate() {
         system.d(displacement + k, position + k, surface.slope());
         system.d(rate + k, position + k, surface.rate_slope(speed));
         system.d(rate + k, speed_input, surface.slope());
     }
     // what one mode alone shows
-    let still = vec![0.0; modes.len()];
+    let still = vec![0.0; modes];
     let mut alone = State { q: still.clone(), v: still.clone() };
-    for i in 0..modes.len() {
+    for i in 0..modes {
         alone.q[i] = 1.0;
         for (k, load) in loads.iter().enumerate() {
             let surface = guideway.surface(work, &alone, &still, load.position[0]);
             system.c(displacement + k, i, surface.u);
             system.c(rate + k, i, speed * surface.u_x);
-            system.c(rate + k, modes.len() + i, surface.u);
-        }
-        for span in 0..guideway.spans().len() {
-            let y = guideway.mid_span(work, &alone, &still, span);
-            system.c(middle + span, i, y.displacement);
-            let y = guideway.span_motion(work, &alone, &still, span, 0.25);
-            system.c(quarter + span, i, y.displacement);
+            system.c(rate + k, modes + i, surface.u);
         }
         alone.q[i] = 0.0;
     }
+    for point in observed(guideway, work, outputs, points) {
+        let [displacement, velocity, acceleration] = point.outputs;
+        if let Some(y) = displacement.map(|output| system.output(output)) {
+            point.shape.iter().enumerate().for_each(|(i, &phi)| system.c(y, i, phi));
+        }
+        if let Some(y) = velocity.map(|output| system.output(output)) {
+            point.shape.iter().enumerate().for_each(|(i, &phi)| system.c(y, modes + i, phi));
+        }
+        if let Some(y) = acceleration.map(|output| system.output(output)) {
+            of_state.iter().for_each(|&(i, k, value)| system.c(y, k, point.shape[i] * value));
+            of_input.iter().for_each(|&(i, k, value)| system.d(y, k, point.shape[i] * value));
+        }
+    }
     system.to_json()
+}
+
+/// Middle and quarter of every span, and the named points.
+fn observed(
+    guideway: &Guideway,
+    work: &mut Workspace,
+    outputs: &OutputHandles,
+    points: &[PointHandles],
+) -> Vec<Observed> {
+    let modes = guideway.modes().len();
+    let still = vec![0.0; modes];
+    let mut alone = State { q: still.clone(), v: still.clone() };
+    let mut shape = |motion: &mut dyn FnMut(&State, &[f64]) -> SpanMotion| {
+        let mut value = |i: usize| {
+            alone.q[i] = 1.0;
+            let y = motion(&alone, &still).displacement;
+            alone.q[i] = 0.0;
+            y
+        };
+        (0..modes).map(&mut value).collect::<Vec<f64>>()
+    };
+    let mut all = Vec::new();
+    for k in 0..guideway.spans().len() {
+        let motion = outputs.midspan(k);
+        all.push(Observed {
+            outputs: motion.map(Some),
+            shape: shape(&mut |state, still| guideway.mid_span(work, state, still, k)),
+        });
+        all.push(Observed {
+            outputs: [Some(outputs.quarter_displacement.get(k)), None, None],
+            shape: shape(&mut |state, still| guideway.span_motion(work, state, still, k, 0.25)),
+        });
+    }
+    for (k, point) in points.iter().enumerate() {
+        all.push(Observed {
+            outputs: [point.displacement, point.velocity, point.acceleration].map(Some),
+            shape: shape(&mut |state, still| guideway.point(work, state, still, k)),
+        });
+    }
+    all
 }

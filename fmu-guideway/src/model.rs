@@ -2,6 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use fmi2_export::{
     Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
@@ -9,8 +10,10 @@ use fmi2_export::{
 use guideway::{Guideway, GuidewayDescription, Load, SpanMotion, Surface, Workspace};
 use serde::{Deserialize, Serialize};
 
+use crate::kinds::prefixes;
 use crate::linear;
-use crate::parameters::{ParameterHandles, prefixes};
+use crate::parameters::ParameterHandles;
+use crate::points::PointHandles;
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
 
 /// The unit: its layout, the handles of its variables, and the guideway last built.
@@ -20,6 +23,8 @@ pub struct GuidewayFmu {
     resources: PathBuf,
     inputs: InputHandles,
     outputs: OutputHandles,
+    /// Shared, so that a step that changes the cache can use them.
+    points: Arc<[PointHandles]>,
     derived: DerivedHandles,
     parameters: ParameterHandles,
     /// A cache: rebuilt if a state belongs to other parameters.
@@ -186,6 +191,11 @@ impl Built {
         seen.positions.extend_from_slice(positions);
     }
 
+    /// Motion of the named point `k`.
+    fn point(&mut self, girders: &guideway::State, k: usize) -> SpanMotion {
+        self.guideway.point(&mut self.work, girders, &self.accelerations, k)
+    }
+
     /// Motion at a quarter of span `k`.
     fn quarter(&mut self, girders: &guideway::State, k: usize) -> SpanMotion {
         self.guideway.span_motion(&mut self.work, girders, &self.accelerations, k, 0.25)
@@ -204,9 +214,14 @@ impl Model for GuidewayFmu {
 
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         interface.describe(table::info());
-        let layout = GuidewayDescription::from_json(&resources.read_to_string("guideway.json")?)
-            .map_err(caused)
-            .map_err(|error| error.context("resource guideway.json"))?;
+        let in_layout = |error| caused(error).context("resource guideway.json");
+        let mut layout =
+            GuidewayDescription::from_json(&resources.read_to_string("guideway.json")?)
+                .map_err(in_layout)?;
+        for (girder, file) in layout.shapes_files() {
+            let text = resources.read_to_string(&file)?;
+            layout.set_shapes(&girder, &text).map_err(in_layout)?;
+        }
         if let Some(file) = &layout.irregularity.file
             && !std::path::Path::new(file).is_absolute()
         {
@@ -223,10 +238,13 @@ impl Model for GuidewayFmu {
         let inputs = InputHandles::declare(interface, magnets);
         let outputs = OutputHandles::declare(interface, magnets, spans);
         let parameters = ParameterHandles::declare(interface, &layout, &guideway, &prefixes)?;
-        let derived = DerivedHandles::declare(interface, &guideway, &prefixes, &parameters);
+        let derived =
+            DerivedHandles::declare(interface, &layout, &guideway, &prefixes, &parameters);
         outputs.declare_dependencies(interface, &inputs, &parameters);
+        let points = PointHandles::declare(interface, &guideway, &inputs).into();
         let resources = resources.path().to_path_buf();
-        Ok(Self { layout, resources, inputs, outputs, derived, parameters, built: None })
+        let built = None;
+        Ok(Self { layout, resources, inputs, outputs, points, derived, parameters, built })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
@@ -240,19 +258,15 @@ impl Model for GuidewayFmu {
             .map_err(caused)?;
         let state = State { girders, key: built.key, time, acceleration: 0.0 };
         if let Some(built) = &self.built {
-            for (girder, &row) in built.guideway.girders().iter().zip(&self.derived.modal_mass) {
-                let masses = values.reals_mut(row);
-                masses.fill(0.0);
-                for (mass, mode) in masses.iter_mut().zip(girder.modes()) {
-                    *mass = mode.mass;
-                }
+            for (girder, kind) in built.guideway.girders().iter().zip(&self.derived.kinds) {
+                kind.write(girder, values);
             }
         }
         Ok(state)
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, _time: f64) -> Result<(), Error> {
-        let (inputs, outputs) = (self.inputs, self.outputs);
+        let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
         let built = self.built_for(state, values)?;
         built.refresh(&inputs, state, values);
         let speed = values.real(inputs.speed);
@@ -273,6 +287,9 @@ impl Model for GuidewayFmu {
             values.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
             let y = built.quarter(&state.girders, k);
             values.set_real(outputs.quarter_displacement.get(k), y.displacement);
+        }
+        for (k, point) in points.iter().enumerate() {
+            point.write(&built.point(&state.girders, k), values);
         }
         Ok(())
     }
@@ -347,6 +364,15 @@ impl Model for GuidewayFmu {
                 _ => None,
             });
         }
+        let named = self.points.iter().enumerate();
+        if let Some((k, own)) = named.filter_map(|(k, p)| Some((k, p.order_of(output)?))).next() {
+            let y = built.point(&state.girders, k);
+            return Ok(match own + order {
+                1 => Some(y.velocity),
+                2 => Some(y.acceleration),
+                _ => None,
+            });
+        }
         Ok(None)
     }
 
@@ -357,7 +383,7 @@ impl Model for GuidewayFmu {
         seed: &Seed,
         result: &mut Sensitivity,
     ) -> Result<bool, Error> {
-        let (inputs, outputs) = (self.inputs, self.outputs);
+        let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
         let built = self.built_for(state, values)?;
         built.refresh(&inputs, state, values);
         let speed = values.real(inputs.speed);
@@ -379,6 +405,10 @@ impl Model for GuidewayFmu {
             let y = guideway.mid_span(work, &state.girders, accelerations, k);
             result.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
         }
+        for (k, point) in points.iter().enumerate() {
+            let y = guideway.point(work, &state.girders, accelerations, k);
+            result.set_real(point.acceleration, y.acceleration);
+        }
         Ok(true)
     }
 
@@ -391,11 +421,12 @@ impl Model for GuidewayFmu {
         if request != StateSpace::REQUEST {
             return Ok(None);
         }
-        let (inputs, outputs) = (self.inputs, self.outputs);
+        let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
         let built = self.built_for(state, values)?;
         built.refresh(&inputs, state, values);
         built.hold(&inputs, values);
         let Built { guideway, work, loads, surfaces, .. } = built;
-        linear::report(guideway, work, loads, surfaces, values, (&inputs, &outputs)).map(Some)
+        let handles = (&inputs, &outputs, &*points);
+        linear::report(guideway, work, loads, surfaces, values, handles).map(Some)
     }
 }

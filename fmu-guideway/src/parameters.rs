@@ -1,18 +1,20 @@
 //! The unit's parameters: the numbers of the layout that studies vary.
 
 use fmi2_export::{
-    BooleanVar, Error, IntegerVar, Interface, RealVar, RealVars, StringVar, UnitOfMeasure, Values,
+    BooleanVar, Error, IntegerVar, Interface, RealVar, StringVar, UnitOfMeasure, Values,
     VariableRow,
 };
 use guideway::description::{GuidewayDescription, InitialDeflection};
 use guideway::{Guideway, MAX_FORCES, RUN_OUT};
 
+use crate::kinds::{KindHandles, factor};
+
 /// Handles of the parameters. Their start values are those of the layout.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterHandles {
     modes: IntegerVar,
-    /// Per kind of span: frequencies and damping ratios of its modes.
-    modal: Vec<(RealVars, RealVars)>,
+    /// Of each kind of span.
+    kinds: Vec<KindHandles>,
     stiffness_factor: RealVar,
     mass_factor: RealVar,
     pole_length: RealVar,
@@ -46,12 +48,6 @@ struct ChirpHandles {
     end_frequency: RealVar,
 }
 
-/// Names of the kinds of span in front of their parameters: empty if there is only one kind.
-pub(crate) fn prefixes(layout: &GuidewayDescription) -> Vec<String> {
-    let alone = layout.girders.len() == 1;
-    layout.girders.keys().map(|n| if alone { String::new() } else { format!("{n}_") }).collect()
-}
-
 /// The unit of A in S(Ω) = A/Ω²: m²/(rad/m) times (rad/m)².
 const AMPLITUDE: UnitOfMeasure = UnitOfMeasure::new("m.rad").m(1).rad(1);
 
@@ -71,32 +67,25 @@ impl ParameterHandles {
             .max(most)
             .description("Number of modes per span, the lowest ones")
             .done();
-        let modal = guideway
-            .girders()
-            .iter()
+        let kinds = layout
+            .girders
+            .values()
+            .zip(guideway.girders())
             .zip(prefixes)
-            .map(|(girder, prefix)| declare_modal(interface, girder, prefix))
+            .map(|((given, girder), prefix)| KindHandles::declare(interface, given, girder, prefix))
             .collect();
-        let mut factor = |name, start, text| {
-            interface
-                .real(name)
-                .parameter(start)
-                .min(1e-6)
-                .max(1e6)
-                .unit(UnitOfMeasure::ONE)
-                .description(text)
-                .done()
-        };
         Ok(Self {
             modes,
-            modal,
+            kinds,
             stiffness_factor: factor(
-                "stiffness_factor",
+                interface,
+                "stiffness_factor".to_owned(),
                 layout.stiffness_factor,
                 "Factor on the stiffness of all spans; frequencies change by its root",
             ),
             mass_factor: factor(
-                "mass_factor",
+                interface,
+                "mass_factor".to_owned(),
                 layout.mass_factor,
                 "Factor on the mass of all spans; frequencies change by its inverse root",
             ),
@@ -136,9 +125,11 @@ impl ParameterHandles {
         })
     }
 
-    /// Parameters that the modal masses depend on.
-    pub(crate) fn of_modal_mass(&self) -> [VariableRow; 2] {
-        [self.mass_factor.row(), self.modes.row()]
+    /// Parameters that the modal masses of the kind `k` of span depend on.
+    pub(crate) fn of_modal_mass(&self, k: usize) -> Vec<VariableRow> {
+        let mut rows = vec![self.mass_factor.row(), self.modes.row()];
+        rows.extend(self.kinds[k].of_modal_mass());
+        rows
     }
 
     pub(crate) fn position_from_speed(&self, values: &Values) -> bool {
@@ -171,10 +162,8 @@ impl ParameterHandles {
     ) -> Result<GuidewayDescription, Error> {
         let mut d = layout.clone();
         let modes = usize::try_from(values.integer(self.modes)).map_err(Error::invalid)?;
-        for (girder, (frequency, damping)) in d.girders.values_mut().zip(&self.modal) {
-            girder.modes = girder.modes.min(modes);
-            girder.frequencies = values.reals(*frequency).to_vec();
-            girder.damping = values.reals(*damping).to_vec();
+        for (girder, kind) in d.girders.values_mut().zip(&self.kinds) {
+            kind.apply(girder, modes, values);
         }
         d.stiffness_factor = values.real(self.stiffness_factor);
         d.mass_factor = values.real(self.mass_factor);
@@ -203,32 +192,6 @@ fn initial_to_number(initial: InitialDeflection) -> i32 {
 
 fn length(interface: &mut Interface, name: &str, start: f64, text: &str) -> RealVar {
     interface.real(name).parameter(start).unit(UnitOfMeasure::METRE).description(text).done()
-}
-
-fn declare_modal(
-    interface: &mut Interface,
-    girder: &guideway::Girder,
-    prefix: &str,
-) -> (RealVars, RealVars) {
-    let modes = girder.modes();
-    let frequency = interface
-        .reals(format!("{prefix}frequency"), modes.len())
-        .parameter(0.0)
-        .starts(girder.frequencies().iter().copied())
-        .min(0.0)
-        .unit(UnitOfMeasure::HERTZ)
-        .description("Natural frequency of mode {k}, before stiffness_factor and mass_factor")
-        .done();
-    let damping = interface
-        .reals(format!("{prefix}damping"), modes.len())
-        .parameter(0.0)
-        .starts(modes.iter().map(|m| m.zeta))
-        .min(0.0)
-        .unit(UnitOfMeasure::ONE)
-        .display("%")
-        .description("Damping ratio of mode {k}")
-        .done();
-    (frequency, damping)
 }
 
 impl IrregularityHandles {

@@ -1,8 +1,9 @@
 //! The unit's inputs and outputs, declared once, and their dependencies.
 
 use fmi2_export::{Info, IntegerVar, Interface, RealVar, RealVars, UnitOfMeasure};
-use guideway::Guideway;
+use guideway::{Guideway, GuidewayDescription};
 
+use crate::kinds::DerivedKind;
 use crate::parameters::ParameterHandles;
 
 /// Name, description and default experiment of the unit.
@@ -149,6 +150,12 @@ impl OutputHandles {
         }
     }
 
+    /// Displacement, velocity and acceleration in the middle of span `k` (from 0).
+    pub(crate) fn midspan(&self, k: usize) -> [RealVar; 3] {
+        [self.midspan_displacement, self.midspan_velocity, self.midspan_acceleration]
+            .map(|row| row.get(k))
+    }
+
     /// Between steps the deflection is a state: forces act directly only on accelerations.
     /// Initially it is the static deflection, which depends on everything; no dependencies are
     /// declared for it, which means exactly that.
@@ -174,13 +181,14 @@ impl OutputHandles {
 /// Handles of constants and of values computed from parameters.
 #[derive(Debug, Clone)]
 pub(crate) struct DerivedHandles {
-    /// Per kind of span its modal masses.
-    pub modal_mass: Vec<RealVars>,
+    /// Of each kind of span.
+    pub kinds: Vec<DerivedKind>,
 }
 
 impl DerivedHandles {
     pub(crate) fn declare(
         interface: &mut Interface,
+        layout: &GuidewayDescription,
         guideway: &Guideway,
         prefixes: &[String],
         parameters: &ParameterHandles,
@@ -200,23 +208,13 @@ impl DerivedHandles {
                 .description(text)
                 .done();
         }
-        let modal_mass = guideway
-            .girders()
-            .iter()
-            .zip(prefixes)
-            .map(|(girder, prefix)| {
-                interface
-                    .reals(format!("{prefix}modal_mass"), girder.modes().len())
-                    .calculated_parameter()
-                    .unit(UnitOfMeasure::KILOGRAM)
-                    .nominal(1e4)
-                    .description("Modal mass of mode {k}, with mass_factor; 0 for modes left out")
-                    .done()
+        let girders = layout.girders.values().zip(guideway.girders()).zip(prefixes).enumerate();
+        let kinds = girders
+            .map(|(k, ((given, girder), prefix))| {
+                let knowns = parameters.of_modal_mass(k);
+                DerivedKind::declare(interface, given, girder, prefix, &knowns)
             })
-            .collect::<Vec<_>>();
-        for &row in &modal_mass {
-            interface.initially_depends(row, &parameters.of_modal_mass());
-        }
-        Self { modal_mass }
+            .collect();
+        Self { kinds }
     }
 }

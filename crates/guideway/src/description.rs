@@ -2,14 +2,24 @@
 
 use std::collections::BTreeMap;
 
+#[cfg(feature = "schema")]
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+pub use crate::girder_description::{
+    GirderDescription, PierDescription, SectionDescription, SupportDescription, TabulatedShape,
+};
 
 /// A guideway: rigid ground, a row of spans, rigid ground. Lengths in m along the track.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(title = "Guideway layout", rename = "Guideway"))]
 #[serde(deny_unknown_fields)]
 pub struct GuidewayDescription {
+    /// Path or URL of the schema, for editors. Not used.
+    #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
     /// Remarks on the layout and the source of its numbers. Not used.
     #[serde(default)]
     pub note: String,
@@ -22,6 +32,10 @@ pub struct GuidewayDescription {
     pub spans: Vec<SpanRun>,
     /// Number of magnets (moving loads).
     pub magnets: usize,
+    /// Points of the girders whose motion the unit gives as outputs. Default: none beyond the middle and
+    /// the quarter of every span.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<PointDescription>,
     /// How each magnet's force is spread. Default: 8 forces over 0.65 m.
     #[serde(default)]
     pub pole: PoleDescription,
@@ -48,8 +62,13 @@ fn one() -> f64 {
 
 /// Equal spans in a row.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Spans"))]
 #[serde(deny_unknown_fields)]
 pub struct SpanRun {
+    /// Name, for patches. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// Name of the kind of span, a key of `girders`.
     pub girder: String,
     /// Number of these spans. Default 1.
@@ -57,58 +76,30 @@ pub struct SpanRun {
     pub count: usize,
 }
 
+/// A named point of a girder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Point"))]
+#[serde(deny_unknown_fields)]
+pub struct PointDescription {
+    /// Name: letters, digits and underscores, a letter first. The outputs are `NAME_displacement`,
+    /// `NAME_velocity` and `NAME_acceleration`.
+    pub name: String,
+    /// Number of the span along the track, from 1.
+    #[cfg_attr(feature = "schema", schemars(range(min = 1)))]
+    pub span: usize,
+    /// Place (m from the start of the span), 0 to its length.
+    pub x: f64,
+}
+
 fn one_span() -> usize {
     1
 }
 
-/// One kind of span.
-///
-/// Modes are sin(nπx/L), n = 1 … `modes`, unless `shapes` gives tables. Their frequencies and
-/// damping ratios are given (from an FE model or a modal test):
-/// - mode n takes `frequencies[n-1]`; beyond the list fₙ = (π/2)(n/L)²·√(EI/ρA) with
-///   `bending_stiffness`, or without it n²·f₁, which is the same law tied to the first mode;
-/// - mode n takes `damping[n-1]`; beyond the list its last entry.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GirderDescription {
-    /// Remarks. Not used.
-    #[serde(default)]
-    pub note: String,
-    /// Span length L (m).
-    pub length: f64,
-    /// Number of modes.
-    pub modes: usize,
-    /// Mass per length ρA (kg/m); modal masses of the sine modes are ρA·L/2. Required unless
-    /// `shapes` gives modal masses.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mass_per_length: Option<f64>,
-    /// Bending stiffness E·I (N·m²), for frequencies beyond the given ones.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bending_stiffness: Option<f64>,
-    /// Given natural frequencies (Hz), undamped, first mode first.
-    #[serde(default)]
-    pub frequencies: Vec<f64>,
-    /// Damping ratios (1), first mode first; at least one. 0 is undamped.
-    pub damping: Vec<f64>,
-    /// Mode shapes as tables, at least one per mode. Absent: sine.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shapes: Option<Vec<TabulatedShape>>,
-}
-
-/// A mode shape φ(x) given at points, interpolated by a natural cubic spline.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TabulatedShape {
-    /// Modal mass ∫ρA·φ² dx (kg) for φ as scaled here.
-    pub modal_mass: f64,
-    /// Points along the span (m), from 0 to L.
-    pub x: Vec<f64>,
-    /// φ there (1); 0 at both ends, where the span is supported.
-    pub phi: Vec<f64>,
-}
-
 /// Discrete forces of one magnet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Pole"))]
 #[serde(deny_unknown_fields, default)]
 pub struct PoleDescription {
     /// Pole length (m). Default 0.65.
@@ -125,6 +116,7 @@ impl Default for PoleDescription {
 
 /// State of the girders at the start of a simulation, under the loads at that time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum InitialDeflection {
     /// q = 0, q̇ = 0: loads are applied suddenly.
@@ -139,6 +131,8 @@ pub enum InitialDeflection {
 
 /// Vertical irregularity of the track surface, added to the deflection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Irregularity"))]
 #[serde(deny_unknown_fields, default)]
 pub struct IrregularityDescription {
     /// Whether it is present. Default: no.
@@ -192,6 +186,8 @@ impl Default for IrregularityDescription {
 
 /// Excitation force A·sin(π(t−t₀)²) of eq. 13: its frequency in Hz equals t−t₀ in s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Chirp"))]
 #[serde(deny_unknown_fields, default)]
 pub struct ChirpDescription {
     /// Whether it is present. Default: no.

@@ -43,6 +43,18 @@ pub enum Error {
         /// What is wrong with it.
         found: String,
     },
+    /// A line of a file with mode shapes cannot be used.
+    #[error(
+        "shapes file {file}, line {line}: {found}; need columns x (m), phi_1, phi_2 ... of finite numbers with decimal points, with x increasing from line to line"
+    )]
+    ShapesLine {
+        /// Name of the file.
+        file: String,
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong with it.
+        found: String,
+    },
     /// A step of no, negative or non-finite size.
     #[error("at t = {time} s: step size {step} s; the step must be positive and finite")]
     StepSize {

@@ -2,36 +2,15 @@
 
 use std::f64::consts::PI;
 
+use crate::beam::BeamModes;
+use crate::check::{at_least_zero, positive};
+use crate::cubics::PiecewiseCubics;
 use crate::description::{GirderDescription, TabulatedShape};
-use crate::propagator::NODES;
+use crate::shapes::{ModeShapes, ShapeRow};
 use crate::{Error, GirderMode, Pole, Spline};
 
 /// Most modes of one span.
 pub const MAX_MODES: usize = 200;
-
-/// φₙ and its first two derivatives at one place, one entry per mode.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct ShapeRow {
-    pub value: Vec<f64>,
-    pub slope: Vec<f64>,
-    pub curvature: Vec<f64>,
-}
-
-impl ShapeRow {
-    pub fn with_modes(modes: usize) -> Self {
-        let zeros = vec![0.0; modes];
-        Self { value: zeros.clone(), slope: zeros.clone(), curvature: zeros }
-    }
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum ModeShapes {
-    /// φₙ = sin(nπx/L); `filter[n-1]` is the ratio of its mean under a pole that is entirely on the
-    /// span to its value at the pole's centre: Σ wₗ cos(nπsₗ/L).
-    Sine { filter: Vec<f64> },
-    /// Splines through tabulated points.
-    Tables(Vec<Spline>),
-}
 
 /// A kind of span, checked and ready for use.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +18,42 @@ pub struct Girder {
     length: f64,
     /// Natural frequencies (Hz) before the factors on stiffness and mass.
     frequencies: Vec<f64>,
+    /// Damping ratios of the structure, without dampers of supports.
+    structural: Vec<f64>,
     modes: Vec<GirderMode>,
+    coupling: Option<DampingCoupling>,
     shapes: ModeShapes,
     /// Largest wavenumber of a mode shape (rad/m).
+    wavenumber: f64,
+}
+
+/// How dampers of supports couple the modes: q̈ᵢ also has −Σⱼ cᵢⱼ·q̇ⱼ, j ≠ i.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DampingCoupling {
+    /// cᵢⱼ (1/s) row by row, 0 on the diagonal, which is in the modes' damping ratios.
+    rates: Vec<f64>,
+    modes: usize,
+}
+
+impl DampingCoupling {
+    /// From the rates of `modes` modes, row by row.
+    pub fn new(rates: Vec<f64>, modes: usize) -> Self {
+        Self { rates, modes }
+    }
+
+    /// The row of mode i.
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.rates[i * self.modes..(i + 1) * self.modes]
+    }
+}
+
+/// What the three sources of modes have in common.
+struct Modal {
+    masses: Vec<f64>,
+    frequencies: Vec<f64>,
+    shapes: ModeShapes,
+    /// Modal damping matrix of supports (N·s/m), row by row; empty without supports.
+    damping: Vec<f64>,
     wavenumber: f64,
 }
 
@@ -55,40 +67,53 @@ impl Girder {
         path: &str,
     ) -> Result<Self, Error> {
         positive(given.length, path, "length", "m")?;
-        if !(1..=MAX_MODES).contains(&given.modes) {
+        check_sources(given, path)?;
+        let count = given.mode_count();
+        if !(1..=MAX_MODES).contains(&count) {
             return Err(Error::invalid(
                 format!("{path}.modes"),
-                format!("{} modes", given.modes),
+                format!("{count} modes"),
                 format!("give a count from 1 to {MAX_MODES}"),
             ));
         }
-        let frequencies = (1..=given.modes)
-            .map(|n| frequency(given, n, path))
-            .collect::<Result<Vec<_>, Error>>()?;
-        let modes = (1..=given.modes)
-            .map(|n| {
-                let (stiffness_factor, mass_factor) = factors;
-                let root = (stiffness_factor / mass_factor).sqrt();
-                Ok(GirderMode {
-                    mass: mass_factor * modal_mass(given, n, path)?,
-                    omega: 2.0 * PI * root * frequencies[n - 1],
-                    zeta: damping_ratio(given, n, path)?,
-                })
-            })
-            .collect::<Result<Vec<_>, Error>>()?;
-        let base = PI / given.length;
-        let shapes = match &given.shapes {
-            None => ModeShapes::Sine {
-                filter: (1..=given.modes).map(|n| pole.filter(base * n as f64)).collect(),
-            },
-            Some(tables) => ModeShapes::Tables(
-                (0..given.modes)
-                    .map(|n| table(&tables[n], given.length, &format!("{path}.shapes[{n}]")))
-                    .collect::<Result<_, _>>()?,
-            ),
+        for (name, value) in
+            [("stiffness_factor", given.stiffness_factor), ("mass_factor", given.mass_factor)]
+        {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Error::invalid(
+                    format!("{path}.{name}"),
+                    format!("{value}"),
+                    "give a positive finite factor",
+                ));
+            }
+        }
+        let modal = match &given.shapes {
+            _ if given.is_beam() => Modal::beam(given, count, path)?,
+            Some(tables) => Modal::tables(given, tables, count, path)?,
+            None => Modal::sine(given, count, pole, path)?,
         };
-        let wavenumber = base * given.modes as f64;
-        Ok(Self { length: given.length, frequencies, modes, shapes, wavenumber })
+        let structural = (1..=count)
+            .map(|n| damping_ratio(given, n, path))
+            .collect::<Result<Vec<_>, Error>>()?;
+        let stiffness_factor = factors.0 * given.stiffness_factor;
+        let mass_factor = factors.1 * given.mass_factor;
+        let root = (stiffness_factor / mass_factor).sqrt();
+        let modes = (0..count)
+            .map(|n| {
+                // what dampers of supports add, before the factors, which keep damping ratios
+                let critical = 4.0 * PI * modal.frequencies[n] * modal.masses[n];
+                let added = modal.damping.get(n * (count + 1)).map_or(0.0, |c| c / critical);
+                GirderMode {
+                    mass: mass_factor * modal.masses[n],
+                    omega: 2.0 * PI * root * modal.frequencies[n],
+                    zeta: structural[n] + added,
+                }
+            })
+            .collect();
+        let coupling = modal.coupling(root);
+        let Modal { frequencies, shapes, wavenumber, .. } = modal;
+        let length = given.length;
+        Ok(Self { length, frequencies, structural, modes, coupling, shapes, wavenumber })
     }
 
     /// Span length L (m).
@@ -101,134 +126,175 @@ impl Girder {
         &self.frequencies
     }
 
-    /// The modes, first one first.
+    /// Damping ratios of the structure (1): those of the description, without dampers of supports.
+    pub fn structural_damping(&self) -> &[f64] {
+        &self.structural
+    }
+
+    /// The modes, first one first, with all factors and the dampers of supports.
     pub fn modes(&self) -> &[GirderMode] {
         &self.modes
     }
 
-    /// Largest wavenumber of a mode shape (rad/m), nπ/L.
+    /// The coupling of the modes by dampers of supports, if there are any.
+    pub(crate) fn coupling(&self) -> Option<&DampingCoupling> {
+        self.coupling.as_ref()
+    }
+
+    /// How the accelerations of the modes change with the rate of mode `j`: −2ζⱼωⱼ for itself, and
+    /// for others what dampers of supports couple (1/s).
+    pub fn damping_rates(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let mode = &self.modes[j];
+        let coupled = move |i: usize| self.coupling.as_ref().map_or(0.0, |c| -c.row(i)[j]);
+        let own = -2.0 * mode.zeta * mode.omega;
+        (0..self.modes.len()).map(move |i| (i, if i == j { own } else { coupled(i) }))
+    }
+
+    /// Largest wavenumber of a mode shape (rad/m).
     pub(crate) fn wavenumber(&self) -> f64 {
         self.wavenumber
     }
 
+    /// The mode shapes.
+    pub(crate) fn shapes(&self) -> &ModeShapes {
+        &self.shapes
+    }
+
     /// φₙ(x) at a single place, 0 ≤ x ≤ L.
     pub(crate) fn shape_at(&self, x: f64, row: &mut ShapeRow) {
-        match &self.shapes {
-            ModeShapes::Sine { .. } => self.sines(x, None, row),
-            ModeShapes::Tables(splines) => {
-                for (n, spline) in splines.iter().enumerate() {
-                    [row.value[n], row.slope[n], row.curvature[n]] = spline.at(x);
-                }
-            }
-        }
-    }
-
-    /// Σ wₗ φₙ(x + sₗ) for a pole centred at x that is entirely on the span.
-    pub(crate) fn shape_under_pole(&self, x: f64, pole: &Pole, row: &mut ShapeRow) {
-        match &self.shapes {
-            ModeShapes::Sine { filter } => self.sines(x, Some(filter), row),
-            ModeShapes::Tables(splines) => {
-                for (n, spline) in splines.iter().enumerate() {
-                    let mut sum = [0.0; 3];
-                    for &(offset, share) in pole.points() {
-                        let s = spline.at(x + offset);
-                        sum = std::array::from_fn(|i| sum[i] + share * s[i]);
-                    }
-                    [row.value[n], row.slope[n], row.curvature[n]] = sum;
-                }
-            }
-        }
-    }
-
-    /// The pole filter of sine modes.
-    pub(crate) fn sine_filter(&self) -> Option<&[f64]> {
-        match &self.shapes {
-            ModeShapes::Sine { filter } => Some(filter),
-            ModeShapes::Tables(_) => None,
-        }
-    }
-
-    /// `see(n, filterₙ·sin((n+1)πxⱼ/L))` at several places close together: one sine and cosine in
-    /// their middle, rotated to each place.
-    pub(crate) fn sines_at_nodes(
-        &self,
-        places: [f64; NODES],
-        filter: &[f64],
-        mut see: impl FnMut(usize, [f64; NODES]),
-    ) {
-        let base = PI / self.length;
-        let middle = 0.5 * (places[0] + places[NODES - 1]);
-        let (sm, cm) = libm::sincos(base * middle);
-        let turn = places.map(|x| small_sincos(base * (x - middle)));
-        let s1: [f64; NODES] = std::array::from_fn(|j| sm * turn[j].1 + cm * turn[j].0);
-        let c1: [f64; NODES] = std::array::from_fn(|j| cm * turn[j].1 - sm * turn[j].0);
-        let (mut s, mut c) = (s1, c1);
-        for (n, w) in filter.iter().enumerate() {
-            see(n, s.map(|s| w * s));
-            for j in 0..NODES {
-                (s[j], c[j]) = (s[j] * c1[j] + c[j] * s1[j], c[j] * c1[j] - s[j] * s1[j]);
-            }
-        }
-    }
-
-    /// sin(nθ) and its derivatives for θ = πx/L, by rotating a unit vector n times by θ.
-    fn sines(&self, x: f64, filter: Option<&[f64]>, row: &mut ShapeRow) {
-        let base = PI / self.length;
-        let (s1, c1) = libm::sincos(base * x);
-        let (mut s, mut c) = (s1, c1);
-        for n in 0..self.modes.len() {
-            let k = base * (n + 1) as f64;
-            let w = filter.map_or(1.0, |f| f[n]);
-            row.value[n] = w * s;
-            row.slope[n] = w * k * c;
-            row.curvature[n] = -w * k * k * s;
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-        }
+        self.shapes.at(x, row);
     }
 }
 
-/// Sine and cosine, by their series for angles within a sub-step: the first terms left out are
-/// (1/8)¹¹/11! = 3e-18 and (1/8)¹⁰/10! = 3e-16.
-fn small_sincos(a: f64) -> (f64, f64) {
-    if a.abs() > 0.125 {
-        return libm::sincos(a);
-    }
-    let b = a * a;
-    let s = 1.0 - b / 6.0 * (1.0 - b / 20.0 * (1.0 - b / 42.0 * (1.0 - b / 72.0)));
-    let c = 1.0 - b / 2.0 * (1.0 - b / 12.0 * (1.0 - b / 30.0 * (1.0 - b / 56.0)));
-    (a * s, c)
-}
-
-fn positive(value: f64, path: &str, name: &str, unit: &str) -> Result<f64, Error> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    Err(Error::invalid(
-        format!("{path}.{name}"),
-        format!("{value} {unit}"),
-        "give a positive finite value",
-    ))
-}
-
-fn modal_mass(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Error> {
-    if let Some(tables) = &given.shapes {
-        let table = tables.get(n - 1).ok_or_else(|| {
+impl Modal {
+    fn sine(
+        given: &GirderDescription,
+        count: usize,
+        pole: &Pole,
+        path: &str,
+    ) -> Result<Self, Error> {
+        let frequencies = imposed_frequencies(given, count, path)?;
+        let density = given.mass_per_length.ok_or_else(|| {
             Error::invalid(
-                format!("{path}.shapes"),
-                format!("{} mode shapes for {} modes", tables.len(), given.modes),
-                "give one table per mode or fewer modes",
+                format!("{path}.mass_per_length"),
+                "missing",
+                "give the mass per length (kg/m), or mode shapes with modal masses",
             )
         })?;
-        return positive(table.modal_mass, path, &format!("shapes[{}].modal_mass", n - 1), "kg");
+        let mass = positive(density, path, "mass_per_length", "kg/m")? * given.length / 2.0;
+        let base = PI / given.length;
+        Ok(Self {
+            masses: vec![mass; count],
+            frequencies,
+            shapes: ModeShapes::sine(given.length, count, pole),
+            damping: Vec::new(),
+            wavenumber: base * count as f64,
+        })
     }
-    let density = given.mass_per_length.ok_or_else(|| {
-        Error::invalid(
-            format!("{path}.mass_per_length"),
-            "missing",
-            "give the mass per length (kg/m), or mode shapes with modal masses",
-        )
-    })?;
-    Ok(positive(density, path, "mass_per_length", "kg/m")? * given.length / 2.0)
+
+    fn tables(
+        given: &GirderDescription,
+        tables: &[TabulatedShape],
+        count: usize,
+        path: &str,
+    ) -> Result<Self, Error> {
+        let frequencies = imposed_frequencies(given, count, path)?;
+        if tables.len() < count {
+            return Err(Error::invalid(
+                format!("{path}.shapes"),
+                format!("{} mode shapes for {count} modes", tables.len()),
+                "give one table per mode or fewer modes",
+            ));
+        }
+        let tables = &tables[..count];
+        let mut masses = Vec::new();
+        let mut splines = Vec::new();
+        for (n, given_shape) in tables.iter().enumerate() {
+            let name = format!("shapes[{n}].modal_mass");
+            masses.push(positive(given_shape.modal_mass, path, &name, "kg")?);
+            splines.push(table(given_shape, given, &format!("{path}.shapes[{n}]"))?);
+        }
+        let shapes = if given.elastic_ends {
+            ModeShapes::Cubics(PiecewiseCubics::of_splines(&splines, given.length))
+        } else {
+            ModeShapes::Tables(splines)
+        };
+        let wavenumber = PI / given.length * count as f64;
+        Ok(Self { masses, frequencies, shapes, damping: Vec::new(), wavenumber })
+    }
+
+    fn beam(given: &GirderDescription, count: usize, path: &str) -> Result<Self, Error> {
+        let beam = BeamModes::new(given, count, path)?;
+        let mut frequencies = beam.frequencies;
+        for (n, (frequency, &imposed)) in frequencies.iter_mut().zip(&given.frequencies).enumerate()
+        {
+            at_least_zero(imposed, path, &format!("frequencies[{n}]"), "Hz")?;
+            if imposed > 0.0 {
+                *frequency = imposed;
+            }
+        }
+        Ok(Self {
+            masses: beam.masses,
+            frequencies,
+            shapes: ModeShapes::Cubics(beam.shapes),
+            damping: beam.damping,
+            wavenumber: beam.wavenumber.max(PI / given.length * count as f64),
+        })
+    }
+
+    /// The coupling by dampers of supports; `root` is the factor on all frequencies, which damping
+    /// matrices follow so that damping ratios stay.
+    fn coupling(&self, root: f64) -> Option<DampingCoupling> {
+        let modes = self.masses.len();
+        let rate = |k: usize| {
+            let (i, j) = (k / modes, k % modes);
+            if i == j { 0.0 } else { root * self.damping[k] / self.masses[i] }
+        };
+        let rates: Vec<f64> = (0..self.damping.len()).map(rate).collect();
+        rates.iter().any(|&r| r != 0.0).then(|| DampingCoupling::new(rates, modes))
+    }
+}
+
+/// Refuses keys that would have no effect.
+fn check_sources(given: &GirderDescription, path: &str) -> Result<(), Error> {
+    let fail = |name: &str, found: &str, remedy: &str| {
+        Err(Error::invalid(format!("{path}.{name}"), found, remedy))
+    };
+    if let Some(file) = &given.shapes_file {
+        let found = format!("the content of `{file}` was not passed");
+        return fail("shapes_file", &found, "read the file and pass its text");
+    }
+    if !given.modal_masses.is_empty() {
+        return fail(
+            "modal_masses",
+            "given without shapes_file",
+            "give them with `shapes_file`; each item of `shapes` has its own modal_mass",
+        );
+    }
+    if given.shapes.is_some() && given.is_beam() {
+        return fail(
+            "shapes",
+            "given together with supports, sections, hinges, shear_stiffness, rotary_inertia or \
+             elements, from which shapes are computed",
+            "remove one or the other",
+        );
+    }
+    if given.elastic_ends && given.shapes.is_none() {
+        return fail(
+            "elastic_ends",
+            "true without tabulated shapes",
+            "remove it, or give `shapes` or `shapes_file`; computed shapes move where supports do",
+        );
+    }
+    Ok(())
+}
+
+fn imposed_frequencies(
+    given: &GirderDescription,
+    count: usize,
+    path: &str,
+) -> Result<Vec<f64>, Error> {
+    (1..=count).map(|n| frequency(given, n, path)).collect()
 }
 
 fn frequency(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Error> {
@@ -239,6 +305,7 @@ fn frequency(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Err
         (given.bending_stiffness, given.mass_per_length)
     {
         positive(stiffness, path, "bending_stiffness", "N·m²")?;
+        positive(density, path, "mass_per_length", "kg/m")?;
         0.5 * PI * (order / given.length).powi(2) * (stiffness / density).sqrt()
     } else if let Some(&first) = given.frequencies.first() {
         order * order * first
@@ -278,8 +345,9 @@ fn damping_ratio(given: &GirderDescription, n: usize, path: &str) -> Result<f64,
     ))
 }
 
-fn table(given: &TabulatedShape, length: f64, path: &str) -> Result<Spline, Error> {
-    let spline = Spline::new(&given.x, &given.phi, path)?;
+fn table(shape: &TabulatedShape, girder: &GirderDescription, path: &str) -> Result<Spline, Error> {
+    let length = girder.length;
+    let spline = Spline::new(&shape.x, &shape.phi, path)?;
     let slack = 1e-9 * length;
     let (first, last) = spline.range();
     if first.abs() > slack || (last - length).abs() > slack {
@@ -289,13 +357,15 @@ fn table(given: &TabulatedShape, length: f64, path: &str) -> Result<Spline, Erro
             format!("give points from 0 to the span length {length} m"),
         ));
     }
-    let largest = given.phi.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let ends = given.phi[0].abs().max(given.phi[given.phi.len() - 1].abs());
-    if ends > 1e-6 * largest || largest == 0.0 {
+    let largest = shape.phi.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let ends = shape.phi[0].abs().max(shape.phi[shape.phi.len() - 1].abs());
+    let held = girder.elastic_ends || ends <= 1e-6 * largest;
+    if !held || largest == 0.0 {
         return Err(Error::invalid(
             format!("{path}.phi"),
-            format!("{} and {} at the ends", given.phi[0], given.phi[given.phi.len() - 1]),
-            "phi must be 0 at both ends, where the span is supported, and not 0 everywhere",
+            format!("{} and {} at the ends", shape.phi[0], shape.phi[shape.phi.len() - 1]),
+            "phi must be 0 at both ends, where the span is supported, unless `elastic_ends` is \
+             true, and not 0 everywhere",
         ));
     }
     Ok(spline)

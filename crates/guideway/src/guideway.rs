@@ -1,8 +1,9 @@
 //! The assembled guideway: geometry, modes, profile, chirp.
 
+use crate::check::{bounded, unique_names};
 use crate::description::GuidewayDescription;
-use crate::girder::ShapeRow;
 use crate::propagator::NODES;
+use crate::shapes::ShapeRow;
 use crate::{ChirpForce, Error, Girder, GirderMode, InitialDeflection, Pole, Profile};
 
 /// One span in its place.
@@ -18,6 +19,17 @@ pub struct Span {
     pub first_mode: usize,
 }
 
+/// A named point of a girder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackPoint {
+    /// Name.
+    pub name: String,
+    /// Index of its span.
+    pub span: usize,
+    /// Place (m from the start of the span).
+    pub x: f64,
+}
+
 /// A guideway ready for simulation. It never changes while stepping.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guideway {
@@ -27,10 +39,13 @@ pub struct Guideway {
     spans: Vec<Span>,
     /// All modes, span by span.
     modes: Vec<GirderMode>,
+    points: Vec<TrackPoint>,
     initial: InitialDeflection,
     profile: Option<Profile>,
     chirp: Option<ChirpForce>,
     wavenumber: f64,
+    /// Largest distance from a magnet's centre at which its force acts (m).
+    reach: f64,
 }
 
 impl Guideway {
@@ -50,6 +65,7 @@ impl Guideway {
             .map(|(name, girder)| Girder::new(girder, factors, &pole, &format!("girders.{name}")))
             .collect::<Result<Vec<_>, _>>()?;
         let (spans, modes) = place(given, &names, &girders)?;
+        let points = points(given, &spans, &girders)?;
         let track = (given.start, spans.last().map_or(given.start, |s| s.end));
         let mut irregularity = given.irregularity.clone();
         if profile_file.is_none() && irregularity.on && irregularity.file.is_some() {
@@ -64,16 +80,20 @@ impl Guideway {
         let profile = Profile::new(&irregularity, track, pole.length(), file)?;
         let chirp = ChirpForce::new(&given.chirp, middle(&spans))?;
         let wavenumber = girders.iter().map(Girder::wavenumber).fold(0.0, f64::max);
+        let spread_evenly = girders.iter().any(|g| g.shapes().spread_evenly());
+        let reach = if spread_evenly { 0.5 * pole.length() } else { pole.reach() };
         let guideway = Self {
             magnets: given.magnets,
             pole,
             girders,
             spans,
             modes,
+            points,
             initial: given.initial,
             profile,
             chirp,
             wavenumber,
+            reach,
         };
         guideway.check_start()?;
         Ok(guideway)
@@ -118,6 +138,11 @@ impl Guideway {
         &self.modes
     }
 
+    /// The named points, in the order of the description.
+    pub fn points(&self) -> &[TrackPoint] {
+        &self.points
+    }
+
     /// State at the start that was asked for.
     pub fn initial(&self) -> InitialDeflection {
         self.initial
@@ -153,22 +178,21 @@ impl Guideway {
         self.girders.iter().map(|g| g.modes().len()).max().unwrap_or(0)
     }
 
-    /// The span at x, or none on rigid ground. At a joint it is the span that begins there; all
-    /// shapes are zero at joints, so the choice does not matter.
+    /// The span at x, or none on rigid ground. At a joint it is the span that begins there.
     fn span_at(&self, x: f64) -> Option<&Span> {
         let next = self.spans.partition_point(|s| s.start <= x);
         let span = &self.spans[next.checked_sub(1)?];
         (x < span.end).then_some(span)
     }
 
-    /// The span, with its pole filter, if poles centred at all of `places` are entirely on it and
-    /// its modes are sines.
-    pub(crate) fn sines_under_poles(&self, places: &[f64; NODES]) -> Option<(&Span, &[f64])> {
-        let reach = self.pole.reach();
-        let span = self.span_at(places[0] - reach)?;
-        let filter = self.girders[span.girder].sine_filter()?;
-        let inside = |x: &f64| x - reach >= span.start && x + reach <= span.end;
-        places.iter().all(inside).then_some((span, filter))
+    /// The span, with its length and pole filter, if poles centred at all of `places` are entirely on
+    /// it and its modes are sines.
+    pub(crate) fn sines_under_poles(&self, places: &[f64; NODES]) -> Option<(&Span, f64, &[f64])> {
+        let span = self.span_at(places[0] - self.reach)?;
+        let girder = &self.girders[span.girder];
+        let filter = girder.shapes().sine_filter()?;
+        let inside = |x: &f64| x - self.reach >= span.start && x + self.reach <= span.end;
+        places.iter().all(inside).then_some((span, girder.length(), filter))
     }
 
     /// Calls `visit(span, row, share)` for every span that the pole centred at x touches: Σ share
@@ -179,21 +203,31 @@ impl Guideway {
         row: &mut ShapeRow,
         mut visit: impl FnMut(&Span, &ShapeRow, f64),
     ) {
-        let reach = self.pole.reach();
-        if let Some(span) = self.span_at(x - reach)
-            && x + reach <= span.end
+        let (from, to) = (x - self.reach, x + self.reach);
+        if let Some(span) = self.span_at(from)
+            && to <= span.end
         {
-            self.girders[span.girder].shape_under_pole(x - span.start, &self.pole, row);
+            self.girders[span.girder].shapes().under_pole(x - span.start, &self.pole, row);
             visit(span, row, 1.0);
             return;
         }
-        let (first, last) = self.track();
-        if x + reach <= first || x - reach >= last {
-            return;
-        }
-        // Across a joint or an end of the guideway each discrete force is evaluated alone.
-        for &(offset, share) in self.pole.points() {
-            self.under_point(x + offset, row, |span, row| visit(span, row, share));
+        // across a joint or an end of the guideway
+        let first = self.spans.partition_point(|s| s.end <= from);
+        for span in self.spans[first..].iter().take_while(|s| s.start < to) {
+            let girder = &self.girders[span.girder];
+            if girder.shapes().spread_evenly() && self.reach > 0.0 {
+                girder.shapes().under_pole(x - span.start, &self.pole, row);
+                visit(span, row, 1.0);
+                continue;
+            }
+            // each discrete force alone
+            for &(offset, share) in self.pole.points() {
+                let place = x + offset;
+                if place >= span.start && place < span.end {
+                    girder.shape_at(place - span.start, row);
+                    visit(span, row, share);
+                }
+            }
         }
     }
 
@@ -214,6 +248,36 @@ impl Guideway {
 fn middle(spans: &[Span]) -> f64 {
     let span = spans[spans.len() / 2];
     0.5 * (span.start + span.end)
+}
+
+fn points(
+    given: &GuidewayDescription,
+    spans: &[Span],
+    girders: &[Girder],
+) -> Result<Vec<TrackPoint>, Error> {
+    unique_names(given.points.iter().map(|p| Some(p.name.as_str())), "points")?;
+    let check = |(k, point): (usize, &crate::description::PointDescription)| {
+        let path = format!("points[{k}]");
+        let mut letters = point.name.chars();
+        let starts = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
+        if !starts || !letters.all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            return Err(Error::invalid(
+                format!("{path}.name"),
+                format!("`{}`", point.name),
+                "use letters, digits and underscores, a letter first",
+            ));
+        }
+        let span = point.span.checked_sub(1).and_then(|k| spans.get(k)).ok_or_else(|| {
+            Error::invalid(
+                format!("{path}.span"),
+                format!("there is no span {}", point.span),
+                format!("give a number from 1 to {}", spans.len()),
+            )
+        })?;
+        bounded(point.x, girders[span.girder].length(), &path, "x")?;
+        Ok(TrackPoint { name: point.name.clone(), span: point.span - 1, x: point.x })
+    };
+    given.points.iter().enumerate().map(check).collect()
 }
 
 fn check_counts(given: &GuidewayDescription) -> Result<(), Error> {
@@ -245,6 +309,7 @@ fn place(
     names: &[&str],
     girders: &[Girder],
 ) -> Result<(Vec<Span>, Vec<GirderMode>), Error> {
+    unique_names(given.spans.iter().map(|run| run.name.as_deref()), "spans")?;
     let (mut spans, mut modes) = (Vec::new(), Vec::new());
     let mut start = given.start;
     for (run, kind) in given.spans.iter().map(|run| run.girder.as_str()).enumerate() {

@@ -19,11 +19,16 @@
 //! from a software library, not from the platform.
 #![forbid(unsafe_code)]
 
+mod beam;
+mod block;
+mod check;
 mod chirp;
+mod cubics;
 /// The guideway as data.
 pub mod description;
 mod error;
 mod girder;
+mod girder_description;
 mod guideway;
 mod harmonics;
 mod irregularity;
@@ -31,13 +36,17 @@ mod mode;
 mod motion;
 mod pole;
 mod propagator;
+#[cfg(feature = "schema")]
+mod schema;
+mod shapes;
+mod shapes_file;
 mod spline;
 
 pub use chirp::ChirpForce;
 pub use description::{GuidewayDescription, InitialDeflection};
 pub use error::Error;
 pub use girder::{Girder, MAX_MODES};
-pub use guideway::{Guideway, Span};
+pub use guideway::{Guideway, Span, TrackPoint};
 pub use irregularity::{Profile, RUN_OUT};
 pub use mode::GirderMode;
 pub use motion::{Load, SpanMotion, State, Surface, Workspace};

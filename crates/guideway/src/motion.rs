@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::girder::ShapeRow;
 use crate::propagator::{NODES, PropagatorCache, SUBSTEP_PHASE, nodes};
+use crate::shapes::{ShapeRow, sines_at_nodes};
 use crate::{Error, Guideway, InitialDeflection};
 
 /// Everything that changes: modal coordinates and their rates, span by span, mode by mode.
@@ -58,6 +58,8 @@ pub struct Workspace {
     row: ShapeRow,
     /// Per mode its force at the nodes of a sub-step.
     forces: Vec<[f64; NODES]>,
+    /// For steps of modes that dampers couple.
+    next: Vec<f64>,
     cache: PropagatorCache,
     substep_phase: f64,
 }
@@ -69,6 +71,7 @@ impl Workspace {
         Self {
             row: ShapeRow::with_modes(guideway.most_modes()),
             forces: vec![[0.0; NODES]; modes],
+            next: vec![0.0; 2 * guideway.most_modes()],
             cache: PropagatorCache::new(modes),
             substep_phase: SUBSTEP_PHASE,
         }
@@ -205,7 +208,7 @@ impl Guideway {
         let standing = loads.iter().all(|l| l.position[1..] == [0.0; 3]);
         let count = self.substeps(work.substep_phase, loads, time, step)?;
         let h = step / f64::from(count);
-        let propagator = work.cache.get(h, self.modes());
+        let propagator = work.cache.get(h, self.modes(), self.girders());
         for k in 0..count {
             let begin = h * f64::from(k);
             work.forces.fill([0.0; NODES]);
@@ -215,10 +218,8 @@ impl Guideway {
                 self.add_moving_loads(work, loads, begin, h);
             }
             self.add_chirp(work, time + begin, h);
-            let modes = work.cache.entry(propagator).modes.iter().zip(&work.forces);
-            for (i, (mode, &forces)) in modes.enumerate() {
-                (state.q[i], state.v[i]) = mode.advance(state.q[i], state.v[i], forces);
-            }
+            let entry = work.cache.entry(propagator);
+            entry.advance(self, state, &work.forces, &mut work.next);
         }
         Ok(())
     }
@@ -259,9 +260,9 @@ impl Guideway {
         for load in loads {
             let force = times.map(|tau| taylor(&load.force, tau));
             let places = times.map(|tau| taylor(&load.position, tau));
-            if let Some((span, filter)) = self.sines_under_poles(&places) {
+            if let Some((span, length, filter)) = self.sines_under_poles(&places) {
                 let local = places.map(|x| x - span.start);
-                self.girders()[span.girder].sines_at_nodes(local, filter, |n, phi| {
+                sines_at_nodes(length, local, filter, |n, phi| {
                     let modal = &mut forces[span.first_mode + n];
                     *modal = std::array::from_fn(|j| modal[j] - force[j] * phi[j]);
                 });
@@ -327,6 +328,16 @@ impl Guideway {
             let damped = 2.0 * mode.zeta * mode.omega * state.v[i];
             accelerations[i] =
                 accelerations[i] / mode.mass - damped - mode.omega * mode.omega * state.q[i];
+        }
+        for span in self.spans() {
+            let girder = &self.girders()[span.girder];
+            let Some(coupling) = girder.coupling() else { continue };
+            let range = span.first_mode..span.first_mode + girder.modes().len();
+            for (i, acceleration) in accelerations[range.clone()].iter_mut().enumerate() {
+                for (rate, v) in coupling.row(i).iter().zip(&state.v[range.clone()]) {
+                    *acceleration -= rate * v;
+                }
+            }
         }
     }
 
@@ -401,9 +412,34 @@ impl Guideway {
         k: usize,
         part: f64,
     ) -> SpanMotion {
+        let length = self.girders()[self.spans()[k].girder].length();
+        self.motion_at(work, state, accelerations, k, part * length)
+    }
+
+    /// Displacement, velocity and acceleration of the named point `k` (from 0).
+    pub fn point(
+        &self,
+        work: &mut Workspace,
+        state: &State,
+        accelerations: &[f64],
+        k: usize,
+    ) -> SpanMotion {
+        let point = &self.points()[k];
+        self.motion_at(work, state, accelerations, point.span, point.x)
+    }
+
+    /// Motion of span `k` (from 0) at x m from its start.
+    fn motion_at(
+        &self,
+        work: &mut Workspace,
+        state: &State,
+        accelerations: &[f64],
+        k: usize,
+        x: f64,
+    ) -> SpanMotion {
         let span = self.spans()[k];
         let girder = &self.girders()[span.girder];
-        girder.shape_at(part * girder.length(), &mut work.row);
+        girder.shape_at(x, &mut work.row);
         let mut y = SpanMotion::default();
         for n in 0..girder.modes().len() {
             let (i, phi) = (span.first_mode + n, work.row.value[n]);

@@ -66,7 +66,7 @@ impl Pole {
 
 /// Points and weights of Gauss-Legendre quadrature on [−1, 1], by Newton's method on the
 /// three-term recurrence. Source: Davis & Rabinowitz, *Methods of Numerical Integration*, 2.7.
-fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let mut points = vec![(0.0, 0.0); n];
     for i in 0..n.div_ceil(2) {
         let mut x = libm::cos(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5));

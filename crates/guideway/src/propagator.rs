@@ -1,8 +1,11 @@
 //! Exact solution of the modal equations over a step.
 
+use std::ops::Range;
+
 use nalgebra::SMatrix;
 
-use crate::GirderMode;
+use crate::block::{BlockStep, blocks};
+use crate::{Girder, GirderMode, Guideway, State};
 
 /// Times within a step at which modal forces are sampled.
 pub const NODES: usize = 4;
@@ -33,7 +36,42 @@ pub(crate) struct ModeStep {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModalPropagator {
     size: f64,
-    pub modes: Vec<ModeStep>,
+    modes: Vec<ModeStep>,
+    /// By kind of girder: steps of modes that dampers couple. Empty if there are none.
+    blocks: Vec<Option<BlockStep>>,
+}
+
+impl ModalPropagator {
+    /// Advances all modes under their forces (N) at the nodes. `scratch` has room for twice the modes
+    /// of a span.
+    pub fn advance(
+        &self,
+        guideway: &Guideway,
+        state: &mut State,
+        forces: &[[f64; NODES]],
+        scratch: &mut [f64],
+    ) {
+        let alone = |range: Range<usize>, state: &mut State| {
+            for i in range {
+                let (q, v) = (state.q[i], state.v[i]);
+                (state.q[i], state.v[i]) = self.modes[i].advance(q, v, forces[i]);
+            }
+        };
+        if self.blocks.is_empty() {
+            return alone(0..self.modes.len(), state);
+        }
+        for span in guideway.spans() {
+            let modes = guideway.girders()[span.girder].modes().len();
+            let range = span.first_mode..span.first_mode + modes;
+            match &self.blocks[span.girder] {
+                None => alone(range, state),
+                Some(block) => {
+                    let (q, v) = (&mut state.q[range.clone()], &mut state.v[range.clone()]);
+                    block.advance(q, v, &forces[range], scratch);
+                }
+            }
+        }
+    }
 }
 
 impl ModeStep {
@@ -43,7 +81,7 @@ impl ModeStep {
     /// r = (p, p′, p″, p‴) the equation is linear with constant coefficients,
     /// d(y, r)/dθ = A·(y, r), so one matrix exponential gives response to state and to force.
     /// It holds for under-, critically and overdamped modes and for ω = 0 alike.
-    fn new(mode: &GirderMode, h: f64) -> Self {
+    pub fn new(mode: &GirderMode, h: f64) -> Self {
         let turn = mode.omega * h;
         // Rates in units of max(ωh, 1) so that A stays balanced for fast modes.
         let unit = turn.max(1.0);
@@ -107,7 +145,7 @@ fn exponential(a: &SMatrix<f64, 6, 6>) -> SMatrix<f64, 6, 6> {
 }
 
 /// `d[k][j]`: k-th derivative at θ = 0 of the cubic that is 1 at node j and 0 at the others.
-fn derivatives_at_start() -> [[f64; NODES]; NODES] {
+pub(crate) fn derivatives_at_start() -> [[f64; NODES]; NODES] {
     let c = nodes();
     let mut d = [[0.0; NODES]; NODES];
     for j in 0..NODES {
@@ -134,12 +172,13 @@ impl PropagatorCache {
 
     pub fn new(modes: usize) -> Self {
         let still = ModeStep { free: [[0.0; 2]; 2], forced: [[0.0; 2]; NODES] };
-        let empty = ModalPropagator { size: f64::NAN, modes: vec![still; modes] };
+        let empty =
+            ModalPropagator { size: f64::NAN, modes: vec![still; modes], blocks: Vec::new() };
         Self { entries: vec![empty; Self::SIZE], next: 0 }
     }
 
     /// Index of the propagator for `h`, computed if it is not in the cache.
-    pub fn get(&mut self, h: f64, modes: &[GirderMode]) -> usize {
+    pub fn get(&mut self, h: f64, modes: &[GirderMode], girders: &[Girder]) -> usize {
         if let Some(found) = self.entries.iter().position(|p| p.size.to_bits() == h.to_bits()) {
             return found;
         }
@@ -155,6 +194,7 @@ impl PropagatorCache {
                 None => ModeStep::new(&modes[i], h),
             };
         }
+        entry.blocks = blocks(girders, h);
         slot
     }
 
@@ -267,7 +307,7 @@ mod tests {
         ];
         let mut cache = PropagatorCache::new(modes.len());
         for h in [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1e-3, 5e-3] {
-            let at = cache.get(h, &modes);
+            let at = cache.get(h, &modes, &[]);
             for (step, mode) in cache.entry(at).modes.iter().zip(&modes) {
                 assert_eq!(*step, ModeStep::new(mode, h));
             }

@@ -41,6 +41,11 @@ impl Spline {
         Ok(Self { x: x.to_vec(), y: y.to_vec(), m: second_derivatives(x, y) })
     }
 
+    /// Abscissae and ordinates.
+    pub(crate) fn points(&self) -> (&[f64], &[f64]) {
+        (&self.x, &self.y)
+    }
+
     /// First and last abscissa.
     pub fn range(&self) -> (f64, f64) {
         (self.x[0], self.x[self.x.len() - 1])

@@ -355,7 +355,7 @@ fn invariant_bad_descriptions_are_refused_by_path() {
         "chirp.start",
     );
     girder(&|g| g.length = 0.0, "girders.g.length");
-    girder(&|g| g.modes = 0, "girders.g.modes");
+    girder(&|g| g.modes = Some(0), "girders.g.modes");
     girder(&|g| g.mass_per_length = None, "girders.g.mass_per_length");
     girder(&|g| g.frequencies[1] = -1.0, "girders.g.frequencies[1]");
     girder(&|g| g.frequencies.clear(), "girders.g.frequencies");

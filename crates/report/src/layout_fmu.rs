@@ -50,6 +50,12 @@ impl<'a> LayoutFmu<'a> {
             .map_err(|error| self.unusable(&format!("resources/{}: {error}", self.file)))
     }
 
+    /// The text of a file in the FMU's resources.
+    pub(crate) fn resource(&self, name: &str) -> Result<String, ReportError> {
+        read(&self.instance.path, &format!("resources/{name}"))?
+            .ok_or_else(|| self.unusable(&format!("resources/{name} does not exist")))
+    }
+
     /// An error about this FMU.
     pub(crate) fn unusable(&self, message: &str) -> ReportError {
         ReportError::Fmu { path: self.instance.path.clone(), message: message.to_owned() }

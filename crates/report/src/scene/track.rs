@@ -68,10 +68,16 @@ impl DrawnTrack {
         let mut description = unit.layout(guideway::GuidewayDescription::from_json)?;
         // only the shapes are needed; generating a profile takes time
         description.irregularity.on = false;
-        let modes = unit.parameter(names::MODES);
+        for (girder, file) in description.shapes_files() {
+            let text = unit.resource(&file)?;
+            description
+                .set_shapes(&girder, &text)
+                .map_err(|error| unit.unusable(&error.to_string()))?;
+        }
+        let wanted = unit.parameter(names::MODES);
         for girder in description.girders.values_mut() {
-            let wanted = modes.map_or(girder.modes, |it| it as usize);
-            girder.modes = girder.modes.min(wanted).max(1);
+            let modes = girder.mode_count();
+            girder.modes = Some(wanted.map_or(modes, |it| modes.min(it as usize)).max(1));
         }
         let pole = unit.parameter(names::POLE_LENGTH).unwrap_or(description.pole.length);
         let guideway =

@@ -1,0 +1,250 @@
+//! One kind of span as data.
+
+#[cfg(feature = "schema")]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One kind of span: its modes, or what they are computed from.
+///
+/// The modes come from one of three sources.
+/// - **Sine**, the default: a simply supported girder of constant section, φₙ = sin(nπx/L) with the
+///   modal masses ρA·L/2. Mode n takes `frequencies[n-1]`; beyond the list
+///   fₙ = (π/2)(n/L)²·√(EI/ρA) with `bending_stiffness`, or without it n²·f₁.
+/// - **Tables**: `shapes` or `shapes_file` give the shapes, `frequencies` their frequencies.
+/// - **Beam elements**, if any of `supports`, `sections`, `hinges`, `shear_stiffness`,
+///   `rotary_inertia` and `elements` is given: shapes, masses and frequencies are computed.
+///   `frequencies` then replaces the computed ones where it is not 0.
+///
+/// Mode n has the damping ratio `damping[n-1]`; beyond the list its last entry.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Girder"))]
+#[serde(deny_unknown_fields)]
+pub struct GirderDescription {
+    /// Remarks. Not used.
+    #[serde(default)]
+    pub note: String,
+    /// Length L (m) from the girder's start to its end; of a continuous girder over all its fields.
+    pub length: f64,
+    /// Number of modes, the lowest ones. Default: one per table; else one per given frequency, but at
+    /// least 2, with beam elements at least 4 and 3 per field between supports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<usize>,
+    /// Mass per length ρA (kg/m). Required unless tables come with modal masses, or every section
+    /// has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_per_length: Option<f64>,
+    /// Bending stiffness E·I (N·m²). Sine modes: for frequencies beyond the given ones. Required for
+    /// beam elements unless every section has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending_stiffness: Option<f64>,
+    /// Shear stiffness κ·G·A (N), κ the shear correction factor: a Timoshenko beam. Default: rigid in
+    /// shear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_stiffness: Option<f64>,
+    /// Rotary inertia ρI per length (kg·m). Default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotary_inertia: Option<f64>,
+    /// Sections of constant properties from the start of the girder to its end. Default: one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<SectionDescription>,
+    /// Supports by their place. Default: rigid bearings at both ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supports: Option<Vec<SupportDescription>>,
+    /// Places (m from the girder's start) of hinges, which carry shear but no moment. A row of simply
+    /// supported spans that share elastic piers is one girder with a hinge over each inner pier.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hinges: Vec<f64>,
+    /// Number of beam elements over the whole girder, at least 4 per mode and at most 400, or 160 with a
+    /// shear stiffness. Default: 10 per mode, at least 40. The relative error of the frequency of mode n
+    /// is about (πn/elements)⁴/1440.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 4, max = 400)))]
+    pub elements: Option<usize>,
+    /// Undamped natural frequencies (Hz), first mode first, from a modal test or another program. With
+    /// beam elements 0 keeps the computed frequency; an imposed one changes the modal stiffness.
+    #[serde(default)]
+    pub frequencies: Vec<f64>,
+    /// Damping ratios of the structure (1), first mode first; at least one. 0 is undamped. Dampers of
+    /// supports add to it.
+    pub damping: Vec<f64>,
+    /// Mode shapes as tables, at least one per mode. Default: sine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes: Option<Vec<TabulatedShape>>,
+    /// Mode shapes as a CSV file beside the layout file: columns x (m), φ₁, φ₂ … (1), rows from 0 to L.
+    /// One heading line and lines that begin with # are skipped. Columns are separated by comma,
+    /// semicolon, tab or blanks; decimals have points. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes_file: Option<String>,
+    /// Modal masses (kg) of the shapes in `shapes_file` as they are scaled there. Default: the integral
+    /// of `mass_per_length` times φ².
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modal_masses: Vec<f64>,
+    /// Whether tabulated shapes may move at the girder's ends, as on elastic bearings. The track then
+    /// has a step there. Default no: φ must be 0 at both ends.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub elastic_ends: bool,
+    /// Factor on all modal stiffnesses of this kind; frequencies change by its root. Default 1.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub stiffness_factor: f64,
+    /// Factor on all modal masses of this kind; frequencies change by its inverse root. Default 1.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub mass_factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form that serde asks for")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form that serde asks for")]
+fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form that serde asks for")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// A mode shape φ(x) given at points, interpolated by a natural cubic spline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Shape"))]
+#[serde(deny_unknown_fields)]
+pub struct TabulatedShape {
+    /// Modal mass ∫ρA·φ² dx (kg) for φ as scaled here.
+    pub modal_mass: f64,
+    /// Points along the span (m), from 0 to L.
+    pub x: Vec<f64>,
+    /// φ there (1); 0 at both ends unless `elastic_ends` is true.
+    pub phi: Vec<f64>,
+}
+
+/// A part of a girder with constant properties. What it leaves out is that of the girder.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Section"))]
+#[serde(deny_unknown_fields)]
+pub struct SectionDescription {
+    /// Name, for patches. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Length (m). The lengths of all sections add up to the girder's.
+    pub length: f64,
+    /// Mass per length (kg/m). Default: the girder's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_per_length: Option<f64>,
+    /// Bending stiffness E·I (N·m²). Default: the girder's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending_stiffness: Option<f64>,
+    /// Shear stiffness κ·G·A (N). Default: the girder's, or rigid in shear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_stiffness: Option<f64>,
+    /// Rotary inertia ρI per length (kg·m). Default: the girder's, or 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotary_inertia: Option<f64>,
+}
+
+/// A support of a girder: a bearing on the ground, or on a pier that stands on the ground.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Support"))]
+#[serde(deny_unknown_fields)]
+pub struct SupportDescription {
+    /// Name, for patches. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Place (m from the girder's start), 0 to L.
+    pub x: f64,
+    /// Vertical stiffness of the bearing (N/m). Default: rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub stiffness: Option<f64>,
+    /// Vertical damping of the bearing (N·s/m). Default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
+    pub damping: f64,
+    /// Rotational stiffness between girder and ground (N·m/rad). Default 0: free to rotate.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
+    pub rotational_stiffness: f64,
+    /// Whether the girder cannot rotate here. Default no.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub clamped: bool,
+    /// Pier under the bearing. Default: the bearing stands on rigid ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pier: Option<PierDescription>,
+}
+
+/// A pier as a mass on a spring and a damper. A pier without mass is no pier: give the stiffness of
+/// bearing and pier in series as that of the bearing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Pier"))]
+#[serde(deny_unknown_fields)]
+pub struct PierDescription {
+    /// Mass that moves with the top of the pier (kg).
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub mass: f64,
+    /// Vertical stiffness of pier and foundation (N/m).
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub stiffness: f64,
+    /// Vertical damping of pier and foundation (N·s/m). Default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
+    pub damping: f64,
+}
+
+impl GirderDescription {
+    /// Whether the modes are computed with beam elements.
+    #[must_use]
+    pub fn is_beam(&self) -> bool {
+        self.supports.is_some()
+            || !self.sections.is_empty()
+            || !self.hinges.is_empty()
+            || self.shear_stiffness.is_some()
+            || self.rotary_inertia.is_some()
+            || self.elements.is_some()
+    }
+
+    /// Number of modes: the given one or its default.
+    #[must_use]
+    pub fn mode_count(&self) -> usize {
+        let fields = self.supports.as_ref().map_or(1, |all| all.len().saturating_sub(1));
+        self.modes.unwrap_or_else(|| match &self.shapes {
+            Some(tables) => tables.len(),
+            None if self.is_beam() => self.frequencies.len().max(4).max(3 * fields),
+            None => self.frequencies.len().max(2),
+        })
+    }
+
+    /// Multiplies bending and shear stiffness of the beam, and of all its sections.
+    pub fn scale_beam_stiffness(&mut self, factor: f64) {
+        let sections = self
+            .sections
+            .iter_mut()
+            .flat_map(|section| [&mut section.bending_stiffness, &mut section.shear_stiffness]);
+        let own = [&mut self.bending_stiffness, &mut self.shear_stiffness];
+        for value in sections.chain(own).flatten() {
+            *value *= factor;
+        }
+    }
+
+    /// Multiplies all stiffnesses and all dampings of bearings and piers.
+    pub fn scale_supports(&mut self, stiffness: f64, damping: f64) {
+        for support in self.supports.iter_mut().flatten() {
+            support.stiffness = support.stiffness.map(|k| k * stiffness);
+            support.rotational_stiffness *= stiffness;
+            support.damping *= damping;
+            if let Some(pier) = &mut support.pier {
+                pier.stiffness *= stiffness;
+                pier.damping *= damping;
+            }
+        }
+    }
+}

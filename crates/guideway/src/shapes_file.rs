@@ -1,0 +1,129 @@
+//! Mode shapes from a text file, as finite element programmes write tables.
+
+use crate::check::positive;
+use crate::cubics::PiecewiseCubics;
+use crate::description::{GirderDescription, GuidewayDescription, TabulatedShape};
+use crate::{Error, Spline};
+
+impl GuidewayDescription {
+    /// Kinds of girder whose shapes are in a file: name of the kind and of its file.
+    #[must_use]
+    pub fn shapes_files(&self) -> Vec<(String, String)> {
+        let of = |(name, girder): (&String, &GirderDescription)| {
+            girder.shapes_file.as_ref().map(|file| (name.clone(), file.clone()))
+        };
+        self.girders.iter().filter_map(of).collect()
+    }
+
+    /// Replaces `shapes_file` of a kind of girder by the file's content.
+    ///
+    /// # Errors
+    /// A line that cannot be used, or modal masses that are missing or invalid.
+    pub fn set_shapes(&mut self, girder: &str, text: &str) -> Result<(), Error> {
+        let Some(kind) = self.girders.get_mut(girder) else { return Ok(()) };
+        let path = format!("girders.{girder}");
+        let file = kind.shapes_file.take().unwrap_or_default();
+        if kind.shapes.is_some() {
+            return Err(Error::invalid(
+                format!("{path}.shapes_file"),
+                "given together with `shapes`",
+                "remove one of them",
+            ));
+        }
+        let columns = read(text, &file)?;
+        let masses = masses(kind, &columns, &path)?;
+        let (x, shapes) = (&columns[0], &columns[1..]);
+        let table = |(phi, &modal_mass): (&Vec<f64>, &f64)| TabulatedShape {
+            modal_mass,
+            x: x.clone(),
+            phi: phi.clone(),
+        };
+        kind.shapes = Some(shapes.iter().zip(&masses).map(table).collect());
+        kind.modal_masses.clear();
+        Ok(())
+    }
+}
+
+/// The given modal masses, or the integrals of the mass per length times φ².
+fn masses(kind: &GirderDescription, columns: &[Vec<f64>], path: &str) -> Result<Vec<f64>, Error> {
+    let count = columns.len() - 1;
+    if !kind.modal_masses.is_empty() {
+        if kind.modal_masses.len() != count {
+            return Err(Error::invalid(
+                format!("{path}.modal_masses"),
+                format!("{} masses for {count} columns of shapes", kind.modal_masses.len()),
+                "give one per column",
+            ));
+        }
+        for (n, &mass) in kind.modal_masses.iter().enumerate() {
+            positive(mass, path, &format!("modal_masses[{n}]"), "kg")?;
+        }
+        return Ok(kind.modal_masses.clone());
+    }
+    let Some(density) = kind.mass_per_length else {
+        return Err(Error::invalid(
+            format!("{path}.modal_masses"),
+            "missing",
+            "give the modal masses (kg), or mass_per_length (kg/m) to compute them with",
+        ));
+    };
+    positive(density, path, "mass_per_length", "kg/m")?;
+    positive(kind.length, path, "length", "m")?;
+    let path = format!("{path}.shapes_file");
+    let splines = columns[1..]
+        .iter()
+        .map(|phi| Spline::new(&columns[0], phi, &path))
+        .collect::<Result<Vec<_>, _>>()?;
+    let squares = PiecewiseCubics::of_splines(&splines, kind.length).squares();
+    Ok(squares.into_iter().map(|s| density * s).collect())
+}
+
+/// Columns x, φ₁, φ₂ … of the text; at least two, equally many in every line, x increasing.
+fn read(text: &str, file: &str) -> Result<Vec<Vec<f64>>, Error> {
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut heading_allowed = true;
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim().trim_start_matches('\u{feff}');
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let fail = |found: String| {
+            Err(Error::ShapesLine { file: file.to_owned(), line: index + 1, found })
+        };
+        let numbers: Option<Vec<f64>> = line
+            .split([',', ';', '\t', ' '])
+            .filter(|field| !field.is_empty())
+            .map(|field| field.parse::<f64>().ok().filter(|v| v.is_finite()))
+            .collect();
+        let heading = std::mem::replace(&mut heading_allowed, false);
+        let Some(numbers) = numbers else {
+            if heading {
+                continue;
+            }
+            return fail(format!("`{line}` has a field that is not a finite number"));
+        };
+        if numbers.len() < 2 {
+            return fail(format!("`{line}` is only one column"));
+        }
+        if columns.is_empty() {
+            columns = vec![Vec::new(); numbers.len()];
+        }
+        if numbers.len() != columns.len() {
+            return fail(format!("{} columns, {} before", numbers.len(), columns.len()));
+        }
+        if let Some(before) = columns[0].last().filter(|&&before| numbers[0] <= before) {
+            return fail(format!("x = {} does not exceed {before}", numbers[0]));
+        }
+        for (column, number) in columns.iter_mut().zip(numbers) {
+            column.push(number);
+        }
+    }
+    match columns.first() {
+        Some(x) if x.len() >= 2 => Ok(columns),
+        _ => Err(Error::ShapesLine {
+            file: file.to_owned(),
+            line: text.lines().count(),
+            found: "the file ends with fewer than two rows of numbers".to_owned(),
+        }),
+    }
+}
