@@ -14,13 +14,13 @@ pub use crate::girder_description::{
 /// A guideway: rigid ground, a row of spans, rigid ground. Lengths in m along the track.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(title = "Guideway layout", rename = "Guideway"))]
+#[cfg_attr(feature = "schema", schemars(title = "Maglev guideway", rename = "Guideway"))]
 #[serde(deny_unknown_fields)]
 pub struct GuidewayDescription {
-    /// Path or URL of the schema, for editors. Not used.
+    /// Path or URL of the schema, for editors. Default: none.
     #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
-    /// Remarks on the layout and the source of its numbers. Not used.
+    /// Remarks on the layout and the source of its numbers. Default: empty.
     #[serde(default)]
     pub note: String,
     /// Start of the first span (m). Default 0.
@@ -39,7 +39,7 @@ pub struct GuidewayDescription {
     /// How each magnet's force is spread. Default: 8 forces over 0.65 m.
     #[serde(default)]
     pub pole: PoleDescription,
-    /// State of the girders at the start. Default: [`InitialDeflection::QuasiStatic`].
+    /// State of the girders at the start. Default: "quasi-static".
     #[serde(default)]
     pub initial: InitialDeflection,
     /// Vertical irregularity of the track surface. Default: off.
@@ -137,7 +137,7 @@ pub enum InitialDeflection {
 pub struct IrregularityDescription {
     /// Whether it is present. Default: no.
     pub on: bool,
-    /// A file with two columns x, z (m) that replaces the random profile.
+    /// A file with two columns x, z (m) that replaces the random profile. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// A in S(Ω) = A/Ω², one-sided, S in m²/(rad/m) (so A in m·rad). Default 7e-7: with it

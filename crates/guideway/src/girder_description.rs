@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", schemars(rename = "Girder"))]
 #[serde(deny_unknown_fields)]
 pub struct GirderDescription {
-    /// Remarks. Not used.
+    /// Remarks. Default: empty.
     #[serde(default)]
     pub note: String,
     /// Length L (m) from the girder's start to its end; of a continuous girder over all its fields.
@@ -31,11 +31,11 @@ pub struct GirderDescription {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modes: Option<usize>,
     /// Mass per length ρA (kg/m). Required unless tables come with modal masses, or every section
-    /// has its own.
+    /// has its own. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_per_length: Option<f64>,
     /// Bending stiffness E·I (N·m²). Sine modes: for frequencies beyond the given ones. Required for
-    /// beam elements unless every section has its own.
+    /// beam elements unless every section has its own. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending_stiffness: Option<f64>,
     /// Shear stiffness κ·G·A (N), κ the shear correction factor: a Timoshenko beam. Default: rigid in
@@ -52,7 +52,8 @@ pub struct GirderDescription {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supports: Option<Vec<SupportDescription>>,
     /// Places (m from the girder's start) of hinges, which carry shear but no moment. A row of simply
-    /// supported spans that share elastic piers is one girder with a hinge over each inner pier.
+    /// supported spans that share elastic piers is one girder with a hinge over each inner pier. Default:
+    /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hinges: Vec<f64>,
     /// Number of beam elements over the whole girder, at least 4 per mode and at most 400, or 160 with a
@@ -62,7 +63,8 @@ pub struct GirderDescription {
     #[cfg_attr(feature = "schema", schemars(range(min = 4, max = 400)))]
     pub elements: Option<usize>,
     /// Undamped natural frequencies (Hz), first mode first, from a modal test or another program. With
-    /// beam elements 0 keeps the computed frequency; an imposed one changes the modal stiffness.
+    /// beam elements 0 keeps the computed frequency; an imposed one changes the modal stiffness. Default:
+    /// computed with `bending_stiffness`.
     #[serde(default)]
     pub frequencies: Vec<f64>,
     /// Damping ratios of the structure (1), first mode first; at least one. 0 is undamped. Dampers of

@@ -75,6 +75,13 @@ fn masses(kind: &GirderDescription, columns: &[Vec<f64>], path: &str) -> Result<
         .map(|phi| Spline::new(&columns[0], phi, &path))
         .collect::<Result<Vec<_>, _>>()?;
     let squares = PiecewiseCubics::of_splines(&splines, kind.length).squares();
+    if let Some(n) = squares.iter().position(|&square| square == 0.0) {
+        return Err(Error::invalid(
+            path,
+            format!("phi_{} is 0 everywhere", n + 1),
+            "remove the column, or write it with more digits",
+        ));
+    }
     Ok(squares.into_iter().map(|s| density * s).collect())
 }
 
