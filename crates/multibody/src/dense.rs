@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::composite::mass_block;
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, copy_external};
 use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
@@ -11,16 +11,18 @@ use crate::workspace::Workspace;
 impl VehicleModel {
     /// M and Φ_q of eq. 9 as dense matrices, with the right-hand side (Q, γ): for checks.
     #[must_use]
-    pub fn dense_system(
+    pub fn dense_system<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         ws: &mut Workspace,
     ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
         ws.forget();
         ws.touch.set(None);
-        ws.vertical.copy_from_slice(loads.vertical);
-        ws.lateral.copy_from_slice(loads.lateral);
+        let forces = forces.into();
+        ws.vertical.copy_from_slice(forces.magnets.vertical);
+        ws.lateral.copy_from_slice(forces.magnets.lateral);
+        copy_external(&mut ws.external, forces.external);
         self.set_kinematics(&state.bodies, ws);
         self.jacobians(ws);
         self.apply_forces(ws);

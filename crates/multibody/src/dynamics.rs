@@ -5,7 +5,7 @@ use crate::contact::{ContactScratch, TrackContact};
 use crate::error::Error;
 use crate::index::{JointIndex, MagnetIndex};
 use crate::joint::JacobianRow;
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, ExternalLoad, Loads, copy_external};
 use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::rate::BodyRate;
@@ -36,6 +36,7 @@ impl VehicleModel {
             start,
             vertical: vec![0.0; self.magnets.len()],
             lateral: vec![0.0; self.magnets.len()],
+            external: vec![[0.0; 6]; self.watched.len()],
         }
     }
 
@@ -44,44 +45,51 @@ impl VehicleModel {
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::NotFinite`], or [`Error::Argument`] for a wrong length.
-    pub fn accelerations(
+    pub fn accelerations<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        self.accelerations_in_contact(state, loads, None, ws)
+        self.accelerations_in_contact(state, forces, None, ws)
     }
 
     /// Like [`VehicleModel::accelerations`], with the contacts of the magnets with the rail.
     ///
     /// # Errors
     /// As [`VehicleModel::accelerations`].
-    pub fn accelerations_in_contact(
+    pub fn accelerations_in_contact<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         track: Option<&TrackContact>,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        let forces = forces.into();
+        self.check_forces(state, &forces)?;
         if let Some(track) = track {
             self.check_track(track.height.len(), track.rate.len())?;
         }
-        if ws.has_solution(&state.bodies, loads, track) {
+        if ws.has_solution(&state.bodies, &forces, track) {
             return Ok(());
         }
         ws.touch.set(track);
-        ws.vertical.copy_from_slice(loads.vertical);
-        ws.lateral.copy_from_slice(loads.lateral);
+        ws.vertical.copy_from_slice(forces.magnets.vertical);
+        ws.lateral.copy_from_slice(forces.magnets.lateral);
+        copy_external(&mut ws.external, forces.external);
         self.evaluate(&state.bodies, state.time, ws)
     }
 
+    pub(crate) fn check_forces(&self, state: &State, forces: &AppliedForces) -> Result<(), Error> {
+        let Loads { vertical, lateral } = forces.magnets;
+        self.check_lengths(state, [vertical.len(), lateral.len(), forces.external.len()])
+    }
+
+    /// Checks the numbers of vertical, lateral and external loads.
     pub(crate) fn check_lengths(
         &self,
         state: &State,
-        vertical: usize,
-        lateral: usize,
+        [vertical, lateral, external]: [usize; 3],
     ) -> Result<(), Error> {
         let wrong = |what, expected: usize, found: usize| Error::Argument {
             what,
@@ -95,6 +103,9 @@ impl VehicleModel {
             if found != self.magnets.len() {
                 return Err(wrong(what, self.magnets.len(), found));
             }
+        }
+        if external != 0 && external != self.watched.len() {
+            return Err(wrong("external loads", self.watched.len(), external));
         }
         Ok(())
     }
@@ -136,6 +147,10 @@ impl VehicleModel {
         if let Some(k) = ws.vertical.iter().zip(&ws.lateral).position(|(v, l)| !(v + l).is_finite())
         {
             return Err(Error::NotFinite { what: format!("the force on magnet {}", k + 1), time });
+        }
+        if let Some(k) = ws.external.iter().position(|load| !load.iter().sum::<f64>().is_finite()) {
+            let what = format!("the external force or moment on `{}`", self.watched[k].name);
+            return Err(Error::NotFinite { what, time });
         }
         let body = ws.solution.chunks(6).position(|x| !x.iter().sum::<f64>().is_finite());
         let what = body
@@ -248,7 +263,7 @@ impl VehicleModel {
 
     /// Forces of all elements, gravity, drive, magnets and contacts.
     pub(crate) fn apply_forces(&self, ws: &mut Workspace) {
-        let Workspace { kin, wrenches, vertical, lateral, .. } = ws;
+        let Workspace { kin, wrenches, vertical, lateral, external, .. } = ws;
         wrenches.fill(Wrench::zero());
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
             wrench.force = self.gravity * composite.mass;
@@ -272,7 +287,8 @@ impl VehicleModel {
                 wrenches[anchor.body].add(&Vec3::new(force, 0.0, 0.0), &arm);
             }
         }
-        self.apply_loads(kin, &Loads { vertical, lateral }, wrenches);
+        let magnets = Loads { vertical, lateral };
+        self.apply_loads(kin, &AppliedForces { magnets, external }, wrenches);
         self.apply_contact(ws);
     }
 
@@ -356,34 +372,34 @@ impl VehicleModel {
     }
 
     /// Accelerations and multipliers that additional loads alone would cause: the derivative of
-    /// [`VehicleModel::accelerations`] in the direction of `loads`. Read it with
+    /// [`VehicleModel::accelerations`] in the direction of `forces`. Read it with
     /// [`VehicleModel::magnet_response`].
     ///
     /// # Errors
     /// As [`VehicleModel::accelerations`].
-    pub fn load_response(
+    pub fn load_response<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        self.respond(state, loads, ws, |_| Vec3::zeros())
+        self.respond(state, &forces.into(), ws, |_| Vec3::zeros())
     }
 
     /// As [`VehicleModel::load_response`], with further forces on the magnets, world axes.
     pub(crate) fn respond(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: &AppliedForces,
         ws: &mut Workspace,
         further: impl Fn(MagnetIndex) -> Vec3,
     ) -> Result<(), Error> {
-        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        self.check_forces(state, forces)?;
         self.prepare(&state.bodies, state.time, ws)?;
         ws.evaluated = false;
         let Workspace { kin, wrenches, solution, factors, .. } = ws;
         wrenches.fill(Wrench::zero());
-        self.apply_loads(kin, loads, wrenches);
+        self.apply_loads(kin, forces, wrenches);
         for k in self.magnets() {
             let force = further(k);
             if force != Vec3::zeros() {
@@ -401,10 +417,24 @@ impl VehicleModel {
         self.check_finite(state.time, ws)
     }
 
-    fn apply_loads(&self, kin: &[Kinematics], loads: &Loads, wrenches: &mut [Wrench]) {
-        for ((magnet, &up), &left) in self.magnets.iter().zip(loads.vertical).zip(loads.lateral) {
+    fn apply_loads(&self, kin: &[Kinematics], forces: &AppliedForces, wrenches: &mut [Wrench]) {
+        let Loads { vertical, lateral } = forces.magnets;
+        for ((magnet, &up), &left) in self.magnets.iter().zip(vertical).zip(lateral) {
             let arm = kin[magnet.body].turn(&magnet.local);
             wrenches[magnet.body].add(&Vec3::new(0.0, left, up), &arm);
         }
+        for (watched, load) in self.watched.iter().zip(forces.external) {
+            let Some((force, moment)) = external(load) else { continue };
+            let member = &self.members[watched.member];
+            let wrench = &mut wrenches[member.composite];
+            wrench.add(&force, &kin[member.composite].turn(&member.offset));
+            wrench.moment += moment;
+        }
     }
+}
+
+/// Force and moment of an external load; `None` where there is none, which so changes no bit.
+pub(crate) fn external(load: &ExternalLoad) -> Option<(Vec3, Vec3)> {
+    let [fx, fy, fz, mx, my, mz] = *load;
+    (*load != [0.0; 6]).then(|| (Vec3::new(fx, fy, fz), Vec3::new(mx, my, mz)))
 }

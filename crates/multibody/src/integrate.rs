@@ -11,7 +11,7 @@
 use crate::contact::TrackCourse;
 use crate::error::Error;
 use crate::index::{BodyIndex, JointIndex};
-use crate::loads::{LoadCourse, polynomial};
+use crate::loads::{AppliedCourse, polynomial};
 use crate::math::{Vec3, normalised};
 use crate::model::VehicleModel;
 use crate::rate::BodyRate;
@@ -29,7 +29,7 @@ const AIM: f64 = 0.01;
 /// What acts on the vehicle over a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Course<'a> {
-    pub loads: LoadCourse<'a>,
+    pub forces: AppliedCourse<'a>,
     /// The rail, where magnets may touch it.
     pub track: Option<TrackCourse<'a>>,
 }
@@ -55,17 +55,18 @@ impl VehicleModel {
     /// # Errors
     /// [`Error::Singular`], [`Error::NotFinite`], [`Error::Projection`] or [`Error::Argument`]; the
     /// state is then not usable.
-    pub fn step(
+    pub fn step<'a>(
         &self,
         state: &mut State,
         size: f64,
         max_step: f64,
-        loads: &LoadCourse,
+        forces: impl Into<AppliedCourse<'a>>,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        let forces = forces.into();
+        self.check_course(state, &forces)?;
         ws.touch.set(None);
-        let course = Course { loads: *loads, track: None };
+        let course = Course { forces, track: None };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
         let begin = state.time;
@@ -80,6 +81,14 @@ impl VehicleModel {
         Ok(())
     }
 
+    pub(crate) fn check_course(&self, state: &State, forces: &AppliedCourse) -> Result<(), Error> {
+        let AppliedCourse { magnets, external } = forces;
+        self.check_lengths(
+            state,
+            [magnets.vertical.len(), magnets.lateral.len(), external.len()],
+        )
+    }
+
     pub(crate) fn runge_kutta(
         &self,
         bodies: &mut [BodyState],
@@ -88,7 +97,7 @@ impl VehicleModel {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         let InternalStep { begin, offset, h } = *step;
-        let loads = &course.loads;
+        let AppliedCourse { magnets, external } = &course.forces;
         let stages = self.scheme.stages();
         ws.start.copy_from_slice(bodies);
         // taken out so that the evaluation may borrow the workspace; returned below
@@ -98,8 +107,14 @@ impl VehicleModel {
         for (s, &(node, weight)) in stages.iter().enumerate() {
             let t = offset + node * h;
             for k in 0..self.magnets.len() {
-                ws.vertical[k] = polynomial(&loads.vertical[k], t);
-                ws.lateral[k] = polynomial(&loads.lateral[k], t);
+                ws.vertical[k] = polynomial(&magnets.vertical[k], t);
+                ws.lateral[k] = polynomial(&magnets.lateral[k], t);
+            }
+            if external.is_empty() {
+                ws.external.fill([0.0; 6]);
+            }
+            for (load, course) in ws.external.iter_mut().zip(*external) {
+                *load = course.map(|component| polynomial(&component, t));
             }
             if let Some(track) = &course.track {
                 ws.touch.follow(track, t);

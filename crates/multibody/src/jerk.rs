@@ -11,7 +11,7 @@
 use crate::contact::TrackContact;
 use crate::error::Error;
 use crate::index::{BodyIndex, MagnetIndex};
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, copy_external};
 use crate::math::{Vec3, from_rotation_vector, multiply};
 use crate::model::VehicleModel;
 use crate::state::{BodyState, State};
@@ -36,21 +36,21 @@ impl BodyState {
 }
 
 impl VehicleModel {
-    /// Rates of the accelerations along the motion that begins in `state` under `loads`, which
+    /// Rates of the accelerations along the motion that begins in `state` under `forces`, which
     /// change by `rates` (N/s), into `probe`; read them with [`VehicleModel::magnet_jerk`]. If `ws`
     /// already holds the accelerations, this costs less than another evaluation of them.
     ///
     /// # Errors
     /// As [`VehicleModel::accelerations`].
-    pub fn jerks(
+    pub fn jerks<'a>(
         &self,
         state: &State,
-        loads: &Loads,
-        rates: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
+        rates: impl Into<AppliedForces<'a>>,
         ws: &mut Workspace,
         probe: &mut Workspace,
     ) -> Result<(), Error> {
-        self.jerks_in_contact(state, loads, rates, None, [ws, probe])
+        self.jerks_in_contact(state, forces, rates, None, [ws, probe])
     }
 
     /// Like [`VehicleModel::jerks`], with the contacts of the magnets with the rail, whose rates change
@@ -59,22 +59,24 @@ impl VehicleModel {
     ///
     /// # Errors
     /// As [`VehicleModel::accelerations`].
-    pub fn jerks_in_contact(
+    pub fn jerks_in_contact<'a>(
         &self,
         state: &State,
-        loads: &Loads,
-        rates: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
+        rates: impl Into<AppliedForces<'a>>,
         track: Option<(&TrackContact, &[f64])>,
         [ws, probe]: [&mut Workspace; 2],
     ) -> Result<(), Error> {
-        self.check_lengths(state, rates.vertical.len(), rates.lateral.len())?;
-        self.accelerations_in_contact(state, loads, track.map(|(track, _)| track), ws)?;
+        let (forces, rates) = (forces.into(), rates.into());
+        self.check_forces(state, &rates)?;
+        let (loads, load_rates) = (forces.magnets, rates.magnets);
+        self.accelerations_in_contact(state, &forces, track.map(|(track, _)| track), ws)?;
         probe.forget();
         probe.touch.set(track.map(|(track, _)| track));
         for dt in [-DIFFERENCE, DIFFERENCE] {
             for (shifted, values, rates) in [
-                (&mut probe.vertical, loads.vertical, rates.vertical),
-                (&mut probe.lateral, loads.lateral, rates.lateral),
+                (&mut probe.vertical, loads.vertical, load_rates.vertical),
+                (&mut probe.lateral, loads.lateral, load_rates.lateral),
             ] {
                 for ((shifted, value), rate) in shifted.iter_mut().zip(values).zip(rates) {
                     *shifted = value + rate * dt;
@@ -87,6 +89,11 @@ impl VehicleModel {
                         track.height[k] + dt * (track.rate[k] + 0.5 * dt * acceleration);
                     probe.touch.rate[k] = track.rate[k] + dt * acceleration;
                 }
+            }
+            copy_external(&mut probe.external, forces.external);
+            let shifted = probe.external.as_flattened_mut().iter_mut();
+            for (shifted, rate) in shifted.zip(rates.external.as_flattened()) {
+                *shifted += rate * dt;
             }
             self.imbalance(&state.bodies, dt, ws, probe);
             std::mem::swap(&mut probe.solution, &mut probe.spare);

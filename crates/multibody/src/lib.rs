@@ -111,7 +111,7 @@ pub use error::{Error, Redundancy};
 pub use index::{BodyIndex, ComponentIndex, MagnetIndex, ObservedIndex};
 pub use linearisation::{BodyShape, Linearisation, damping_ratio, natural_frequency};
 pub use linearise::MagnetSprings;
-pub use loads::{LoadCourse, Loads};
+pub use loads::{AppliedCourse, AppliedForces, ExternalLoad, LoadCourse, Loads};
 pub use model::{Tolerances, VehicleModel};
 pub use observe::{Energy, PointMotion};
 pub use reactions::Reaction;

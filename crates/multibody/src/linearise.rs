@@ -26,7 +26,7 @@ use crate::contact::TrackContact;
 use crate::error::Error;
 use crate::index::{BodyIndex, ComponentIndex};
 use crate::linearisation::{Linearisation, natural_frequency};
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, Loads};
 use crate::math::{Vec3, cross_matrix, from_rotation_vector, multiply, rotation_matrix};
 use crate::model::VehicleModel;
 use crate::state::State;
@@ -60,19 +60,19 @@ pub struct MagnetSprings {
 }
 
 impl VehicleModel {
-    /// Linearises about a state under held loads, with optional springs and dampers at the magnets.
+    /// Linearises about a state under held forces, with optional springs and dampers at the magnets.
     /// The state's joints must be closed ([`VehicleModel::close_joints`]).
     ///
     /// # Errors
     /// As [`VehicleModel::accelerations`], and [`Error::Eigenvalues`].
-    pub fn linearise(
+    pub fn linearise<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         springs: &MagnetSprings,
         ws: &mut Workspace,
     ) -> Result<Linearisation, Error> {
-        self.linearise_in_contact(state, loads, springs, None, ws)
+        self.linearise_in_contact(state, forces, springs, None, ws)
     }
 
     /// Like [`VehicleModel::linearise`], with the contacts of the magnets with the rail. No magnet may
@@ -80,16 +80,17 @@ impl VehicleModel {
     ///
     /// # Errors
     /// As [`VehicleModel::linearise`].
-    pub fn linearise_in_contact(
+    pub fn linearise_in_contact<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         springs: &MagnetSprings,
         track: Option<&TrackContact>,
         ws: &mut Workspace,
     ) -> Result<Linearisation, Error> {
         // checks the lengths and that the state can be evaluated
-        self.accelerations_in_contact(state, loads, track, ws)?;
+        let forces = forces.into();
+        self.accelerations_in_contact(state, &forces, track, ws)?;
         let (free, rank) = self.free_motions(state, ws);
         let dof = free.ncols();
         let mut weighted = free.clone();
@@ -103,7 +104,7 @@ impl VehicleModel {
         // L
         let reduce = |motion: &DVector<f64>| factors.solve(&weighted.tr_mul(motion));
 
-        let mut probe = LinearisationProbe { model: self, state, loads, springs, track, ws };
+        let mut probe = LinearisationProbe { model: self, state, forces, springs, track, ws };
         let mut by_place = DMatrix::zeros(dof, dof);
         let mut by_motion = DMatrix::zeros(dof, dof);
         let mut transport = DMatrix::zeros(dof, dof);
@@ -193,7 +194,7 @@ impl VehicleModel {
 struct LinearisationProbe<'a> {
     model: &'a VehicleModel,
     state: &'a State,
-    loads: &'a Loads<'a>,
+    forces: AppliedForces<'a>,
     springs: &'a MagnetSprings,
     track: Option<&'a TrackContact<'a>>,
     ws: &'a mut Workspace,
@@ -239,8 +240,9 @@ impl LinearisationProbe<'_> {
             self.model.close_joints(&mut beside, self.ws)?;
         }
         let [vertical, lateral] = self.held(&beside);
-        let loads = Loads { vertical: &vertical, lateral: &lateral };
-        self.model.accelerations_in_contact(&beside, &loads, self.track, self.ws)?;
+        let magnets = Loads { vertical: &vertical, lateral: &lateral };
+        let forces = AppliedForces { magnets, external: self.forces.external };
+        self.model.accelerations_in_contact(&beside, &forces, self.track, self.ws)?;
         let mut result = DVector::zeros(direction.len());
         for (k, body) in beside.bodies.iter().enumerate() {
             let (v, w) = self.ws.acceleration(BodyIndex(k));
@@ -255,8 +257,8 @@ impl LinearisationProbe<'_> {
 
     /// Loads plus the forces of the springs and dampers at the magnets for the displaced state.
     fn held(&self, beside: &State) -> [Vec<f64>; 2] {
-        let mut vertical = self.loads.vertical.to_vec();
-        let mut lateral = self.loads.lateral.to_vec();
+        let mut vertical = self.forces.magnets.vertical.to_vec();
+        let mut lateral = self.forces.magnets.lateral.to_vec();
         let springs = self.springs;
         for (k, (up, left)) in self.model.magnets().zip(vertical.iter_mut().zip(&mut lateral)) {
             let (here, there) = (self.model.magnet(self.state, k), self.model.magnet(beside, k));

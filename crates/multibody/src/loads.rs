@@ -1,4 +1,4 @@
-//! Forces on the magnets: at an instant, and over a step.
+//! Forces from outside: at an instant, and over a step.
 
 /// Forces on the magnets, one entry per magnet, N.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +19,62 @@ pub struct LoadCourse<'a> {
     pub lateral: &'a [[f64; 4]],
 }
 
+/// External force (N) and moment (N·m) on an observed body: x, y and z of the force at the body's
+/// centre of mass, then x, y and z of the moment, all in world axes.
+pub type ExternalLoad = [f64; 6];
+
+/// All forces from outside. [`Loads`] alone convert into this.
+#[derive(Debug, Clone, Copy)]
+pub struct AppliedForces<'a> {
+    /// Forces on the magnets.
+    pub magnets: Loads<'a>,
+    /// One entry per observed body, or none at all.
+    pub external: &'a [ExternalLoad],
+}
+
+/// All forces from outside over a step. A [`LoadCourse`] alone converts into this.
+#[derive(Debug, Clone, Copy)]
+pub struct AppliedCourse<'a> {
+    /// Forces on the magnets.
+    pub magnets: LoadCourse<'a>,
+    /// One entry per observed body, or none at all; polynomials as in [`LoadCourse`].
+    pub external: &'a [[[f64; 4]; 6]],
+}
+
+impl<'a> From<&Loads<'a>> for AppliedForces<'a> {
+    fn from(magnets: &Loads<'a>) -> Self {
+        Self { magnets: *magnets, external: &[] }
+    }
+}
+
+impl From<&Self> for AppliedForces<'_> {
+    fn from(forces: &Self) -> Self {
+        *forces
+    }
+}
+
+impl<'a> From<&LoadCourse<'a>> for AppliedCourse<'a> {
+    fn from(magnets: &LoadCourse<'a>) -> Self {
+        Self { magnets: *magnets, external: &[] }
+    }
+}
+
+impl From<&Self> for AppliedCourse<'_> {
+    fn from(course: &Self) -> Self {
+        *course
+    }
+}
+
 /// Value of such a polynomial after the time t.
 pub(crate) fn polynomial(u: &[f64; 4], t: f64) -> f64 {
     u[0] + t * (u[1] + t * (0.5 * u[2] + t * (u[3] / 6.0)))
+}
+
+/// Copies external loads; none at all are zeros.
+pub(crate) fn copy_external(target: &mut [ExternalLoad], source: &[ExternalLoad]) {
+    if source.is_empty() {
+        target.fill([0.0; 6]);
+    } else {
+        target.copy_from_slice(source);
+    }
 }

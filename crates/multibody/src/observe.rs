@@ -179,7 +179,7 @@ impl VehicleModel {
         (linear, angular)
     }
 
-    fn observed_centre(&self, k: ObservedIndex) -> Anchor {
+    pub(crate) fn observed_centre(&self, k: ObservedIndex) -> Anchor {
         let member = &self.members[self.watched[k].member];
         Anchor { body: member.composite, local: member.offset, start: member.start }
     }

@@ -9,7 +9,8 @@ use crate::attachments::End;
 use crate::contact::TrackContact;
 use crate::error::Error;
 use crate::index::{BodyIndex, JointIndex, MemberIndex};
-use crate::loads::Loads;
+use crate::dynamics::external;
+use crate::loads::AppliedForces;
 use crate::math::{Vec3, rotation_matrix};
 use crate::model::VehicleModel;
 use crate::state::{Kinematics, State, Wrench};
@@ -51,29 +52,29 @@ impl VehicleModel {
     ///
     /// # Errors
     /// [`Error::Argument`] if no joint has that name, or those of [`VehicleModel::accelerations`].
-    pub fn reaction(
+    pub fn reaction<'a>(
         &self,
         joint: &str,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         ws: &mut Workspace,
     ) -> Result<Reaction, Error> {
-        self.reaction_in_contact(joint, state, loads, None, ws)
+        self.reaction_in_contact(joint, state, forces, None, ws)
     }
 
     /// Like [`VehicleModel::reaction`], with the contacts of the magnets with the rail.
     ///
     /// # Errors
     /// As [`VehicleModel::reaction`].
-    pub fn reaction_in_contact(
+    pub fn reaction_in_contact<'a>(
         &self,
         joint: &str,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         track: Option<&TrackContact>,
         ws: &mut Workspace,
     ) -> Result<Reaction, Error> {
-        self.accelerations_in_contact(state, loads, track, ws)?;
+        self.accelerations_in_contact(state, forces, track, ws)?;
         if let Some(k) = self.joints.iter().position(|j| j.name == joint) {
             return Ok(self.joint_reaction(JointIndex(k), ws));
         }
@@ -221,6 +222,14 @@ impl VehicleModel {
                 }
                 sum.add(&Wrench { force, moment: Vec3::zeros() }, &point(magnet).0);
             }
+        }
+        for (watched, load) in self.watched.iter().zip(&ws.external) {
+            let Some((force, moment)) = external(load).filter(|_| sum.inside[watched.member]) else {
+                continue;
+            };
+            let member = &self.members[watched.member];
+            let body = &ws.kin[member.composite];
+            sum.add(&Wrench { force, moment }, &(body.r + body.turn(&member.offset)));
         }
         let Some(drive) = &self.drive else { return };
         for (anchor, end) in drive.anchors.iter().zip(&self.attachments.drive) {

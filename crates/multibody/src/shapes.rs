@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix3xX, RowDVector};
 
 use crate::anchor::Anchor;
+use crate::index::ObservedIndex;
 use crate::linearisation::Linearisation;
 use crate::math::{cross_matrix, rotation_matrix};
 use crate::model::VehicleModel;
@@ -18,6 +19,24 @@ impl VehicleModel {
             if let Some(shape) = self.anchor_shape(state, linearisation, anchor) {
                 shapes.rows_mut(3 * k, 3).copy_from(&shape);
             }
+        }
+        shapes
+    }
+
+    /// As [`VehicleModel::magnet_shapes`] for external loads: displacement of the centre of mass of
+    /// observed body k in rows 6k … 6k + 2 and rotation in rows 6k + 3 … 6k + 5, both in world axes.
+    #[must_use]
+    pub fn external_shapes(&self, state: &State, linearisation: &Linearisation) -> DMatrix<f64> {
+        let mut shapes = DMatrix::zeros(6 * self.watched.len(), linearisation.degrees_of_freedom());
+        for k in 0..self.watched.len() {
+            let anchor = self.observed_centre(ObservedIndex(k));
+            let Some(body) = state.bodies.get(anchor.body.0) else { continue };
+            if let Some(shape) = self.anchor_shape(state, linearisation, &anchor) {
+                shapes.rows_mut(6 * k, 3).copy_from(&shape);
+            }
+            let turns = linearisation.basis.rows(6 * anchor.body.0 + 3, 3);
+            let turns = rotation_matrix(body.attitude) * turns;
+            shapes.rows_mut(6 * k + 3, 3).copy_from(&turns);
         }
         shapes
     }

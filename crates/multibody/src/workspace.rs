@@ -3,7 +3,7 @@
 use crate::contact::{ContactScratch, TrackContact};
 use crate::index::BodyIndex;
 use crate::joint::JacobianRow;
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, ExternalLoad};
 use crate::math::{Quat, Vec3};
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, Wrench};
@@ -35,6 +35,7 @@ pub struct Workspace {
     pub(crate) sum: Vec<BodyRate>,
     pub(crate) vertical: Vec<f64>,
     pub(crate) lateral: Vec<f64>,
+    pub(crate) external: Vec<ExternalLoad>,
     pub(crate) touch: ContactScratch,
 }
 
@@ -87,18 +88,26 @@ impl Workspace {
         })
     }
 
+    fn has_external(&self, external: &[ExternalLoad]) -> bool {
+        if external.is_empty() {
+            return self.external.as_flattened().iter().all(|u| *u == 0.0);
+        }
+        same_bits(external.as_flattened(), self.external.as_flattened())
+    }
+
     /// Whether accelerations of exactly this state under exactly these loads are remembered.
     pub(crate) fn has_solution(
         &self,
         bodies: &[BodyState],
-        loads: &Loads,
+        forces: &AppliedForces,
         track: Option<&TrackContact>,
     ) -> bool {
         self.evaluated
             && self.touch.same(track)
             && self.has_factors(bodies)
-            && same_bits(loads.vertical, &self.vertical)
-            && same_bits(loads.lateral, &self.lateral)
+            && same_bits(forces.magnets.vertical, &self.vertical)
+            && same_bits(forces.magnets.lateral, &self.lateral)
+            && self.has_external(forces.external)
             && self.has_motion(bodies)
     }
 }

@@ -4,7 +4,7 @@ use super::law::Clearance;
 use super::track::TrackContact;
 use crate::error::Error;
 use crate::index::MagnetIndex;
-use crate::loads::Loads;
+use crate::loads::AppliedForces;
 use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::observe::PointMotion;
@@ -118,19 +118,19 @@ impl VehicleModel {
 
     /// Accelerations that a change of the track alone would cause through the contacts, beside those
     /// of additional loads: the derivative of [`VehicleModel::accelerations_in_contact`] in the
-    /// direction of `loads`, `height` (m) and `rate` (m/s). Read it with
+    /// direction of `forces`, `height` (m) and `rate` (m/s). Read it with
     /// [`VehicleModel::magnet_response`].
     ///
     /// # Errors
     /// As [`VehicleModel::accelerations`].
-    pub fn load_response_in_contact(
+    pub fn load_response_in_contact<'a>(
         &self,
         state: &State,
-        loads: &Loads,
+        forces: impl Into<AppliedForces<'a>>,
         track: Option<(&TrackContact, &[f64], &[f64])>,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
-        self.respond(state, loads, ws, |k| {
+        self.respond(state, &forces.into(), ws, |k| {
             let Some((track, height, rate)) = track else { return Vec3::zeros() };
             let [by_gap, by_rate] = self.contact_slopes(state, k, track);
             by_gap * height[k.0] + by_rate * rate[k.0]

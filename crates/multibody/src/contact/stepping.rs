@@ -12,7 +12,7 @@ use super::track::TrackCourse;
 use crate::composite::Composite;
 use crate::error::Error;
 use crate::integrate::{Course, InternalStep, internal_steps};
-use crate::loads::LoadCourse;
+use crate::loads::AppliedCourse;
 use crate::math::{Mat3, Vec3, rotation_matrix};
 use crate::model::VehicleModel;
 use crate::state::{BodyState, State};
@@ -32,23 +32,24 @@ impl VehicleModel {
     ///
     /// # Errors
     /// As [`VehicleModel::step`].
-    pub fn step_in_contact(
+    pub fn step_in_contact<'a>(
         &self,
         state: &mut State,
         size: f64,
         max_step: f64,
-        loads: &LoadCourse,
+        forces: impl Into<AppliedCourse<'a>>,
         track: Option<&TrackCourse>,
         ws: &mut Workspace,
     ) -> Result<(), Error> {
+        let forces = forces.into();
         let Some(track) = track.filter(|track| track.contact.any()) else {
-            return self.step(state, size, max_step, loads, ws);
+            return self.step(state, size, max_step, &forces, ws);
         };
-        self.check_lengths(state, loads.vertical.len(), loads.lateral.len())?;
+        self.check_course(state, &forces)?;
         self.check_track(track.height.len(), track.rate.len())?;
         ws.touch.contact = Some(track.contact);
         ws.touch.speed = track.speed;
-        let course = Course { loads: *loads, track: Some(*track) };
+        let course = Course { forces, track: Some(*track) };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
         let begin = state.time;

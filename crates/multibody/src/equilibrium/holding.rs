@@ -1,5 +1,6 @@
 //! Settings and result of the search for an equilibrium.
 
+use crate::loads::ExternalLoad;
 use crate::state::State;
 
 /// Law of the lateral guidance. Arguments: load (N), gap (m) and offset to the left (m) of a
@@ -32,6 +33,8 @@ pub struct Equilibrium {
     pub loads: Vec<f64>,
     /// Guidance force of each magnet to the left, N; zeros where no law is given.
     pub lateral: Vec<f64>,
+    /// External loads under which it rests; empty if there are none.
+    pub external: Vec<ExternalLoad>,
     /// Iterations done.
     pub iterations: usize,
     /// Largest acceleration component left, m/s² or rad/s².

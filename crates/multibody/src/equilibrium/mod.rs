@@ -29,6 +29,7 @@ pub use holding::{Equilibrium, Guidance, Holding};
 
 use self::search::Search;
 use crate::error::Error;
+use crate::loads::ExternalLoad;
 use crate::model::VehicleModel;
 use crate::workspace::Workspace;
 
@@ -60,9 +61,25 @@ impl VehicleModel {
         guidance: Guidance,
         ws: &mut Workspace,
     ) -> Result<Equilibrium, Error> {
+        self.loaded_equilibrium(track, holding, guidance, &[], ws)
+    }
+
+    /// Like [`VehicleModel::guided_equilibrium`], under external forces and moments on the observed
+    /// bodies: one entry per observed body, or none at all.
+    ///
+    /// # Errors
+    /// As [`VehicleModel::equilibrium`].
+    pub fn loaded_equilibrium(
+        &self,
+        track: &[f64],
+        holding: &Holding,
+        guidance: Guidance,
+        external: &[ExternalLoad],
+        ws: &mut Workspace,
+    ) -> Result<Equilibrium, Error> {
         ws.touch.set(None);
         let mut state = self.initial_state();
-        self.check_lengths(&state, track.len(), track.len())?;
+        self.check_lengths(&state, [track.len(), track.len(), external.len()])?;
         if let Some(k) = track.iter().position(|z| !z.is_finite()) {
             let what = format!("the track's height at magnet {}", k + 1);
             return Err(Error::NotFinite { what, time: 0.0 });
@@ -73,6 +90,7 @@ impl VehicleModel {
             holding,
             track,
             guidance,
+            external,
             loads: vec![0.0; track.len()],
             forces: vec![0.0; track.len()],
             lateral: vec![0.0; track.len()],

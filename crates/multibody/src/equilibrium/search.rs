@@ -6,7 +6,7 @@ use super::holding::{Equilibrium, Guidance, Holding};
 use super::statics::Statics;
 use crate::error::Error;
 use crate::index::MagnetIndex;
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, ExternalLoad, Loads, copy_external};
 use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
@@ -28,6 +28,7 @@ pub(super) struct Search<'a> {
     pub holding: &'a Holding,
     pub track: &'a [f64],
     pub guidance: Guidance<'a>,
+    pub external: &'a [ExternalLoad],
     pub statics: &'a Statics,
     /// L.
     pub loads: Vec<f64>,
@@ -62,6 +63,7 @@ impl Search<'_> {
                     state: state.clone(),
                     loads: self.loads.clone(),
                     lateral: self.lateral.clone(),
+                    external: self.external.to_vec(),
                     iterations: iteration,
                     acceleration,
                 });
@@ -124,6 +126,7 @@ impl Search<'_> {
         ws.forget();
         ws.vertical.copy_from_slice(&self.forces);
         ws.lateral.copy_from_slice(&self.lateral);
+        copy_external(&mut ws.external, self.external);
         model.set_kinematics(&state.bodies, ws);
         model.apply_forces(ws);
         model.residuals(ws);
@@ -157,8 +160,9 @@ impl Search<'_> {
 
     /// Largest acceleration under the loads and the guidance forces alone.
     fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
-        let loads = Loads { vertical: &self.loads, lateral: &self.lateral };
-        self.model.accelerations(state, &loads, ws)?;
+        let magnets = Loads { vertical: &self.loads, lateral: &self.lateral };
+        let forces = AppliedForces { magnets, external: self.external };
+        self.model.accelerations(state, &forces, ws)?;
         let n = 6 * self.model.composites.len();
         Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))
     }

@@ -10,7 +10,7 @@ use super::statics::Statics;
 use crate::contact::{Contact, TrackContact};
 use crate::error::Error;
 use crate::index::MagnetIndex;
-use crate::loads::Loads;
+use crate::loads::{AppliedForces, ExternalLoad, Loads, copy_external};
 use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::state::State;
@@ -25,7 +25,7 @@ const OFF_THE_RAIL: f64 = 1e-3;
 impl VehicleModel {
     /// Finds the static equilibrium on the skids below a track whose surface is at the heights `track`
     /// (m, one per magnet, up positive), without forces of the magnets. It starts from `levitated`, the
-    /// equilibrium at the nominal gap, and returns the skids' forces as its loads.
+    /// equilibrium at the nominal gap, keeps its external loads, and returns the skids' forces as its loads.
     ///
     /// # Errors
     /// [`Error::Argument`] without skids, otherwise those of [`VehicleModel::equilibrium`].
@@ -45,7 +45,7 @@ impl VehicleModel {
             });
         };
         let mut state = levitated.state.clone();
-        self.check_lengths(&state, track.len(), track.len())?;
+        self.check_lengths(&state, [track.len(), track.len(), 0])?;
         let drop = skid.gap - self.nominal_gap;
         for body in &mut state.bodies {
             body.position.z -= drop;
@@ -54,7 +54,14 @@ impl VehicleModel {
         let track = TrackContact { contact: *contact, speed: 0.0, height: track, rate: &still };
         let statics = self.static_problem(holding)?;
         let factors = vec![0.0; statics.analysis.factorisation.storage];
-        let mut landing = Landing { model: self, holding, statics: &statics, track, factors };
+        let mut landing = Landing {
+            model: self,
+            holding,
+            statics: &statics,
+            track,
+            external: &levitated.external,
+            factors,
+        };
         landing.run(&mut state, ws)
     }
 }
@@ -64,6 +71,7 @@ struct Landing<'a> {
     holding: &'a Holding,
     statics: &'a Statics,
     track: TrackContact<'a>,
+    external: &'a [ExternalLoad],
     factors: Vec<f64>,
 }
 
@@ -84,6 +92,7 @@ impl Landing<'_> {
                     state: state.clone(),
                     loads: ws.touch.force.iter().map(|force| force.z).collect(),
                     lateral: vec![0.0; self.track.height.len()],
+                    external: self.external.to_vec(),
                     iterations: iteration,
                     acceleration,
                 });
@@ -98,6 +107,7 @@ impl Landing<'_> {
         ws.forget();
         ws.vertical.fill(0.0);
         ws.lateral.fill(0.0);
+        copy_external(&mut ws.external, self.external);
         ws.touch.set(Some(&self.track));
         model.set_kinematics(&state.bodies, ws);
         model.apply_forces(ws);
@@ -123,7 +133,7 @@ impl Landing<'_> {
     }
 
     fn assemble(&mut self, state: &State, ws: &Workspace) {
-        let Self { model, holding, statics, track, factors } = self;
+        let Self { model, holding, statics, track, factors, .. } = self;
         factors.fill(0.0);
         let free = vec![0.0; track.height.len()];
         let mut add = |i: crate::index::BodyIndex, j: crate::index::BodyIndex, block| {
@@ -143,8 +153,9 @@ impl Landing<'_> {
     /// Largest acceleration on the skids.
     fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
         let none = vec![0.0; self.track.height.len()];
-        let loads = Loads { vertical: &none, lateral: &none };
-        self.model.accelerations_in_contact(state, &loads, Some(&self.track), ws)?;
+        let magnets = Loads { vertical: &none, lateral: &none };
+        let forces = AppliedForces { magnets, external: self.external };
+        self.model.accelerations_in_contact(state, &forces, Some(&self.track), ws)?;
         let n = 6 * self.model.composites.len();
         Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))
     }
