@@ -6,6 +6,7 @@ use nalgebra::SymmetricEigen;
 
 use crate::description::{Body, GROUND, Inertia, VehicleDescription};
 use crate::error::{Error, invalid};
+use crate::groups::check_signal_name;
 use crate::math::{Mat3, Quat, Vec3, normalised};
 use crate::names::{BodyNames, meant};
 use crate::numbers::{finite, not_negative};
@@ -212,20 +213,15 @@ impl VehicleDescription {
             for (i, point) in observed.points.iter().enumerate() {
                 finite(point, &format!("{path}.points[{i}]"))?;
             }
-            let well_named = observed.name.starts_with(|c: char| c.is_ascii_lowercase())
-                && observed
-                    .name
-                    .chars()
-                    .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
-                && observed.name.len() <= 24;
-            if !well_named {
-                return Err(invalid(
-                    format!("{path}.name"),
-                    "it becomes part of signal names: use up to 24 lower-case letters, digits and \
-                     underscores, beginning with a letter",
-                ));
+            check_signal_name(&observed.name, &format!("{path}.name"))?;
+            for (list, bodies) in
+                [("point_bodies", &observed.point_bodies), ("parts", &observed.parts)]
+            {
+                for (i, body) in bodies.iter().enumerate() {
+                    names.moving(body, &format!("{path}.{list}[{i}]"))?;
+                }
             }
         }
-        Ok(())
+        self.check_groups()
     }
 }

@@ -5,6 +5,7 @@
 //! vehicle's nominal speed. The frame is inertial, so only the position along the track depends on
 //! that speed.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::ContactDescription;
@@ -14,7 +15,7 @@ use crate::error::Error;
 pub const GROUND: &str = "ground";
 
 /// A whole vehicle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleDescription {
     /// Short name, for example `two-car`.
@@ -52,10 +53,13 @@ pub struct VehicleDescription {
     /// Mechanical stops and landing skids at the magnets. Default: the standard ones, switched off.
     #[serde(default)]
     pub contact: Option<ContactDescription>,
+    /// Elements whose stiffness and damping are parameters of the vehicle unit, group by group.
+    #[serde(default)]
+    pub groups: Vec<ElementGroup>,
 }
 
 /// A rigid body.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Name, unique among the bodies.
@@ -76,7 +80,7 @@ pub struct Body {
 }
 
 /// Inertia: three principal moments, or the full symmetric matrix by rows.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "expected three principal moments [x, y, z], or a symmetric matrix as three rows of \
@@ -90,7 +94,9 @@ pub enum Inertia {
 }
 
 /// Kinds of joints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
     /// Fixes b to a: 6 equations, eliminated before the simulation.
@@ -137,7 +143,7 @@ impl std::fmt::Display for JointKind {
 /// Its place is one world point (`position`, with `axis`), or one point on either body in that
 /// body's own coordinates (`local_a` and `local_b`, with `local_axis_a` and `local_axis_b`), which
 /// must then meet in the initial pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Joint {
     /// Name, unique among the joints.
@@ -170,7 +176,7 @@ pub struct Joint {
 
 /// Three translational and three rotational spring-dampers between two bodies, along axes that are
 /// fixed to a. Unloaded (up to the preload) in the initial pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bushing {
     /// Name, unique among the bushings.
@@ -203,7 +209,7 @@ pub struct Bushing {
 }
 
 /// A spring-damper on the line between two points.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
     /// Name, unique among the springs.
@@ -228,7 +234,7 @@ pub struct Spring {
 
 /// Spring-damper and constant force in the free coordinate of a joint: the displacement along the
 /// axis (translational, m) or the angle about it (revolute, rad), both zero in the initial pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointForce {
     /// Name of a translational or revolute joint.
@@ -244,7 +250,7 @@ pub struct JointForce {
 }
 
 /// Holds bodies at their place along the track, which travels with the nominal speed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
     /// The bodies that are driven, each by a longitudinal force at its centre of mass.
@@ -256,7 +262,7 @@ pub struct Drive {
 }
 
 /// An electromagnet: a point that takes a vertical and a lateral force.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MagnetPoint {
     /// The body that carries it.
@@ -266,7 +272,7 @@ pub struct MagnetPoint {
 }
 
 /// A body whose motion is observed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Observed {
     /// Prefix of the outputs, for example `car_1`: lower-case letters, digits, underscores.
@@ -276,20 +282,50 @@ pub struct Observed {
     /// Further points whose accelerations are outputs (ride comfort), m.
     #[serde(default)]
     pub points: Vec<[f64; 3]>,
+    /// The body that carries each point; default: the observed body carries all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point_bodies: Vec<String>,
+    /// Bodies that belong to the observed one, such as the other segments of a car body that bends. Its mass
+    /// as a parameter includes theirs, and a load is carried by the nearest of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<String>,
+    /// Names of the bushings that level this body, with `*` for any letters: air springs with levelling valves.
+    /// Their preload follows if parameters change what they carry. Their end b is on this body's side.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub levelled_by: Vec<String>,
+}
+
+/// Elements of one kind that have a stiffness and a damping in common.
+///
+/// The vehicle unit has parameters for them, such as `air_spring_vertical_stiffness` in N/m; factors
+/// (`…_factor`) where the values differ within the group. In the lists `*` stands for any letters and `[1..4]`
+/// for numbers; one of the lists is given.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElementGroup {
+    /// Beginning of the parameters' names: lower-case letters, digits, underscores.
+    pub name: String,
+    /// Names of bushings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bushings: Vec<String>,
+    /// Names of springs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<String>,
+    /// Names of the joints whose forces belong to the group.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_forces: Vec<String>,
 }
 
 impl VehicleDescription {
-    /// Reads a description and checks it.
+    /// Reads a description and checks it. With the key `train` it is a [`TrainDescription`], and the other
+    /// keys change the train's bodies, joints and elements by their names.
+    ///
+    /// [`TrainDescription`]: crate::train::TrainDescription
     ///
     /// # Errors
     /// [`Error::Read`] or [`Error::Invalid`], with the JSON path of the place.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        let description: Self = strict_json::read(text).map_err(|error| Error::Read {
-            path: if error.path.is_empty() { "$".to_owned() } else { error.path },
-            message: error.message,
-        })?;
-        description.check()?;
-        Ok(description)
+        crate::file::read(text)
     }
 
     /// The description as JSON, one line per body, joint or element, with a final newline.
@@ -310,6 +346,7 @@ impl VehicleDescription {
             format!("\"drive\": {}", json(&self.drive)?),
             list("magnets", &self.magnets)?,
             list("observed", &self.observed)?,
+            list("groups", &self.groups)?,
         ];
         if let Some(contact) = &self.contact {
             fields.push(format!("\"contact\": {}", json(contact)?));

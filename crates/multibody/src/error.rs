@@ -163,3 +163,15 @@ impl std::fmt::Display for Redundancy {
 pub(crate) fn invalid(path: impl Into<String>, message: impl Into<String>) -> Error {
     Error::Invalid { path: path.into(), message: message.into() }
 }
+
+impl Error {
+    /// The error with the name of the quantity whose value caused it.
+    pub(crate) fn caused_by(self, quantity: &str) -> Self {
+        match self {
+            Self::Invalid { path, message } => {
+                Self::Invalid { path, message: format!("{quantity}: {message}") }
+            }
+            other => other,
+        }
+    }
+}

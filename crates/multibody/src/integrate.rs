@@ -83,10 +83,7 @@ impl VehicleModel {
 
     pub(crate) fn check_course(&self, state: &State, forces: &AppliedCourse) -> Result<(), Error> {
         let AppliedCourse { magnets, external } = forces;
-        self.check_lengths(
-            state,
-            [magnets.vertical.len(), magnets.lateral.len(), external.len()],
-        )
+        self.check_lengths(state, [magnets.vertical.len(), magnets.lateral.len(), external.len()])
     }
 
     pub(crate) fn runge_kutta(

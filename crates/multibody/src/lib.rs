@@ -48,6 +48,7 @@
 
 #![forbid(unsafe_code)]
 
+mod adjust;
 mod anchor;
 mod assembly;
 mod attachments;
@@ -64,6 +65,8 @@ mod elimination;
 mod equilibrium;
 mod error;
 mod explain;
+mod file;
+mod groups;
 #[cfg(test)]
 mod growth;
 mod index;
@@ -88,6 +91,7 @@ mod reactions;
 mod resolve;
 mod saddle;
 mod sample;
+mod schema;
 mod scheme;
 mod shapes;
 mod sides;
@@ -97,14 +101,15 @@ mod tests;
 pub mod train;
 mod workspace;
 
+pub use adjust::{Adjustable, Dimension};
 pub use contact::{
     Contact, ContactDescription, ContactLaw, ContactPower, ContactSide, MAX_CONTACT_STIFFNESS,
     MIN_SLIP_SPEED, TrackContact, TrackCourse,
 };
 pub use counts::VehicleCounts;
 pub use description::{
-    Body, Bushing, Drive, GROUND, Inertia, Joint, JointForce, JointKind, MagnetPoint, Observed,
-    Spring, VehicleDescription,
+    Body, Bushing, Drive, ElementGroup, GROUND, Inertia, Joint, JointForce, JointKind, MagnetPoint,
+    Observed, Spring, VehicleDescription,
 };
 pub use equilibrium::{Equilibrium, Guidance, Holding};
 pub use error::{Error, Redundancy};

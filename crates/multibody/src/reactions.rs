@@ -7,9 +7,9 @@
 use crate::anchor::Anchor;
 use crate::attachments::End;
 use crate::contact::TrackContact;
+use crate::dynamics::external;
 use crate::error::Error;
 use crate::index::{BodyIndex, JointIndex, MemberIndex};
-use crate::dynamics::external;
 use crate::loads::AppliedForces;
 use crate::math::{Vec3, rotation_matrix};
 use crate::model::VehicleModel;
@@ -224,7 +224,8 @@ impl VehicleModel {
             }
         }
         for (watched, load) in self.watched.iter().zip(&ws.external) {
-            let Some((force, moment)) = external(load).filter(|_| sum.inside[watched.member]) else {
+            let Some((force, moment)) = external(load).filter(|_| sum.inside[watched.member])
+            else {
                 continue;
             };
             let member = &self.members[watched.member];

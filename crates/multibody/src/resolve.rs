@@ -131,10 +131,12 @@ impl Anchors<'_> {
             .enumerate()
             .map(|(k, data)| {
                 let path = format!("observed[{k}].body");
+                let carrier = |i: usize| data.point_bodies.get(i).unwrap_or(&data.body);
                 let points = data
                     .points
                     .iter()
-                    .map(|p| self.anchor(&data.body, *p, &path))
+                    .enumerate()
+                    .map(|(i, p)| self.anchor(carrier(i), *p, &path))
                     .collect::<Result<_, _>>()?;
                 let member = self.names.moving(&data.body, &path)?;
                 Ok(WatchedBody { name: data.name.clone(), member, points })

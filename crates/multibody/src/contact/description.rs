@@ -1,5 +1,6 @@
 //! Contact as data of the vehicle file: mechanical stops and landing skids.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::law::{Contact, ContactLaw};
@@ -13,7 +14,7 @@ pub const MIN_SLIP_SPEED: f64 = 1e-4;
 
 /// Mechanical stops and landing skids at every magnet. What the file leaves out is available with the
 /// values of [`ContactDescription::standard`], switched off.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactDescription {
     /// The stop, which touches the rail from below where the gap closes.
@@ -28,7 +29,7 @@ pub struct ContactDescription {
 }
 
 /// Data of a stop or a skid at one magnet.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSide {
     /// Whether it is in force. Default: true.

@@ -24,6 +24,7 @@ pub fn empty(name: &str) -> VehicleDescription {
         magnets: vec![],
         observed: vec![],
         contact: None,
+        groups: vec![],
     }
 }
 

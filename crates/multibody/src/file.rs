@@ -1,0 +1,82 @@
+//! Reads a vehicle file: all bodies and joints, or a train with changes.
+
+use serde_json::{Map, Value};
+use strict_json::{JsonError, PathStep, shown};
+
+use crate::description::VehicleDescription;
+use crate::error::Error;
+use crate::train::{KEY, TrainDescription};
+
+/// Path of the whole document in messages.
+const WHOLE: &str = "$";
+
+/// Reads and checks a vehicle file.
+pub(crate) fn read(text: &str) -> Result<VehicleDescription, Error> {
+    let mut document = strict_json::parse(text).map_err(|error| {
+        let JsonError { path, message, .. } = error;
+        Error::Read { path: if path.is_empty() { WHOLE.to_owned() } else { path }, message }
+    })?;
+    let train = document.as_object_mut().and_then(|members| members.shift_remove(KEY));
+    let (Some(train), Value::Object(changes)) = (train, &document) else {
+        let description: VehicleDescription = typed(text, document, Vec::new())?;
+        description.check()?;
+        return Ok(description);
+    };
+    let train: TrainDescription = typed(text, train, vec![PathStep::Key(KEY.to_owned())])?;
+    let expanded = train.expand()?;
+    if changes.is_empty() {
+        return Ok(expanded);
+    }
+    changed(text, &expanded, changes)
+}
+
+/// A train whose named items are changed, and the other keys replaced.
+fn changed(
+    text: &str,
+    train: &VehicleDescription,
+    changes: &Map<String, Value>,
+) -> Result<VehicleDescription, Error> {
+    let mut document = serde_json::to_value(train)
+        .map_err(|e| Error::Read { path: WHOLE.to_owned(), message: e.to_string() })?;
+    strict_json::merge_by_name(&mut document, &Value::Object(changes.clone())).map_err(
+        |(steps, error)| Error::Read { path: shown(&steps), message: error.located(text, &steps) },
+    )?;
+    let result = strict_json::from_value(document.clone())
+        .map_err(|(steps, error)| Error::Read { path: shown(&steps), message: error.to_string() })
+        .and_then(|description: VehicleDescription| description.check().map(|()| description));
+    result.map_err(|error| named(error, &document))
+}
+
+/// Makes a type of the part of the text to which `way` leads.
+fn typed<T: serde::de::DeserializeOwned>(
+    text: &str,
+    value: Value,
+    way: Vec<PathStep>,
+) -> Result<T, Error> {
+    strict_json::from_value(value).map_err(|(steps, error)| {
+        let steps: Vec<PathStep> = way.into_iter().chain(steps).collect();
+        let path = if steps.is_empty() { WHOLE.to_owned() } else { shown(&steps) };
+        Error::Read { path, message: error.located(text, &steps) }
+    })
+}
+
+/// The error with the item's name in its path: numbers of items of an expanded train mean nothing to its
+/// author.
+fn named(error: Error, document: &Value) -> Error {
+    let with_name = |path: String| {
+        let (list, rest) = path.split_once('[')?;
+        let (index, rest) = rest.split_once(']')?;
+        let item = document.get(list)?.get(index.parse::<usize>().ok()?)?;
+        let name = item.get("name").or_else(|| item.get("joint"))?.as_str()?;
+        Some(format!("{list}[{name}]{rest}"))
+    };
+    match error {
+        Error::Read { path, message } => {
+            Error::Read { path: with_name(path.clone()).unwrap_or(path), message }
+        }
+        Error::Invalid { path, message } => {
+            Error::Invalid { path: with_name(path.clone()).unwrap_or(path), message }
+        }
+        other => other,
+    }
+}
