@@ -1,7 +1,7 @@
 //! Reads a vehicle file: all bodies and joints, or a train with changes.
 
 use serde_json::{Map, Value};
-use strict_json::{JsonError, PathStep, shown};
+use strict_json::{FormError, JsonError, PathStep, shown};
 
 use crate::description::VehicleDescription;
 use crate::error::Error;
@@ -18,6 +18,7 @@ pub(crate) fn read(text: &str) -> Result<VehicleDescription, Error> {
     })?;
     let train = document.as_object_mut().and_then(|members| members.shift_remove(KEY));
     let (Some(train), Value::Object(changes)) = (train, &document) else {
+        check_keys(text, &document)?;
         let description: VehicleDescription = typed(text, document, Vec::new())?;
         description.check()?;
         return Ok(description);
@@ -39,12 +40,27 @@ fn changed(
     let mut document = serde_json::to_value(train)
         .map_err(|e| Error::Read { path: WHOLE.to_owned(), message: e.to_string() })?;
     strict_json::merge_by_name(&mut document, &Value::Object(changes.clone())).map_err(
-        |(steps, error)| Error::Read { path: shown(&steps), message: error.located(text, &steps) },
+        |(steps, error)| Error::Read { path: path(&steps), message: error.located(text, &steps) },
     )?;
     let result = strict_json::from_value(document.clone())
-        .map_err(|(steps, error)| Error::Read { path: shown(&steps), message: error.to_string() })
+        .map_err(|(steps, error)| Error::Read { path: path(&steps), message: error.to_string() })
         .and_then(|description: VehicleDescription| description.check().map(|()| description));
     result.map_err(|error| named(error, &document))
+}
+
+/// The types of a whole vehicle do not know the key `train`, so its misspellings are found here.
+fn check_keys(text: &str, document: &Value) -> Result<(), Error> {
+    let mut keys = document.as_object().into_iter().flat_map(Map::keys);
+    let Some(key) = keys.find(|key| patterns::suggest(key, [KEY]).is_some()) else { return Ok(()) };
+    let steps = [PathStep::Key(key.clone())];
+    let error = FormError::new(format!("unknown field `{key}`; did you mean `{KEY}`?"));
+    Err(Error::Read { path: path(&steps), message: error.located(text, &steps) })
+}
+
+/// A path in words.
+fn path(steps: &[PathStep]) -> String {
+    let path = shown(steps);
+    if path.is_empty() { WHOLE.to_owned() } else { path }
 }
 
 /// Makes a type of the part of the text to which `way` leads.
@@ -55,8 +71,7 @@ fn typed<T: serde::de::DeserializeOwned>(
 ) -> Result<T, Error> {
     strict_json::from_value(value).map_err(|(steps, error)| {
         let steps: Vec<PathStep> = way.into_iter().chain(steps).collect();
-        let path = if steps.is_empty() { WHOLE.to_owned() } else { shown(&steps) };
-        Error::Read { path, message: error.located(text, &steps) }
+        Error::Read { path: path(&steps), message: error.located(text, &steps) }
     })
 }
 

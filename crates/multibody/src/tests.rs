@@ -151,6 +151,7 @@ fn invariant_block_solver_agrees_with_dense_algebra() {
 fn invariant_elastic_forces_derive_from_the_energy() {
     let mut description = crooked();
     description.joint_forces.clear();
+    description.groups.clear();
     let model = VehicleModel::new(&description).unwrap();
     let mut ws = model.workspace();
     let mut state = disturbed(&model, 0.02, &mut Noise(5));
@@ -288,6 +289,7 @@ fn invariant_joint_springs_keep_energy() {
     hinge.axis = Some([1.0, 0.2, 0.3]);
     d.joints.push(hinge);
     d.bushings.clear();
+    d.groups.clear();
     d.magnets.clear();
     d.observed.clear();
     d.joint_forces = d

@@ -85,13 +85,17 @@ impl VehicleModel {
             return Err(Error::NotFinite { what, time: 0.0 });
         }
         let statics = self.static_problem(holding)?;
+        // the law of guidance needs loads to hold against wind, from the first step of the search on
+        let calm = external.as_flattened().iter().all(|u| *u == 0.0);
+        let weight = self.total_mass * self.gravity.norm();
+        let first = if calm || track.is_empty() { 0.0 } else { weight / track.len() as f64 };
         let mut search = Search {
             model: self,
             holding,
             track,
             guidance,
             external,
-            loads: vec![0.0; track.len()],
+            loads: vec![first; track.len()],
             forces: vec![0.0; track.len()],
             lateral: vec![0.0; track.len()],
             restoring: vec![0.0; track.len()],
