@@ -3,36 +3,50 @@
 use fmi2_export::{Interface, VariableRow};
 use multibody::{ComponentIndex, MagnetIndex, ObservedIndex, VehicleModel};
 
+use crate::adjustments::Adjustments;
 use crate::contact::ContactHandles;
+use crate::external::ExternalHandles;
 use crate::table::{InputHandles, OutputHandles, ParameterHandles};
 
+/// Handles of all variables that depend on others, or others on them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Handles<'a> {
+    pub inputs: &'a InputHandles,
+    pub outputs: &'a OutputHandles,
+    pub parameters: &'a ParameterHandles,
+    pub contact: &'a ContactHandles,
+    pub external: &'a ExternalHandles,
+    pub adjustments: &'a Adjustments,
+}
+
 /// Declares the direct dependencies of outputs on inputs.
-pub(crate) fn depend(
-    interface: &mut Interface,
-    model: &VehicleModel,
-    inputs: &InputHandles,
-    outputs: &OutputHandles,
-    parameters: &ParameterHandles,
-    contact: &ContactHandles,
-) {
+pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &Handles) {
+    let Handles { inputs, outputs, parameters, contact, external, adjustments } = *handles;
     interface.depends_elementwise(outputs.gap, inputs.track_displacement);
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
     // forces act directly only on bodies joined to their magnet: force elements do not transmit
     // accelerations; so do those of stops and skids, which depend on the track
     let forces_on = |component: Option<ComponentIndex>| -> Vec<VariableRow> {
+        let bodies = external.bodies().enumerate();
+        let pushed = bodies
+            .filter(|(k, _)| model.observed_component(ObservedIndex(*k)) == component)
+            .flat_map(|(_, inputs)| inputs.iter().map(|input| input.row()));
         (0..magnets)
             .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
             .flat_map(|k| {
                 [inputs.force, inputs.lateral_force, inputs.track_displacement, inputs.track_rate]
                     .map(|input| input.get(k).row())
             })
+            .chain(pushed)
             .collect()
     };
     let track = inputs.track_displacement.row();
     // what the static equilibrium depends on
     let mut rest = vec![track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
     rest.extend(contact.rows());
+    rest.extend(external.rows());
+    rest.extend(adjustments.rows());
     let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest[..], more].concat() };
     for k in 0..magnets {
         let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
@@ -62,6 +76,7 @@ pub(crate) fn depend(
         interface.independent(row);
         interface.initially_depends(row, &rest);
     }
+    interface.initially_depends(adjustments.mass(), &adjustments.rows().collect::<Vec<_>>());
     interface.independent(outputs.position);
     interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
     interface.independent(outputs.speed);

@@ -1,9 +1,13 @@
 //! Rates of the magnets' accelerations, computed once per communication point.
 
 use fmi2_export::Values;
-use multibody::{Contact, Error, Loads, MagnetIndex, TrackContact, VehicleModel, Workspace};
+use multibody::{
+    AppliedForces, Contact, Error, ExternalLoad, Loads, MagnetIndex, TrackContact, VehicleModel,
+    Workspace,
+};
 
 use crate::contact::ContactHandles;
+use crate::external::ExternalHandles;
 use crate::state::State;
 use crate::table::InputHandles;
 
@@ -16,6 +20,8 @@ pub(crate) struct Jerks {
     lateral: Vec<f64>,
     force_rate: Vec<f64>,
     lateral_rate: Vec<f64>,
+    external: Vec<ExternalLoad>,
+    external_rate: Vec<ExternalLoad>,
     rail: Rail,
     jerk: Vec<f64>,
 }
@@ -65,6 +71,8 @@ impl Jerks {
             lateral: zero(),
             force_rate: zero(),
             lateral_rate: zero(),
+            external: vec![[0.0; 6]; model.observed().count()],
+            external_rate: vec![[0.0; 6]; model.observed().count()],
             rail: Rail::default(),
             jerk: zero(),
         }
@@ -78,12 +86,15 @@ impl Jerks {
         values: &Values,
         inputs: &InputHandles,
         contact: &ContactHandles,
+        external: &ExternalHandles,
     ) {
         self.known = self.known
             && self.force == values.reals(inputs.force)
             && self.lateral == values.reals(inputs.lateral_force)
             && self.force_rate == state.rates.force
             && self.lateral_rate == state.rates.lateral_force
+            && external.are(&self.external, values)
+            && self.external_rate == state.rates.external
             && self.rail.is(contact.track(values, inputs).as_ref(), &state.rates.track_rate)
             && self.state == state.vehicle;
     }
@@ -93,30 +104,32 @@ impl Jerks {
         &mut self,
         model: &VehicleModel,
         state: &State,
-        values: &Values,
-        (inputs, contact): (&InputHandles, &ContactHandles),
+        forces: &AppliedForces,
+        track: Option<&TrackContact>,
         [work, probe]: [&mut Workspace; 2],
     ) -> Result<&[f64], Error> {
         if !self.known {
-            let rates = Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
-            let track = contact.track(values, inputs);
-            let moving = track.as_ref().map(|track| (track, &state.rates.track_rate[..]));
-            let loads = inputs.loads(values);
-            model.jerks_in_contact(&state.vehicle, &loads, &rates, moving, [work, probe])?;
+            let magnets =
+                Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
+            let rates = AppliedForces { magnets, external: &state.rates.external };
+            let moving = track.map(|track| (track, &state.rates.track_rate[..]));
+            model.jerks_in_contact(&state.vehicle, forces, &rates, moving, [work, probe])?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
                 *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }
-            self.remember(state, values, inputs);
-            self.rail.remember(track.as_ref(), &state.rates.track_rate);
+            self.remember(state, forces);
+            self.rail.remember(track, &state.rates.track_rate);
         }
         Ok(&self.jerk)
     }
 
-    fn remember(&mut self, state: &State, values: &Values, inputs: &InputHandles) {
+    fn remember(&mut self, state: &State, forces: &AppliedForces) {
         self.known = true;
         self.state.clone_from(&state.vehicle);
-        self.force.copy_from_slice(values.reals(inputs.force));
-        self.lateral.copy_from_slice(values.reals(inputs.lateral_force));
+        self.force.copy_from_slice(forces.magnets.vertical);
+        self.lateral.copy_from_slice(forces.magnets.lateral);
+        self.external.copy_from_slice(forces.external);
+        self.external_rate.copy_from_slice(&state.rates.external);
         self.force_rate.copy_from_slice(&state.rates.force);
         self.lateral_rate.copy_from_slice(&state.rates.lateral_force);
     }

@@ -11,16 +11,20 @@
 //! well as a train. A magnet's `position` along the track is its place in that frame plus
 //! `initial_position` + `travel_speed`·(time since the start).
 
+mod adjustments;
 #[cfg(test)]
 mod allocation;
 mod contact;
 #[cfg(test)]
 mod contact_tests;
 mod dependencies;
+mod external;
 mod jerks;
 mod linear;
 mod model;
 mod modes;
+#[cfg(test)]
+mod parameter_tests;
 mod state;
 mod table;
 #[cfg(test)]

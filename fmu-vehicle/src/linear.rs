@@ -2,10 +2,11 @@
 
 use fmi2_export::{Error, RealVars, StateSpace, Values};
 use multibody::math::Vec3;
-use multibody::{Linearisation, MagnetSprings, State, VehicleModel};
-use nalgebra::DMatrix;
+use multibody::{AppliedForces, Linearisation, MagnetSprings, State, VehicleModel};
+use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::contact::{ContactHandles, check_linear};
+use crate::external::ExternalHandles;
 use crate::table::{InputHandles, OutputHandles};
 
 /// Handles of the variables that the report names.
@@ -14,6 +15,7 @@ pub(crate) struct Handles<'a> {
     pub inputs: &'a InputHandles,
     pub outputs: &'a OutputHandles,
     pub contact: &'a ContactHandles,
+    pub external: &'a ExternalHandles,
 }
 
 /// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
@@ -24,14 +26,17 @@ pub(crate) fn report(
     values: &Values,
     handles: &Handles,
 ) -> Result<String, Error> {
-    let Handles { inputs, outputs, contact } = *handles;
+    let Handles { inputs, outputs, contact, external } = *handles;
     let track = contact.track(values, inputs);
     check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
     let failed = |e: multibody::Error| Error::caused(&e).context("the report linear");
     let linear = model
         .linearise_in_contact(
             state,
-            &inputs.loads(values),
+            &AppliedForces {
+                magnets: inputs.loads(values),
+                external: external.memory().hold(external, values),
+            },
             &MagnetSprings::default(),
             track.as_ref(),
             &mut model.workspace(),
@@ -46,6 +51,8 @@ pub(crate) fn report(
     shapes.write_states(&mut system, inputs);
     let rows = shapes.write_outputs(&mut system, inputs, outputs);
     shapes.write_contact(&mut system, contact.force, &slopes, rows);
+    let pushed = model.external_shapes(state, &linear);
+    shapes.write_external(&mut system, external, &linear, &pushed, rows)?;
     system.to_json()
 }
 
@@ -82,9 +89,7 @@ impl MagnetShapes {
         let axis =
             |axis: usize| DMatrix::from_fn(magnets, all.ncols(), |k, j| all[(3 * k + axis, j)]);
         let (along, side, up) = (axis(0), axis(1), axis(2));
-        let factors = linear.mass.clone().cholesky().ok_or_else(|| {
-            Error::invalid("the report linear: the reduced mass matrix is not positive definite")
-        })?;
+        let factors = factors(linear)?;
         let speed = model.speed_shape(state, linear);
         Ok(Self {
             dof: linear.degrees_of_freedom(),
@@ -157,6 +162,29 @@ impl MagnetShapes {
         Rows { down, track, track_rate }
     }
 
+    /// External forces and moments on the observed bodies, which `pushed` moves and turns.
+    fn write_external(
+        &self,
+        system: &mut StateSpace,
+        external: &ExternalHandles,
+        linear: &Linearisation,
+        pushed: &DMatrix<f64>,
+        rows: Rows,
+    ) -> Result<(), Error> {
+        let by_load = factors(linear)?.solve(&pushed.transpose());
+        let down = -&self.up * &by_load;
+        for (k, variable) in external.bodies().flatten().enumerate() {
+            let input = system.input(*variable);
+            for i in 0..self.dof {
+                system.b(self.dof + i, input, by_load[(i, k)]);
+            }
+            for i in 0..self.magnets {
+                system.d(rows.down + i, input, down[(i, k)]);
+            }
+        }
+        Ok(())
+    }
+
     /// Forces of stops and skids: their slopes with gap and gap rate are already in the equations of
     /// motion, as far as the magnets move; the track moves them as well.
     fn write_contact(
@@ -187,6 +215,13 @@ impl MagnetShapes {
             }
         }
     }
+}
+
+/// Factors of the reduced mass matrix.
+fn factors(linear: &Linearisation) -> Result<Cholesky<f64, Dyn>, Error> {
+    linear.mass.clone().cholesky().ok_or_else(|| {
+        Error::invalid("the report linear: the reduced mass matrix is not positive definite")
+    })
 }
 
 /// Adds a row of outputs y = matrix · x from state `first` on.

@@ -5,12 +5,14 @@ use fmi2_export::{
     Values,
 };
 use multibody::{
-    Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, ObservedIndex, VehicleModel,
-    Workspace,
+    AppliedCourse, AppliedForces, Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex,
+    ObservedIndex, VehicleDescription, VehicleModel, Workspace,
 };
 
+use crate::adjustments::{AS_IN_FILE, Adjustments};
 use crate::contact::{ContactHandles, check_linear};
-use crate::dependencies::depend;
+use crate::dependencies::{Handles, depend};
+use crate::external::{ExternalHandles, ExternalLoads};
 use crate::jerks::Jerks;
 use crate::linear;
 use crate::modes::{self, At};
@@ -20,11 +22,18 @@ use crate::table::{self, InputHandles, OutputHandles, ParameterHandles};
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
 #[derive(Debug)]
 pub struct VehicleFmu {
+    /// A cache: built anew if a state belongs to other values of the parameters.
     model: VehicleModel,
+    /// Fingerprint of the parameters' values that `model` was built for.
+    key: u64,
+    adjustments: Adjustments,
     inputs: InputHandles,
     outputs: OutputHandles,
     parameters: ParameterHandles,
     contact: ContactHandles,
+    external: ExternalHandles,
+    /// Memory for the values of the external loads.
+    loads: ExternalLoads,
     work: Workspace,
     /// Used for derivatives, so that `work` keeps the results of the current state.
     probe: Workspace,
@@ -42,6 +51,33 @@ fn refused(error: &multibody::Error) -> Error {
 }
 
 impl VehicleFmu {
+    /// Makes the vehicle be that of the parameters' values, whose fingerprint is `key`.
+    fn use_vehicle(&mut self, key: u64, values: &Values) -> Result<(), Error> {
+        if self.key == key {
+            return Ok(());
+        }
+        let model = self.adjustments.build(values)?;
+        self.work = model.workspace();
+        self.probe = model.workspace();
+        self.trial = model.initial_state();
+        self.jerks = Jerks::new(&model);
+        (self.model, self.key) = (model, key);
+        Ok(())
+    }
+
+    /// Makes the vehicle be that of a state, which may have been restored.
+    fn use_vehicle_of(&mut self, state: &State, values: &Values) -> Result<(), Error> {
+        if self.key == state.key {
+            return Ok(());
+        }
+        let key = self.adjustments.key(values);
+        if key != state.key {
+            let text = "the vehicle's state belongs to other parameters; initialize again";
+            return Err(Error::invalid(text));
+        }
+        self.use_vehicle(key, values)
+    }
+
     /// Static equilibrium below the track as it is now.
     fn equilibrium(&mut self, values: &Values, time: f64) -> Result<Equilibrium, Error> {
         let holding = Holding {
@@ -64,7 +100,13 @@ impl VehicleFmu {
         };
         let mut equilibrium = self
             .model
-            .guided_equilibrium(track, &holding, &guidance, &mut self.work)
+            .loaded_equilibrium(
+                track,
+                &holding,
+                &guidance,
+                self.loads.hold(&self.external, values),
+                &mut self.work,
+            )
             .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
         equilibrium.state.time = time;
         Ok(equilibrium)
@@ -155,29 +197,47 @@ impl Model for VehicleFmu {
 
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         let text = resources.read_to_string("vehicle.json")?;
-        let model = VehicleModel::from_json(&text)
-            .map_err(|e| Error::caused(&e).context("resource vehicle.json"))?;
+        let failed = |e: multibody::Error| Error::caused(&e).context("resource vehicle.json");
+        let layout = VehicleDescription::from_json(&text).map_err(failed)?;
+        let model = VehicleModel::new(&layout).map_err(failed)?;
         interface.describe(table::info(&model));
         let parameters = ParameterHandles::declare(interface);
         let inputs = InputHandles::declare(interface, model.counts().magnets);
         let outputs = OutputHandles::declare(interface, &model);
         table::declare_constants(interface, &model);
         let contact = ContactHandles::declare(interface, &model, parameters.travel_speed);
-        depend(interface, &model, &inputs, &outputs, &parameters, &contact);
+        let external = ExternalHandles::declare(interface, &model);
+        let adjustments = Adjustments::declare(interface, layout)?;
+        let handles = Handles {
+            inputs: &inputs,
+            outputs: &outputs,
+            parameters: &parameters,
+            contact: &contact,
+            external: &external,
+            adjustments: &adjustments,
+        };
+        depend(interface, &model, &handles);
         Ok(Self {
             work: model.workspace(),
             probe: model.workspace(),
             trial: model.initial_state(),
             jerks: Jerks::new(&model),
+            loads: external.memory(),
             model,
+            key: AS_IN_FILE,
+            adjustments,
             inputs,
             outputs,
             parameters,
             contact,
+            external,
         })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
+        let key = self.adjustments.key(values);
+        self.use_vehicle(key, values)?;
+        values.set_real(self.adjustments.mass(), self.model.total_mass());
         let (contact, landed) = self.contact.start(&self.model, values)?;
         let equilibrium = self.equilibrium(values, time)?;
         let vehicle = if landed {
@@ -189,16 +249,19 @@ impl Model for VehicleFmu {
         Ok(State {
             vehicle,
             start: time,
-            rates: LoadRates::zero(equilibrium.loads.len()),
+            key,
+            rates: LoadRates::zero(equilibrium.loads.len(), self.loads.now.len()),
             loads: equilibrium.loads,
         })
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
+        self.use_vehicle_of(state, values)?;
+        let external = self.loads.hold(&self.external, values);
         self.model
             .accelerations_in_contact(
                 &state.vehicle,
-                &self.inputs.loads(values),
+                &AppliedForces { magnets: self.inputs.loads(values), external },
                 self.contact.track(values, &self.inputs).as_ref(),
                 &mut self.work,
             )
@@ -219,10 +282,12 @@ impl Model for VehicleFmu {
     }
 
     fn step(&mut self, state: &mut State, values: &mut Values, step: Step) -> Result<(), Error> {
-        let course = LoadCourse {
+        self.use_vehicle_of(state, values)?;
+        let magnets = LoadCourse {
             vertical: values.taylors(self.inputs.force),
             lateral: values.taylors(self.inputs.lateral_force),
         };
+        let course = AppliedCourse { magnets, external: self.loads.follow(&self.external, values) };
         let track = self.contact.course(values, &self.inputs);
         let max_step = values.real(self.parameters.max_step);
         self.trial.clone_from(&state.vehicle);
@@ -238,12 +303,13 @@ impl Model for VehicleFmu {
             )
             .map_err(|e| refused(&e))?;
         state.vehicle.clone_from(&self.trial);
-        state.rates.after(&self.inputs, values, step.size);
+        state.rates.after(&self.inputs, &self.external, values, step.size);
         Ok(())
     }
 
     fn prepare_derivatives(&mut self, state: &State, values: &Values) -> Result<(), Error> {
-        self.jerks.check(state, values, &self.inputs, &self.contact);
+        self.use_vehicle_of(state, values)?;
+        self.jerks.check(state, values, &self.inputs, &self.contact, &self.external);
         Ok(())
     }
 
@@ -254,6 +320,7 @@ impl Model for VehicleFmu {
         output: RealVar,
         order: u32,
     ) -> Result<Option<f64>, Error> {
+        self.use_vehicle_of(state, values)?;
         let (gap, gap_rate) = (self.outputs.gap, self.outputs.gap_rate);
         let (acceleration, position) = (self.outputs.acceleration, self.outputs.position);
         let bend = |k: usize| {
@@ -273,9 +340,14 @@ impl Model for VehicleFmu {
             return Ok(Some(bend(k)));
         }
         if let Some(k) = find(acceleration, output) {
-            let Self { model, inputs, contact, work, probe, jerks, .. } = self;
+            let Self { model, inputs, contact, external, loads, work, probe, jerks, .. } = self;
+            let forces = AppliedForces {
+                magnets: inputs.loads(values),
+                external: loads.hold(external, values),
+            };
+            let track = contact.track(values, inputs);
             let jerks = jerks
-                .all(model, state, values, (inputs, contact), [work, probe])
+                .all(model, state, &forces, track.as_ref(), [work, probe])
                 .map_err(|e| Error::caused(&e))?;
             return Ok(Some(jerks[k]));
         }
@@ -304,17 +376,19 @@ impl Model for VehicleFmu {
         seed: &Seed,
         result: &mut Sensitivity,
     ) -> Result<bool, Error> {
+        self.use_vehicle_of(state, values)?;
         let (inputs, outputs) = (&self.inputs, &self.outputs);
         result.reals_mut(outputs.gap).copy_from_slice(seed.reals(inputs.track_displacement));
         result.reals_mut(outputs.gap_rate).copy_from_slice(seed.reals(inputs.track_rate));
-        let loads =
+        let magnets =
             Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
+        let forces = AppliedForces { magnets, external: self.loads.seed(&self.external, seed) };
         let track = self.contact.track(values, inputs);
         let height = seed.reals(inputs.track_displacement);
         let rate = seed.reals(inputs.track_rate);
         let moved = track.as_ref().map(|track| (track, height, rate));
         self.model
-            .load_response_in_contact(&state.vehicle, &loads, moved, &mut self.probe)
+            .load_response_in_contact(&state.vehicle, &forces, moved, &mut self.probe)
             .map_err(|e| Error::caused(&e))?;
         for k in 0..state.loads.len() {
             let slope = track.as_ref().map_or(0.0, |track| {
@@ -347,9 +421,10 @@ impl Model for VehicleFmu {
         values: &Values,
         request: &str,
     ) -> Result<Option<String>, Error> {
+        self.use_vehicle_of(state, values)?;
         if request == StateSpace::REQUEST {
-            let Self { model, inputs, outputs, contact, .. } = self;
-            let handles = linear::Handles { inputs, outputs, contact };
+            let Self { model, inputs, outputs, contact, external, .. } = self;
+            let handles = linear::Handles { inputs, outputs, contact, external };
             return linear::report(model, &state.vehicle, values, &handles).map(Some);
         }
         let (name, options) = request.split_once(' ').unwrap_or((request, ""));
@@ -360,14 +435,17 @@ impl Model for VehicleFmu {
         let answer = match options.at {
             At::State => {
                 let track = self.contact.track(values, &self.inputs);
-                let loads = self.inputs.loads(values);
+                let magnets = self.inputs.loads(values);
+                let external = self.loads.hold(&self.external, values);
+                let forces = AppliedForces { magnets, external };
                 check_linear(&self.model, &state.vehicle, track.as_ref())?;
-                modes::report(&self.model, &state.vehicle, &loads, track.as_ref(), &options)
+                modes::report(&self.model, &state.vehicle, &forces, track.as_ref(), &options)
             }
             At::Equilibrium => {
                 let found = self.equilibrium(values, state.vehicle.time)?;
-                let loads = Loads { vertical: &found.loads, lateral: &found.lateral };
-                modes::report(&self.model, &found.state, &loads, None, &options)
+                let magnets = Loads { vertical: &found.loads, lateral: &found.lateral };
+                let forces = AppliedForces { magnets, external: &found.external };
+                modes::report(&self.model, &found.state, &forces, None, &options)
             }
         };
         answer.map(Some)

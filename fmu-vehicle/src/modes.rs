@@ -2,7 +2,7 @@
 
 use fmi2_export::Error;
 use multibody::{
-    BodyShape, Loads, MagnetSprings, State, TrackContact, VehicleModel, damping_ratio,
+    AppliedForces, BodyShape, MagnetSprings, State, TrackContact, VehicleModel, damping_ratio,
     natural_frequency,
 };
 use serde::{Deserialize, Serialize};
@@ -103,13 +103,13 @@ struct Participation<'a> {
 pub(crate) fn report(
     model: &VehicleModel,
     state: &State,
-    loads: &Loads,
+    forces: &AppliedForces,
     track: Option<&TrackContact>,
     options: &ModesOptions,
 ) -> Result<String, Error> {
     let failed = |e: multibody::Error| Error::caused(&e).context("the report modes");
     let linearisation = model
-        .linearise_in_contact(state, loads, &options.springs(), track, &mut model.workspace())
+        .linearise_in_contact(state, forces, &options.springs(), track, &mut model.workspace())
         .map_err(failed)?;
     let counts = model.counts();
     let modes = linearisation

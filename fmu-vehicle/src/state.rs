@@ -1,8 +1,10 @@
 //! The state of the vehicle.
 
 use fmi2_export::Values;
+use multibody::ExternalLoad;
 use serde::{Deserialize, Serialize};
 
+use crate::external::ExternalHandles;
 use crate::table::InputHandles;
 
 /// Everything that changes while stepping.
@@ -11,6 +13,8 @@ pub struct State {
     pub(crate) vehicle: multibody::State,
     /// When the journey began, s.
     pub(crate) start: f64,
+    /// Fingerprint of the parameters that the vehicle was built with.
+    pub(crate) key: u64,
     /// Static load of each magnet, N.
     pub(crate) loads: Vec<f64>,
     /// Rates of the inputs at the end of the last step.
@@ -23,25 +27,37 @@ pub(crate) struct LoadRates {
     pub force: Vec<f64>,
     pub lateral_force: Vec<f64>,
     pub track_rate: Vec<f64>,
+    pub external: Vec<ExternalLoad>,
 }
 
 impl LoadRates {
-    pub fn zero(magnets: usize) -> Self {
+    pub fn zero(magnets: usize, observed: usize) -> Self {
         Self {
             force: vec![0.0; magnets],
             lateral_force: vec![0.0; magnets],
             track_rate: vec![0.0; magnets],
+            external: vec![[0.0; 6]; observed],
         }
     }
 
-    pub fn after(&mut self, inputs: &InputHandles, values: &Values, size: f64) {
+    pub fn after(
+        &mut self,
+        inputs: &InputHandles,
+        external: &ExternalHandles,
+        values: &Values,
+        size: f64,
+    ) {
+        let at_the_end = |u: &[f64; 4]| u[1] + size * (u[2] + 0.5 * size * u[3]);
+        for (rates, variables) in self.external.iter_mut().zip(external.bodies()) {
+            *rates = variables.map(|variable| at_the_end(values.taylor(variable)));
+        }
         for (rates, input) in [
             (&mut self.force, inputs.force),
             (&mut self.lateral_force, inputs.lateral_force),
             (&mut self.track_rate, inputs.track_rate),
         ] {
             for (rate, u) in rates.iter_mut().zip(values.taylors(input)) {
-                *rate = u[1] + size * (u[2] + 0.5 * size * u[3]);
+                *rate = at_the_end(u);
             }
         }
     }
@@ -49,15 +65,17 @@ impl LoadRates {
 
 impl Clone for State {
     fn clone(&self) -> Self {
-        let LoadRates { force, lateral_force, track_rate } = &self.rates;
+        let LoadRates { force, lateral_force, track_rate, external } = &self.rates;
         Self {
             vehicle: self.vehicle.clone(),
             start: self.start,
+            key: self.key,
             loads: self.loads.clone(),
             rates: LoadRates {
                 force: force.clone(),
                 lateral_force: lateral_force.clone(),
                 track_rate: track_rate.clone(),
+                external: external.clone(),
             },
         }
     }
@@ -66,9 +84,11 @@ impl Clone for State {
     fn clone_from(&mut self, source: &Self) {
         self.vehicle.clone_from(&source.vehicle);
         self.start = source.start;
+        self.key = source.key;
         self.loads.clone_from(&source.loads);
         self.rates.force.clone_from(&source.rates.force);
         self.rates.lateral_force.clone_from(&source.rates.lateral_force);
         self.rates.track_rate.clone_from(&source.rates.track_rate);
+        self.rates.external.clone_from(&source.rates.external);
     }
 }

@@ -12,17 +12,17 @@ fn resources(layout: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("resources").join(layout)
 }
 
-fn unit(layout: &str) -> TestInstance {
+pub(crate) fn unit(layout: &str) -> TestInstance {
     TestInstance::new::<VehicleFmu>(resources(layout)).unwrap()
 }
 
-fn set_row(unit: &mut TestInstance, name: &str, values: &[f64]) {
+pub(crate) fn set_row(unit: &mut TestInstance, name: &str, values: &[f64]) {
     for (k, value) in values.iter().enumerate() {
         unit.set_real(&format!("{name}_{:02}", k + 1), *value).unwrap();
     }
 }
 
-fn row(unit: &mut TestInstance, name: &str, count: usize) -> Vec<f64> {
+pub(crate) fn row(unit: &mut TestInstance, name: &str, count: usize) -> Vec<f64> {
     (1..=count).map(|k| unit.real(&format!("{name}_{k:02}")).unwrap()).collect()
 }
 
@@ -395,9 +395,14 @@ fn invariant_wrong_requests_are_refused_with_their_reason() {
 
 /// A unit of a layout that differs from a shipped one.
 fn unit_of(description: &multibody::VehicleDescription, name: &str) -> TestInstance {
+    unit_of_text(&description.to_json().unwrap(), name)
+}
+
+/// A unit of a layout in words.
+pub(crate) fn unit_of_text(text: &str, name: &str) -> TestInstance {
     let folder = std::env::temp_dir().join(format!("vehicle-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("vehicle.json"), description.to_json().unwrap()).unwrap();
+    std::fs::write(folder.join("vehicle.json"), text).unwrap();
     let unit = TestInstance::new::<VehicleFmu>(&folder).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     unit
