@@ -88,12 +88,12 @@ fn analytic_rebound_of_an_impact() {
         let (v, u) = (damping * speed, damping * rebound);
         if damping > 0.0 {
             let (before, after) = (v - v.ln_1p(), -u - (-u).ln_1p());
-            // steps of 0.1 rad lose 1e-7 of the energy, which u/(1 − u) up to 10 magnifies
-            assert!((before - after).abs() < 1e-5 * before, "{speed} {damping}: {before} {after}");
+            // steps of 0.2 rad lose 1e-6 of the energy, which u/(1 − u) up to 10 magnifies
+            assert!((before - after).abs() < 1e-4 * before, "{speed} {damping}: {before} {after}");
         }
         let restitution = law(SKID).restitution(speed);
         println!("{speed} m/s, {damping} s/m: {rebound} m/s, restitution {restitution}");
-        assert!((rebound - restitution * speed).abs() < 1e-6 * speed, "{rebound} {restitution}");
+        assert!((rebound - restitution * speed).abs() < 1e-5 * speed, "{rebound} {restitution}");
     }
 }
 
@@ -151,8 +151,8 @@ fn invariant_elastic_bouncing_keeps_the_energy() {
     }
     println!("z from {lowest} to {highest} m, energy off by {most} J");
     assert!(highest > 0.007 && lowest < -0.008);
-    // 31 J of motion, some 330 impacts
-    assert!(most < 1e-4 * 31.0, "{most}");
+    // 31 J of motion; an impact of 15 steps of 0.2 rad costs some 1e-6 of it, and there are 330
+    assert!(most < 5e-4 * 31.0, "{most}");
 }
 
 /// One bogie without dampers.

@@ -36,7 +36,8 @@ impl VehicleModel {
         self.clearance_of(&motion, height, rate)
     }
 
-    fn clearance_of(&self, motion: &PointMotion, height: f64, rate: f64) -> Clearance {
+    /// Gap and rate of a magnet for its motion.
+    pub(crate) fn clearance_of(&self, motion: &PointMotion, height: f64, rate: f64) -> Clearance {
         Clearance {
             gap: self.nominal_gap + height - motion.displacement.z,
             rate: rate - motion.velocity.z,

@@ -3,10 +3,11 @@
 //! Off the rail an internal step is the one without contact, bit for bit. Where a magnet touches or
 //! leaves the rail within a step, the step is repeated so that it ends there: the force has a kink,
 //! which a step across it would integrate to second order only. While a magnet touches, steps are
-//! smaller: with the stiffness and damping of all contacts of a body relative to its mass at the magnet,
-//! ω² = Σ k w and δ = Σ (k χ d + μ N/s₀) w, one step turns at most 0.1 rad of the faster of both. A
-//! classical Runge-Kutta step then loses less than 1e-7 of an oscillation's energy. All this follows
-//! from the state alone.
+//! smaller. With the rates of all contacts of a body, weighted by its acceleration per force w at each
+//! magnet, one step covers at most
+//! 0.2 of 1/ω, ω² = Σ k w (a classical Runge-Kutta step then loses 1e-6 of an oscillation's energy),
+//! 0.2 of 1/Σ k χ d w, and half of 1/Σ μ N w/√(s² + s₀²), the decay of a slow slip (the error of such a
+//! step is 3e-4 of the slip). All this follows from the state alone.
 
 use super::track::TrackCourse;
 use crate::composite::Composite;
@@ -18,8 +19,9 @@ use crate::model::VehicleModel;
 use crate::state::{BodyState, State};
 use crate::workspace::Workspace;
 
-/// Largest angle of an internal step in contact, rad.
-const CONTACT_ANGLE: f64 = 0.1;
+/// Largest internal step in contact, by the fastest rate of normal forces and of friction.
+const NORMAL: f64 = 0.2;
+const FRICTION: f64 = 0.5;
 /// Changes of contact within one internal step that are located. Further ones are stepped across.
 const MOST_CHANGES: usize = 200;
 /// Repetitions that locate one change.
@@ -113,11 +115,14 @@ impl VehicleModel {
         Ok(())
     }
 
-    /// Clearances of all magnets at a time after the start of the step.
+    /// Clearances and slips of all magnets at a time after the start of the step.
     fn clearances(&self, bodies: &[BodyState], course: &Course, t: f64, ws: &mut Workspace) {
         let Some(track) = &course.track else { return };
-        for (k, clearance) in ws.touch.after.iter_mut().enumerate() {
-            *clearance = self.clearance(bodies, k, track.height_at(k, t), track.rate_at(k, t));
+        for k in self.magnets() {
+            let motion = self.magnet_motion(bodies, k);
+            ws.touch.after[k] =
+                self.clearance_of(&motion, track.height_at(k.0, t), track.rate_at(k.0, t));
+            ws.touch.slip[k] = [track.speed + motion.velocity.x, motion.velocity.y];
         }
     }
 
@@ -137,22 +142,24 @@ impl VehicleModel {
     fn contact_step(&self, ws: &mut Workspace) -> f64 {
         let Workspace { touch, .. } = ws;
         let Some(contact) = touch.contact else { return f64::INFINITY };
-        touch.rates.fill([0.0; 2]);
-        let mut fastest = 0.0_f64;
+        touch.rates.fill([0.0; 3]);
+        let mut inverse = 0.0_f64;
         for (k, magnet) in self.magnets.iter().enumerate() {
             for closed in contact.closed(touch.before[k]) {
                 let law = closed.law;
                 let [along, across, up] = self.mobilities[k];
-                let damping = law.stiffness * law.damping * closed.depth.max(0.0) * up;
-                let friction =
-                    law.friction * closed.normal() / contact.slip_speed * along.max(across);
-                let [stiffness_sum, damping_sum] = &mut touch.rates[magnet.body.0];
-                *stiffness_sum += law.stiffness * up;
-                *damping_sum += damping + friction;
-                fastest = fastest.max(stiffness_sum.sqrt()).max(*damping_sum);
+                let [stiffness, damping, friction] = &mut touch.rates[magnet.body.0];
+                *stiffness += law.stiffness * up;
+                *damping += law.stiffness * law.damping * closed.depth.max(0.0) * up;
+                let drag = law.friction * closed.normal() * contact.per_slip(touch.slip[k]);
+                *friction += drag * along.max(across);
+                inverse = inverse
+                    .max(stiffness.sqrt() / NORMAL)
+                    .max(*damping / NORMAL)
+                    .max(*friction / FRICTION);
             }
         }
-        CONTACT_ANGLE / fastest
+        1.0 / inverse
     }
 }
 

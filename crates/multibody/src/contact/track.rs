@@ -65,8 +65,10 @@ pub(crate) struct ContactScratch {
     pub after: Vec<Clearance>,
     /// Bodies at the start of an internal step that may be repeated.
     pub start: Vec<BodyState>,
-    /// Sums by body, for the size of internal steps: stiffness and damping by mass.
-    pub rates: Vec<[f64; 2]>,
+    /// Velocities of sliding at the end of an internal step, m/s.
+    pub slip: Vec<[f64; 2]>,
+    /// Sums by body, for the size of internal steps: stiffness, damping and friction by mass.
+    pub rates: Vec<[f64; 3]>,
 }
 
 impl ContactScratch {
@@ -79,7 +81,8 @@ impl ContactScratch {
             force: vec![Vec3::zeros(); magnets],
             before: vec![Clearance::default(); magnets],
             after: vec![Clearance::default(); magnets],
-            rates: vec![[0.0; 2]; start.len()],
+            slip: vec![[0.0; 2]; magnets],
+            rates: vec![[0.0; 3]; start.len()],
             start,
         }
     }
