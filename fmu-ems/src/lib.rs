@@ -3,6 +3,7 @@
 //! The physics is in the crate `magnet`; this crate is its FMI interface: `table` and `parameters`
 //! declare the variables, [`EmsFmu`] maps them to the physics.
 
+mod command;
 mod linear;
 mod model;
 mod parameters;

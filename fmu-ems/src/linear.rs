@@ -3,16 +3,20 @@
 use fmi2_export::{Error, StateSpace};
 use magnet::{Magnet, MagnetParameters, State};
 
-use crate::table::{InputHandles, OutputHandles};
+use crate::{
+    command::CommandHandles,
+    table::{InputHandles, OutputHandles},
+};
 
-/// x = (x₁ … x₅, Δλ). Exact for the linear law; the nonlinear one is linearised about its operating
-/// point.
+/// x = (x₁ … x₅, Δλ), or Δλ alone with an external controller. Exact for the linear law; the
+/// nonlinear one is linearised about its operating point.
 pub(crate) fn report(
     parameters: &MagnetParameters,
     state: &State,
     now: &magnet::MagnetInputs,
     inputs: &InputHandles,
     outputs: &OutputHandles,
+    command: &CommandHandles,
 ) -> Result<String, Error> {
     if parameters.control.sampling.is_some() {
         return Err(Error::invalid(
@@ -21,20 +25,13 @@ pub(crate) fn report(
     }
     let operating = MagnetParameters { operating_current: state.operating_current, ..*parameters };
     let magnet = Magnet::new(operating).map_err(|error| Error::caused(&error))?;
-    let linear = magnet.linear_system();
     let mut system = StateSpace::default();
-    for name in ["x1", "x2", "x3", "x4", "x5", "flux_deviation"] {
-        system.state(name);
-    }
     let gap = system.input(inputs.gap);
-    let acceleration = system.input(inputs.acceleration);
-    for (i, (a, b)) in linear.a.iter().zip(&linear.b).enumerate() {
-        for (j, &value) in a.iter().enumerate() {
-            system.a(i, j, value);
-        }
-        system.b(i, gap, b[0]);
-        system.b(i, acceleration, b[1]);
-    }
+    let force_by_state = if parameters.external_controller {
+        coil(&magnet, &mut system, gap, command)
+    } else {
+        controlled(&magnet, &mut system, gap, inputs)
+    };
     let partials = magnet.partials(state, now).map_err(|error| Error::caused(&error))?;
     let values = magnet.outputs(state, now).map_err(|error| Error::caused(&error))?;
     // the lateral force is proportional to the levitation force
@@ -43,7 +40,7 @@ pub(crate) fn report(
     let lateral_offset = system.input(inputs.lateral_offset);
     let force = system.output(outputs.force);
     let lateral = system.output(outputs.lateral_force);
-    for (j, &by_state) in linear.force_by_state.iter().enumerate() {
+    for (j, &by_state) in force_by_state.iter().enumerate() {
         system.c(force, j, by_state);
         system.c(lateral, j, share * by_state);
     }
@@ -51,5 +48,47 @@ pub(crate) fn report(
     system.d(lateral, static_force, partials.lateral_force_by_static_force);
     system.d(lateral, gap, partials.lateral_force_by_gap);
     system.d(lateral, lateral_offset, partials.lateral_force_by_offset);
+    let current = system.output(outputs.current);
+    // the flux is the last state
+    system.c(current, force_by_state.len() - 1, 1.0 / magnet.electromagnet().inductance);
+    system.d(current, gap, partials.current_by_gap);
     system.to_json()
+}
+
+/// States, A and B of eqs 1-5; returns the force per state.
+fn controlled(
+    magnet: &Magnet,
+    system: &mut StateSpace,
+    gap: usize,
+    inputs: &InputHandles,
+) -> Vec<f64> {
+    for name in ["x1", "x2", "x3", "x4", "x5", "flux_deviation"] {
+        system.state(name);
+    }
+    let acceleration = system.input(inputs.acceleration);
+    let linear = magnet.linear_system();
+    for (i, (a, b)) in linear.a.iter().zip(&linear.b).enumerate() {
+        for (j, &value) in a.iter().enumerate() {
+            system.a(i, j, value);
+        }
+        system.b(i, gap, b[0]);
+        system.b(i, acceleration, b[1]);
+    }
+    linear.force_by_state.to_vec()
+}
+
+/// State, A and B of eqs 1 and 2 alone; returns the force per state.
+fn coil(
+    magnet: &Magnet,
+    system: &mut StateSpace,
+    gap: usize,
+    command: &CommandHandles,
+) -> Vec<f64> {
+    let linear = magnet.coil_system();
+    let flux = system.state("flux_deviation");
+    let voltage = system.input(command.voltage_command);
+    system.a(flux, flux, linear.a);
+    system.b(flux, gap, linear.b[0]);
+    system.b(flux, voltage, linear.b[1]);
+    vec![linear.force_by_flux]
 }

@@ -6,6 +6,7 @@ use fmi2_export::{
 use magnet::{InputCourse, InputRates, Magnet, MagnetParameters, OutputRates, Workspace};
 use serde::{Deserialize, Serialize};
 
+use crate::command::CommandHandles;
 use crate::linear;
 use crate::parameters::ParameterHandles;
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
@@ -17,6 +18,7 @@ pub struct EmsFmu {
     outputs: OutputHandles,
     derived: DerivedHandles,
     parameters: ParameterHandles,
+    command: CommandHandles,
     /// A cache: rebuilt if a state was computed with other parameters.
     magnet: Magnet,
     workspace: Workspace,
@@ -43,6 +45,8 @@ impl EmsFmu {
             acceleration: values.real(self.inputs.acceleration),
             lateral_offset: values.real(self.inputs.lateral_offset),
             static_force: values.real(self.inputs.static_force),
+            voltage_command: values.real(self.command.voltage_command),
+            transient_voltage: values.real(self.command.transient_voltage),
         }
     }
 
@@ -64,15 +68,16 @@ impl Model for EmsFmu {
         let outputs = OutputHandles::declare(interface);
         let derived = DerivedHandles::declare(interface);
         let parameters = ParameterHandles::declare(interface);
-        table::depend(interface, &inputs, &outputs, &derived, &parameters);
+        let command = CommandHandles::declare(interface);
+        table::depend(interface, &inputs, &outputs, &derived, &parameters, &command);
         let magnet =
             Magnet::new(MagnetParameters::default()).map_err(|error| Error::caused(&error))?;
         let (workspace, rates) = (Workspace::default(), OutputRates::default());
-        Ok(Self { inputs, outputs, derived, parameters, magnet, workspace, rates })
+        Ok(Self { inputs, outputs, derived, parameters, command, magnet, workspace, rates })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
-        let parameters = self.parameters.read(values);
+        let parameters = self.parameters.read(values, &self.command);
         let inputs = self.read(values);
         let derived = self.derived;
         let magnet = self.magnet(&parameters)?;
@@ -105,6 +110,7 @@ impl Model for EmsFmu {
         let course = InputCourse {
             gap: *values.taylor(self.inputs.gap),
             acceleration: *values.taylor(self.inputs.acceleration),
+            voltage_command: *values.taylor(self.command.voltage_command),
         };
         self.magnet(&state.parameters)?;
         self.magnet
@@ -115,12 +121,13 @@ impl Model for EmsFmu {
             jerk: slope(&course.acceleration, step.size),
             static_force_rate: slope(values.taylor(self.inputs.static_force), step.size),
             static_force_acceleration: bend(values.taylor(self.inputs.static_force), step.size),
+            voltage_command_rate: slope(&course.voltage_command, step.size),
         };
         Ok(())
     }
 
     fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
-        let parameters = self.parameters.read(values);
+        let parameters = self.parameters.read(values, &self.command);
         self.magnet(&parameters)?;
         state.parameters = parameters;
         Ok(())
@@ -181,7 +188,11 @@ impl Model for EmsFmu {
                 + partials.lateral_force_by_offset * seed.real(handles.lateral_offset),
         );
         result.set_real(outputs.current, partials.current_by_gap * gap);
-        result.set_real(outputs.voltage, partials.voltage_by_acceleration * acceleration);
+        result.set_real(
+            outputs.voltage,
+            partials.voltage_by_acceleration * acceleration
+                + partials.voltage_by_command * seed.real(self.command.voltage_command),
+        );
         result.set_real(acceleration_estimate, partials.estimate_by_acceleration * acceleration);
         Ok(true)
     }
@@ -196,8 +207,8 @@ impl Model for EmsFmu {
             return Ok(None);
         }
         let now = self.read(values);
-        let Self { inputs, outputs, .. } = self;
-        linear::report(&state.parameters, &state.magnet, &now, inputs, outputs).map(Some)
+        let Self { inputs, outputs, command, .. } = self;
+        linear::report(&state.parameters, &state.magnet, &now, inputs, outputs, command).map(Some)
     }
 }
 

@@ -1,10 +1,12 @@
 //! The unit's parameters: their handles, and the magnet that their values describe.
 
+use controller_variables::{filter, gains};
 use fmi2_export::{BooleanVar, Interface, RealVar, UnitOfMeasure, Values, VariableRow};
 use magnet::{
-    Controller, FilterDesign, Gains, Law, MagnetParameters, PowerLimits, Range, Sampling,
-    filter_design_of_eq_4,
+    Controller, Law, MagnetParameters, PowerLimits, Range, Sampling, filter_design_of_eq_4,
 };
+
+use crate::command::CommandHandles;
 
 /// Handles of the parameters.
 #[derive(Debug, Clone, Copy)]
@@ -43,8 +45,8 @@ impl ParameterHandles {
                  force, instead of the linear one about operating_current",
             )
             .done();
-        let gains = declare_gains(interface, &paper.control.gains);
-        let filter = declare_filter(interface, &filter_design_of_eq_4());
+        let gains = gains::declare(interface, &paper.control.gains);
+        let filter = filter::declare(interface, &filter_design_of_eq_4());
         let (limit_voltage, voltage) = declare_limit(
             interface,
             "voltage",
@@ -107,10 +109,7 @@ impl ParameterHandles {
     }
 
     /// The parameters of the physics, from the values of the variables.
-    pub(crate) fn read(&self, values: &Values) -> MagnetParameters {
-        let [k1, k2, k3, k4, k5] = self.gains.map(|gain| values.real(gain));
-        let [gap_cutoff, gap_damping, velocity_cutoff, velocity_damping, position_cutoff] =
-            self.filter.map(|variable| values.real(variable));
+    pub(crate) fn read(&self, values: &Values, command: &CommandHandles) -> MagnetParameters {
         let range = |on: BooleanVar, [min, max]: [RealVar; 2]| {
             let range = Range { min: values.real(min), max: values.real(max) };
             values.boolean(on).then_some(range)
@@ -125,22 +124,11 @@ impl ParameterHandles {
             operating_current: values.real(self.operating_current),
             law: if values.boolean(self.nonlinear) { Law::Nonlinear } else { Law::Linear },
             control: Controller {
-                gains: Gains {
-                    acceleration: k1,
-                    velocity: k2,
-                    position: k3,
-                    gap_velocity: k4,
-                    gap: k5,
-                },
+                gains: gains::read(values, &self.gains),
                 sampling: (period != 0.0).then_some(Sampling { period, delayed }),
             },
-            filter: FilterDesign {
-                gap_cutoff,
-                gap_damping,
-                velocity_cutoff,
-                velocity_damping,
-                position_cutoff,
-            },
+            external_controller: values.boolean(command.external_controller),
+            filter: filter::read(values, &self.filter),
             limits: PowerLimits {
                 voltage: range(self.limit_voltage, self.voltage),
                 current: range(self.limit_current, self.current),
@@ -187,60 +175,6 @@ fn declare_coil(interface: &mut Interface, paper: &MagnetParameters) -> [RealVar
             paper.operating_current,
             UnitOfMeasure::AMPERE,
             "Current i0 about which the linear law is taken",
-        ),
-    ]
-}
-
-fn declare_gains(interface: &mut Interface, paper: &Gains) -> [RealVar; 5] {
-    let mut gain = |name: &'static str, start: f64, text: &'static str| {
-        interface.real(name).tunable(start).unit(UnitOfMeasure::VOLT).description(text).done()
-    };
-    [
-        gain("gain_acceleration", paper.acceleration, "Gain k1 on the estimated acceleration y3"),
-        gain("gain_velocity", paper.velocity, "Gain k2 on the estimated velocity y4"),
-        gain("gain_position", paper.position, "Gain k3 on the estimated position y5"),
-        gain("gain_gap_velocity", paper.gap_velocity, "Gain k4 on the estimated gap velocity y2"),
-        gain("gain_gap", paper.gap, "Gain k5 on the estimated gap y1"),
-    ]
-}
-
-fn declare_filter(interface: &mut Interface, paper: &FilterDesign) -> [RealVar; 5] {
-    let mut design = |name: &'static str, start: f64, unit: UnitOfMeasure, text: &'static str| {
-        interface.real(name).parameter(start).unit(unit).min(0.0).description(text).done()
-    };
-    let rate = UnitOfMeasure::RADIAN_PER_SECOND;
-    [
-        design(
-            "filter_gap_cutoff",
-            paper.gap_cutoff,
-            rate,
-            "Cut-off frequency of the low-pass on the gap (eq. 4: 1000 rad/s)",
-        ),
-        design(
-            "filter_gap_damping",
-            paper.gap_damping,
-            UnitOfMeasure::ONE,
-            "Damping ratio of the low-pass on the gap (eq. 4: 0.5)",
-        ),
-        design(
-            "filter_velocity_cutoff",
-            paper.velocity_cutoff,
-            rate,
-            "Frequency above which the velocity is integrated from the acceleration and below \
-             which it is the gap's rate (eq. 4: 10 rad/s)",
-        ),
-        design(
-            "filter_velocity_damping",
-            paper.velocity_damping,
-            UnitOfMeasure::ONE,
-            "Damping ratio of the velocity filter (eq. 4: 0.5)",
-        ),
-        design(
-            "filter_position_cutoff",
-            paper.position_cutoff,
-            rate,
-            "Frequency above which the position is integrated from the velocity and below which it \
-             is the gap (eq. 4: 10 rad/s)",
         ),
     ]
 }

@@ -1,7 +1,9 @@
 //! The unit's variables, declared once: inputs, outputs, and their dependencies.
 
+use controller_variables::estimates;
 use fmi2_export::{Info, Interface, RealVar, UnitOfMeasure};
 
+use crate::command::CommandHandles;
 use crate::parameters::ParameterHandles;
 
 /// Name, description and default experiment of the unit.
@@ -142,23 +144,7 @@ impl OutputHandles {
             10.0,
             "Voltage applied by the controller, operating point included, within the voltage limits",
         );
-        let mut estimate = |name, text| output(name, 1, UnitOfMeasure::ONE, 0.1, text);
-        let estimates = [
-            estimate("estimate_gap", "Estimate y1 of eq. 5: 250/m times the gap's deviation"),
-            estimate("estimate_gap_velocity", "Estimate y2 of eq. 5: 2.5 s/m times the gap's rate"),
-            estimate(
-                "estimate_acceleration",
-                "Estimate y3 of eq. 5: 0.25 s2/m times the magnet's acceleration, positive downward",
-            ),
-            estimate(
-                "estimate_velocity",
-                "Estimate y4 of eq. 5: 2.5 s/m times the magnet's velocity, positive downward",
-            ),
-            estimate(
-                "estimate_position",
-                "Estimate y5 of eq. 5: 250/m times the magnet's position, positive downward",
-            ),
-        ];
+        let estimates = estimates::declare(interface);
         Self { force, lateral_force, current, voltage, estimates }
     }
 }
@@ -202,12 +188,13 @@ pub(crate) fn depend(
     outputs: &OutputHandles,
     derived: &DerivedHandles,
     parameters: &ParameterHandles,
+    command: &CommandHandles,
 ) {
     let InputHandles { gap, gap_rate, acceleration, lateral_offset, static_force } = *inputs;
     let [y1, y2, y3, y4, y5] = outputs.estimates;
     interface.depends(outputs.force, &[gap, static_force]);
     interface.depends(outputs.lateral_force, &[gap, lateral_offset, static_force]);
-    interface.depends(outputs.voltage, &[acceleration]);
+    interface.depends(outputs.voltage, &[acceleration, command.voltage_command]);
     interface.depends(y3, &[acceleration]);
     interface.depends(outputs.current, &[gap]);
     for unknown in [y1, y2, y4, y5] {
@@ -218,6 +205,11 @@ pub(crate) fn depend(
     for unknown in [outputs.force, outputs.lateral_force, outputs.current, outputs.voltage] {
         interface.initially_depends(unknown, &[gap, static_force]);
         interface.initially_depends(unknown, &at_rest);
+        interface.initially_depends(unknown, &[command.external_controller]);
+        interface.initially_depends(unknown, &[command.voltage_command]);
+    }
+    for unknown in [outputs.force, outputs.lateral_force, outputs.current] {
+        interface.initially_depends(unknown, &[command.transient_voltage]);
     }
     interface.initially_depends(outputs.voltage, &[gap_rate]);
     interface.initially_depends(outputs.lateral_force, &[lateral_offset, parameters.pole_width]);
@@ -227,6 +219,9 @@ pub(crate) fn depend(
     interface.initially_independent(y3);
     interface.initially_depends(y4, &[gap_rate]);
     interface.initially_depends(y5, &[gap, gap_rate, parameters.nominal_gap, parameters.filter[4]]);
+    for unknown in [y1, y2, y4, y5] {
+        interface.initially_depends(unknown, &[command.external_controller]);
+    }
     interface.initially_depends(derived.inductance, &parameters.of_coil()[..3]);
     for unknown in [derived.current_stiffness, derived.gap_stiffness, derived.nominal_force] {
         interface.initially_depends(unknown, &parameters.of_coil());

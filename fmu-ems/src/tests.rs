@@ -20,11 +20,12 @@ const OUTPUTS: [&str; 9] = [
     "estimate_velocity",
     "estimate_position",
 ];
-const INPUTS: [&str; 5] = ["gap", "gap_rate", "acceleration", "lateral_offset", "static_force"];
+const INPUTS: [&str; 6] =
+    ["gap", "gap_rate", "acceleration", "lateral_offset", "static_force", "voltage_command"];
 
 /// A swing of 0.2 mm at 60 rad/s and what goes with it: value and three derivatives of each input.
 /// Over a step the gap rate is the derivative of the gap's polynomial.
-fn swing(t: f64) -> [[f64; 4]; 5] {
+fn swing(t: f64) -> [[f64; 4]; 6] {
     let (amplitude, w) = (2e-4, 60.0);
     let (s, c) = (f64::sin(w * t), f64::cos(w * t));
     let gap: [f64; 6] =
@@ -35,12 +36,22 @@ fn swing(t: f64) -> [[f64; 4]; 5] {
         [gap[2], gap[3], gap[4], gap[5]],
         [1e-3 * (9.0 * t).sin(), 0.0, 0.0, 0.0],
         [5000.0 + 2000.0 * t, 2000.0, 0.0, 0.0],
+        [0.3 + 40.0 * t - 500.0 * t * t, 40.0 - 1000.0 * t, -1000.0, 0.0],
     ]
 }
 
 fn inputs(t: f64) -> MagnetInputs {
-    let [gap, gap_rate, acceleration, lateral_offset, static_force] = swing(t).map(|u| u[0]);
-    MagnetInputs { gap, gap_rate, acceleration, lateral_offset, static_force }
+    let [gap, gap_rate, acceleration, lateral_offset, static_force, voltage_command] =
+        swing(t).map(|u| u[0]);
+    MagnetInputs {
+        gap,
+        gap_rate,
+        acceleration,
+        lateral_offset,
+        static_force,
+        voltage_command,
+        transient_voltage: 0.0,
+    }
 }
 
 fn set(unit: &mut TestInstance, t: f64) {
@@ -81,6 +92,7 @@ fn other(
             gains,
             sampling: sampling.then_some(Sampling { period: 7e-4, delayed: true }),
         },
+        external_controller: false,
         filter: FilterDesign {
             gap_cutoff: 900.0,
             gap_damping: 0.6,
@@ -149,6 +161,14 @@ fn units() -> Vec<(MagnetParameters, TestInstance)> {
         let (parameters, reals, on) = other(law, sampling);
         units.push((parameters, unit(&reals, &on)));
     }
+    for law in [Law::Linear, Law::Nonlinear] {
+        let (mut parameters, reals, mut on) = other(law, false);
+        parameters.external_controller = true;
+        on.push("external_controller");
+        units.push((parameters, unit(&reals, &on)));
+    }
+    let exact = MagnetParameters { external_controller: true, ..MagnetParameters::default() };
+    units.push((exact, unit(&[], &["external_controller"])));
     units
 }
 
@@ -171,8 +191,8 @@ fn analytic_unit_is_the_library() {
         }
         for n in 0..30 {
             let time = f64::from(n) * 1.3e-3;
-            let [gap, _, acceleration, ..] = swing(time);
-            let course = InputCourse { gap, acceleration };
+            let [gap, _, acceleration, _, _, voltage_command] = swing(time);
+            let course = InputCourse { gap, acceleration, voltage_command };
             step(&mut unit, time, 1.3e-3);
             magnet.step(&mut state, &course, time, 1.3e-3, &mut workspace).unwrap();
             set(&mut unit, time + 1.3e-3);
@@ -206,6 +226,7 @@ fn analytic_directional_derivatives_are_those_of_the_outputs() {
         ("lateral_force", "static_force"),
         ("current", "gap"),
         ("voltage", "acceleration"),
+        ("voltage", "voltage_command"),
         ("estimate_acceleration", "acceleration"),
     ];
     for (parameters, mut unit) in units() {
@@ -214,7 +235,7 @@ fn analytic_directional_derivatives_are_those_of_the_outputs() {
         }
         let time = 5.0 * 1.3e-3;
         set(&mut unit, time);
-        for (input, width) in INPUTS.into_iter().zip([1e-7, 1e-4, 1e-2, 1e-7, 1.0]) {
+        for (input, width) in INPUTS.into_iter().zip([1e-7, 1e-4, 1e-2, 1e-7, 1.0, 1e-3]) {
             let center = unit.real(input).unwrap();
             unit.set_real(input, center - width).unwrap();
             let before = outputs(&mut unit);
@@ -256,7 +277,10 @@ fn invariant_declared_derivatives_are_given() {
 #[test]
 fn analytic_output_derivatives_are_those_of_the_course() {
     // Samples of the controller would be steps in the voltage.
-    for (parameters, mut unit) in units().into_iter().take(3) {
+    for (parameters, mut unit) in units() {
+        if parameters.control.sampling.is_some() {
+            continue;
+        }
         for n in 0..5 {
             step(&mut unit, f64::from(n) * 1.3e-3, 1.3e-3);
         }
@@ -301,7 +325,7 @@ fn invariant_saved_states_are_complete() {
             })
             .collect::<Vec<_>>()
     };
-    for (_, mut first) in units() {
+    for (parameters, mut first) in units() {
         for n in 0..5 {
             step(&mut first, f64::from(n) * 1.3e-3, 1.3e-3);
         }
@@ -319,7 +343,8 @@ fn invariant_saved_states_are_complete() {
 
         first.restore().unwrap();
         first.set_real("gain_gap", 20.0).unwrap();
-        assert_ne!(run(&mut first), expected);
+        // an external controller has gains of its own
+        assert_eq!(run(&mut first) == expected, parameters.external_controller);
     }
 }
 
@@ -358,4 +383,29 @@ fn analytic_refusals_say_why() {
     impossible.set_real("pole_area", 0.0).unwrap();
     let failure = impossible.initialize(0.0).unwrap_err();
     assert!(failure.to_string().contains("pole area (m²) is 0"), "{failure}");
+
+    let mut sampled = TestInstance::new::<EmsFmu>("resources").unwrap();
+    sampled.set_boolean("external_controller", true).unwrap();
+    sampled.set_real("sample_time", 1e-3).unwrap();
+    let failure = sampled.initialize(0.0).unwrap_err().to_string();
+    assert!(failure.contains("sample time (s) is 0.001, but must be zero"), "{failure}");
+    assert!(sampled.set_real("voltage_command", f64::NAN).is_err());
+}
+
+/// The transient voltage moves the start of the coil, and nothing afterwards.
+#[test]
+fn issue_15_a_transient_voltage_does_not_move_the_start() {
+    let start = |command: f64, transient: f64| {
+        let mut unit = TestInstance::new::<EmsFmu>("resources").unwrap();
+        unit.set_boolean("external_controller", true).unwrap();
+        unit.enter_initialization(0.0).unwrap();
+        unit.set_real("voltage_command", command).unwrap();
+        unit.set_real("transient_voltage", transient).unwrap();
+        unit.exit_initialization().unwrap();
+        ["current", "force", "voltage"].map(|name| unit.real(name).unwrap())
+    };
+    let [still, passing, lasting] = [start(0.0, 0.0), start(1.5, 1.5), start(1.5, 0.0)];
+    assert_eq!(still[..2], passing[..2]);
+    assert!((lasting[0] - still[0] - 1.5 / 0.6).abs() < 1e-12);
+    assert_eq!([passing[2], lasting[2]], [still[2] + 1.5; 2]);
 }

@@ -179,6 +179,7 @@ impl MonolithicSystem {
                     acceleration: 0.0,
                     lateral_offset: motion.displacement.y,
                     static_force: self.loads[k],
+                    ..magnet::MagnetInputs::default()
                 };
                 let magnet = self.magnet.initialise(&inputs, 0.0).map_err(told)?;
                 let force = self.magnet.outputs(&magnet, &inputs).map_err(told)?.force;

@@ -33,6 +33,7 @@ fn time(parameters: MagnetParameters) -> Result<f64, Error> {
         let course = black_box(InputCourse {
             gap: [0.008, 0.01, 0.0, 0.0],
             acceleration: [0.1, 0.0, 0.0, 0.0],
+            ..InputCourse::default()
         });
         magnet.step(&mut state, &course, f64::from(n) * 1e-3, 1e-3, &mut workspace)?;
         black_box(magnet.outputs(&state, &inputs)?);

@@ -21,9 +21,29 @@ pub struct MagnetInputs {
     pub lateral_offset: f64,
     /// Static force F_s that the magnet carries at its operating point, in N.
     pub static_force: f64,
+    /// Δv of eq. 3, in V, that a controller outside asks for; not used otherwise
+    /// ([`MagnetParameters::external_controller`](crate::MagnetParameters::external_controller)).
+    pub voltage_command: f64,
+    /// The part of `voltage_command`, in V, that the gap's rate causes at the start and that does not
+    /// last; [`Magnet::initialise`](crate::Magnet::initialise) subtracts it.
+    pub transient_voltage: f64,
+}
+
+/// The signals that the voltage depends on directly, not through a state: the acceleration by the
+/// control law, or the command of a controller outside.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Direct {
+    /// q̈, in m/s².
+    pub acceleration: f64,
+    /// Δv, in V.
+    pub command: f64,
 }
 
 impl MagnetInputs {
+    pub(crate) fn direct(&self) -> Direct {
+        Direct { acceleration: self.acceleration, command: self.voltage_command }
+    }
+
     /// Checks that all signals are finite and that the gap is open.
     pub(crate) fn check(&self) -> Result<(), Error> {
         finite("gap (m)", self.gap)?;
@@ -31,6 +51,8 @@ impl MagnetInputs {
         finite("acceleration (m/s²)", self.acceleration)?;
         finite("lateral offset (m)", self.lateral_offset)?;
         finite("static force (N)", self.static_force)?;
+        finite("voltage command (V)", self.voltage_command)?;
+        finite("transient voltage (V)", self.transient_voltage)?;
         if self.gap > 0.0 {
             return Ok(());
         }
@@ -50,23 +72,41 @@ pub struct InputCourse {
     pub gap: Taylor,
     /// Acceleration, in m/s², …
     pub acceleration: Taylor,
+    /// Δv that a controller outside asks for, in V, …; not used otherwise.
+    pub voltage_command: Taylor,
 }
 
 impl InputCourse {
     /// Signals that keep their value over the step.
     pub fn constant(inputs: &MagnetInputs) -> Self {
         let hold = |value| [value, 0.0, 0.0, 0.0];
-        Self { gap: hold(inputs.gap), acceleration: hold(inputs.acceleration) }
+        Self {
+            gap: hold(inputs.gap),
+            acceleration: hold(inputs.acceleration),
+            voltage_command: hold(inputs.voltage_command),
+        }
     }
 
     /// The same polynomials, starting `time` (s) later: the rest of a step.
     pub fn after(&self, time: f64) -> Self {
-        Self { gap: shift(&self.gap, time), acceleration: shift(&self.acceleration, time) }
+        Self {
+            gap: shift(&self.gap, time),
+            acceleration: shift(&self.acceleration, time),
+            voltage_command: shift(&self.voltage_command, time),
+        }
     }
 
     /// Gap and acceleration `time` (s) after the step's start.
     pub(crate) fn at(&self, time: f64) -> [f64; 2] {
         [value(&self.gap, time), value(&self.acceleration, time)]
+    }
+
+    /// What the voltage depends on directly, `time` (s) after the step's start.
+    pub(crate) fn direct(&self, time: f64) -> Direct {
+        Direct {
+            acceleration: value(&self.acceleration, time),
+            command: value(&self.voltage_command, time),
+        }
     }
 
     /// The gap's derivative `time` (s) after the step's start, in m/s.
@@ -75,27 +115,27 @@ impl InputCourse {
         slope
     }
 
-    /// Highest derivative that is not zero.
-    pub(crate) fn order(&self) -> usize {
-        let used = |k: usize| self.gap[k] != 0.0 || self.acceleration[k] != 0.0;
-        (1..4).rev().find(|&k| used(k)).unwrap_or(0)
+    pub(crate) fn check(&self, time: f64) -> Result<(), Error> {
+        self.check_finite()?;
+        if self.gap[0] > 0.0 {
+            return Ok(());
+        }
+        Err(Error::GapClosed { time, gap: self.gap[0] })
     }
 
-    pub(crate) fn check(&self, time: f64) -> Result<(), Error> {
+    pub(crate) fn check_finite(&self) -> Result<(), Error> {
         let all_finite = |t: &Taylor| t.iter().all(|v| v.is_finite());
         for (name, course) in [
             ("gap or one of its derivatives", &self.gap),
             ("acceleration or one of its derivatives", &self.acceleration),
+            ("voltage command or one of its derivatives", &self.voltage_command),
         ] {
             if !all_finite(course) {
                 let value = course.iter().copied().find(|v| !v.is_finite()).unwrap_or(f64::NAN);
                 return Err(Error::OutOfRange { name, value, must: "finite" });
             }
         }
-        if self.gap[0] > 0.0 {
-            return Ok(());
-        }
-        Err(Error::GapClosed { time, gap: self.gap[0] })
+        Ok(())
     }
 }
 

@@ -16,7 +16,8 @@
 //! - [`Electromagnet`]: force laws, inductance and coil (eqs 1 and 2).
 //! - [`Filter`]: the dynamic filter (eqs 4 and 5).
 //! - [`lateral_force`]: the restoring force of a magnet displaced sideways.
-//! - [`Magnet`]: all of it together: initialise, step, outputs, derivatives.
+//! - [`Magnet`]: all of it together: initialise, step, outputs, derivatives. It can leave its
+//!   controller out, and [`VoltageController`] is that controller alone.
 //!
 //! A [`Magnet`] never changes while stepping; everything that changes is in the small `Copy` value
 //! [`State`]. [`Workspace`] only caches matrices and never influences a result.
@@ -35,6 +36,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod control_law;
+mod controller;
 mod electromagnet;
 mod error;
 mod exact;
@@ -49,11 +52,16 @@ mod runge_kutta;
 mod sampling;
 mod state;
 mod step;
+mod step_map;
 mod system;
 
+pub use controller::{
+    ControllerInputs, ControllerOutputs, ControllerParameters, ControllerRates, ControllerState,
+    ControllerWorkspace, VoltageController,
+};
 pub use electromagnet::{Electromagnet, MU_0};
 pub use error::Error;
-pub use exact::{LinearSystem, Workspace};
+pub use exact::{CoilSystem, LinearSystem, Workspace};
 pub use filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE, VELOCITY_SCALE};
 pub use inputs::{InputCourse, MagnetInputs, Taylor};
 pub use lateral::{lateral_force, lateral_stiffness};

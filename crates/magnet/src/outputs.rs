@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Error,
     filter::ACCELERATION_SCALE,
-    inputs::MagnetInputs,
+    inputs::{Direct, MagnetInputs},
     lateral::{lateral_force, lateral_gradient},
     limits::{LimitsAtWork, Point},
     parameters::Law,
@@ -26,7 +26,7 @@ pub struct MagnetOutputs {
     /// limiter lowers it further inside the power stage.
     pub voltage: f64,
     /// Scaled estimates y₁ … y₅ of eq. 5: gap (250·Δc), gap velocity (2.5·ċ), acceleration
-    /// (0.25·q̈), velocity (2.5·q̇), position (250·q).
+    /// (0.25·q̈), velocity (2.5·q̇), position (250·q). Zero with an external controller.
     pub estimates: [f64; 5],
 }
 
@@ -41,6 +41,8 @@ pub struct InputRates {
     pub static_force_rate: f64,
     /// Second derivative of the static force, in N/s².
     pub static_force_acceleration: f64,
+    /// Rate of the voltage command, in V/s.
+    pub voltage_command_rate: f64,
 }
 
 /// Time derivatives of the outputs at one instant.
@@ -76,7 +78,10 @@ pub struct Partials {
     pub lateral_force_by_offset: f64,
     /// ∂v/∂q̈, in V·s²/m.
     pub voltage_by_acceleration: f64,
-    /// ∂y₃/∂q̈, in s²/m: the only estimate with feed-through (eq. 5).
+    /// ∂v/∂(voltage command): one with an external controller and no limit active, else zero.
+    pub voltage_by_command: f64,
+    /// ∂y₃/∂q̈, in s²/m: the only estimate with feed-through (eq. 5). Zero with an external
+    /// controller.
     pub estimate_by_acceleration: f64,
 }
 
@@ -93,33 +98,40 @@ impl Magnet {
         let force =
             self.electromagnet().force_of_flux(state.operating_current, flux, inputs.static_force);
         let width = self.parameters().pole_width;
-        let deviation = gap - self.electromagnet().nominal_gap;
         Ok(MagnetOutputs {
             force,
             lateral_force: width
                 .map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width)),
             current,
-            voltage: self.voltage(state, inputs.acceleration),
-            estimates: self.filter().estimates(&state.filter, deviation, inputs.acceleration),
+            voltage: self.voltage(state, inputs.direct()),
+            estimates: self.estimates(state, inputs),
         })
     }
 
     /// Voltage that the controller applies, in V.
-    fn voltage(&self, state: &State, acceleration: f64) -> f64 {
+    fn voltage(&self, state: &State, direct: Direct) -> f64 {
         if self.parameters().control.sampling.is_some() {
             state.hold.applied
         } else {
-            self.demand(state, acceleration)
+            self.demand(state, direct)
         }
+    }
+
+    fn estimates(&self, state: &State, inputs: &MagnetInputs) -> [f64; 5] {
+        if self.parameters().external_controller {
+            return [0.0; 5];
+        }
+        let deviation = inputs.gap - self.electromagnet().nominal_gap;
+        self.filter().estimates(&state.filter, deviation, inputs.acceleration)
     }
 
     /// The active limits.
     pub fn limits_at_work(&self, state: &State, inputs: &MagnetInputs) -> LimitsAtWork {
-        let MagnetInputs { gap, gap_rate, acceleration, .. } = *inputs;
+        let MagnetInputs { gap, gap_rate, .. } = *inputs;
         let command = if self.parameters().control.sampling.is_some() {
             state.hold.applied
         } else {
-            self.command(&state.filter, state.operating_current, acceleration)
+            self.command(&state.filter, state.operating_current, inputs.direct())
         };
         self.mode(&Point { gap, gap_rate, current: self.current(state, gap), command })
     }
@@ -141,16 +153,30 @@ impl Magnet {
     ) -> Result<OutputRates, Error> {
         inputs.check()?;
         let mode = self.limits_at_work(state, inputs);
-        let deviation = inputs.gap - self.electromagnet().nominal_gap;
-        let filter = self.filter().rates(&state.filter, deviation, inputs.acceleration);
-        // The gap has no feed-through to the estimates, so its rate is not needed here.
-        let estimates = self.filter().estimates(&filter, 0.0, rates.jerk);
+        let (filter, estimates) = self.filter_rates(state, inputs, rates);
         let held = self.parameters().control.sampling.is_some() || mode.voltage_is_limited();
-        let voltage_rate = if held { 0.0 } else { self.deviation(&filter, rates.jerk) };
-        let voltage = self.voltage(state, inputs.acceleration);
+        let direct = Direct { acceleration: rates.jerk, command: rates.voltage_command_rate };
+        let voltage_rate = if held { 0.0 } else { self.deviation(&filter, direct) };
+        let voltage = self.voltage(state, inputs.direct());
         let coil = Coil { mode, voltage, voltage_rate };
         let (force, force_second, current) = self.force_rates(state, inputs, rates, &coil);
         Ok(OutputRates { force, force_second, current, voltage: voltage_rate, estimates })
+    }
+
+    /// x' of the filter and y' of its estimates.
+    fn filter_rates(
+        &self,
+        state: &State,
+        inputs: &MagnetInputs,
+        rates: &InputRates,
+    ) -> ([f64; 5], [f64; 5]) {
+        if self.parameters().external_controller {
+            return ([0.0; 5], [0.0; 5]);
+        }
+        let deviation = inputs.gap - self.electromagnet().nominal_gap;
+        let filter = self.filter().rates(&state.filter, deviation, inputs.acceleration);
+        // The gap has no feed-through to the estimates, so its rate is not needed here.
+        (filter, self.filter().estimates(&filter, 0.0, rates.jerk))
     }
 
     /// F', F'' and i'.
@@ -209,7 +235,8 @@ impl Magnet {
             .parameters()
             .pole_width
             .map_or([0.0; 3], |width| lateral_gradient(outputs.force, gap, lateral_offset, width));
-        let sampled = self.parameters().control.sampling.is_some();
+        let held = self.parameters().control.sampling.is_some() || mode.voltage_is_limited();
+        let (by_acceleration, by_command) = if held { (0.0, 0.0) } else { self.feed_through() };
         Ok(Partials {
             force_by_gap,
             current_by_gap,
@@ -217,12 +244,13 @@ impl Magnet {
             lateral_force_by_gap: by_gap + by_force * force_by_gap,
             lateral_force_by_static_force: by_force * force_by_static_force,
             lateral_force_by_offset: by_offset,
-            voltage_by_acceleration: if sampled || mode.voltage_is_limited() {
+            voltage_by_acceleration: by_acceleration,
+            voltage_by_command: by_command,
+            estimate_by_acceleration: if self.parameters().external_controller {
                 0.0
             } else {
-                self.voltage_by_acceleration()
+                ACCELERATION_SCALE
             },
-            estimate_by_acceleration: ACCELERATION_SCALE,
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+use crate::{Electromagnet, Error};
 
 /// Everything that describes a magnet. [`Default`] is the paper's magnet: table 2, the filter of
 /// eq. 4, the linear law, no limits, a continuous controller.
@@ -22,6 +22,9 @@ pub struct MagnetParameters {
     pub law: Law,
     /// Gains and sampling of the controller.
     pub control: Controller,
+    /// Whether the controller is left out: Δv is then the input `voltage_command`, and `control` and
+    /// `filter` are not used.
+    pub external_controller: bool,
     /// Design of the filter in front of the control law.
     pub filter: FilterDesign,
     /// Limits on the coil's voltage and current.
@@ -125,6 +128,7 @@ impl Default for MagnetParameters {
             operating_current: 24.0,
             law: Law::Linear,
             control: Controller { gains: Gains::default(), sampling: None },
+            external_controller: false,
             filter: filter_design_of_eq_4(),
             limits: PowerLimits::default(),
             pole_width: Some(0.028),
@@ -176,7 +180,7 @@ impl MagnetParameters {
         }
         self.control.gains.check()?;
         if let Some(sampling) = self.control.sampling {
-            long_enough("sample time (s)", sampling.period)?;
+            self.check_sampling(&sampling)?;
         }
         self.filter.check()?;
         if let Some(range) = self.limits.voltage {
@@ -193,7 +197,21 @@ impl MagnetParameters {
         self.law == Law::Linear && self.limits.none() && self.control.sampling.is_none()
     }
 
+    fn check_sampling(&self, sampling: &Sampling) -> Result<(), Error> {
+        if self.external_controller {
+            return Err(Error::OutOfRange {
+                name: "sample time (s)",
+                value: sampling.period,
+                must: "zero with an external controller, which has its own: set it there",
+            });
+        }
+        sampling.check()
+    }
+
     fn check_integration_step(&self) -> Result<(), Error> {
+        if self.external_controller {
+            return self.check_coil_step();
+        }
         let rate = self.filter.fastest_rate();
         let longest = MAX_STEP_ANGLE / rate;
         if self.integration_step > longest {
@@ -204,8 +222,29 @@ impl MagnetParameters {
     }
 }
 
+impl MagnetParameters {
+    /// Without the filter, the coil's R/L₀ is the fastest rate.
+    fn check_coil_step(&self) -> Result<(), Error> {
+        let rate = self.resistance / Electromagnet::new(self).inductance;
+        if self.integration_step * rate <= MAX_STEP_ANGLE {
+            return Ok(());
+        }
+        Err(Error::OutOfRange {
+            name: "integration step (s)",
+            value: self.integration_step,
+            must: "at most half of the coil's time constant L/R with an external controller",
+        })
+    }
+}
+
+impl Sampling {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        long_enough("sample time (s)", self.period)
+    }
+}
+
 impl Gains {
-    fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         finite("gain on the acceleration (V)", self.acceleration)?;
         finite("gain on the velocity (V)", self.velocity)?;
         finite("gain on the position (V)", self.position)?;
@@ -215,7 +254,7 @@ impl Gains {
 }
 
 impl FilterDesign {
-    fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         positive("cut-off of the gap filter (rad/s)", self.gap_cutoff)?;
         positive("damping ratio of the gap filter", self.gap_damping)?;
         positive("cut-off of the velocity filter (rad/s)", self.velocity_cutoff)?;

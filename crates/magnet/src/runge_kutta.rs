@@ -137,13 +137,17 @@ impl Integration<'_> {
         let [gap, acceleration] = self.drive.course.at(at);
         let magnet = self.magnet;
         let x = [z[0], z[1], z[2], z[3], z[4]];
-        let deviation = gap - magnet.electromagnet().nominal_gap;
-        let [a, b, c, d, e] = magnet.filter().rates(&x, deviation, acceleration);
+        let [a, b, c, d, e] = if magnet.parameters().external_controller {
+            [0.0; 5]
+        } else {
+            let deviation = gap - magnet.electromagnet().nominal_gap;
+            magnet.filter().rates(&x, deviation, acceleration)
+        };
         let flux_rate = if mode.current == LimitSide::Free {
             let voltage = match (mode.voltage, magnet.parameters().limits.voltage) {
                 (LimitSide::Upper, Some(range)) => range.max,
                 (LimitSide::Lower, Some(range)) => range.min,
-                _ => self.command(&x, acceleration),
+                _ => self.command(&x, at),
             };
             voltage - magnet.electromagnet().resistance * self.current(z, gap)
         } else {
@@ -153,14 +157,15 @@ impl Integration<'_> {
         [a, b, c, d, e, flux_rate]
     }
 
-    fn command(&self, x: &[f64; 5], acceleration: f64) -> f64 {
-        self.drive.held.unwrap_or_else(|| self.magnet.command(x, self.operating, acceleration))
+    fn command(&self, x: &[f64; 5], at: f64) -> f64 {
+        let direct = || self.drive.course.direct(at);
+        self.drive.held.unwrap_or_else(|| self.magnet.command(x, self.operating, direct()))
     }
 
     fn point(&self, z: &Vector, at: f64) -> Point {
-        let [gap, acceleration] = self.drive.course.at(at);
+        let [gap, _] = self.drive.course.at(at);
         let gap_rate = self.drive.course.gap_slope(at);
-        let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], acceleration);
+        let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], at);
         Point { gap, gap_rate, current: self.current(z, gap), command }
     }
 

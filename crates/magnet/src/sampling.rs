@@ -5,7 +5,7 @@ use crate::{
     inputs::InputCourse,
     parameters::Sampling,
     runge_kutta::{self, Excitation},
-    state::State,
+    state::{Hold, State},
     system::Magnet,
 };
 
@@ -24,21 +24,41 @@ pub(crate) fn integrate(
     time: f64,
     size: f64,
 ) -> Result<(), Error> {
-    let rounding = 4.0 * f64::EPSILON * (time.abs() + size);
-    let tolerance = COINCIDENCE * sampling.period + rounding;
     let mut elapsed = 0.0;
     while elapsed < size {
-        let due = state.hold.start + state.hold.next as f64 * sampling.period - time;
-        if due <= elapsed + tolerance {
-            let [_, acceleration] = course.at(elapsed);
-            let voltage = magnet.demand(state, acceleration);
-            state.hold.take(voltage, sampling.delayed);
-            continue;
+        match next(&state.hold, sampling.period, time, elapsed, size) {
+            Next::Sample => {
+                let voltage = magnet.demand(state, course.direct(elapsed));
+                state.hold.take(voltage, sampling.delayed);
+            }
+            Next::Hold { until } => {
+                let drive = Excitation { course, time, held: Some(state.hold.applied) };
+                runge_kutta::integrate(magnet, state, &drive, elapsed, until)?;
+                elapsed = until;
+            }
         }
-        let end = if due < size - tolerance { due } else { size };
-        let drive = Excitation { course, time, held: Some(state.hold.applied) };
-        runge_kutta::integrate(magnet, state, &drive, elapsed, end)?;
-        elapsed = end;
     }
     Ok(())
+}
+
+/// What a sampled controller does next within a step.
+pub(crate) enum Next {
+    /// It takes a sample now.
+    Sample,
+    /// It holds its voltage until then, in s since the start of the step.
+    Hold { until: f64 },
+}
+
+/// The next piece of a step of `size` from `time`, of which `elapsed` is done.
+pub(crate) fn next(hold: &Hold, period: f64, time: f64, elapsed: f64, size: f64) -> Next {
+    let rounding = 4.0 * f64::EPSILON * (time.abs() + size);
+    let tolerance = COINCIDENCE * period + rounding;
+    let due = hold.start + hold.next as f64 * period - time;
+    if due <= elapsed + tolerance {
+        Next::Sample
+    } else if due < size - tolerance {
+        Next::Hold { until: due }
+    } else {
+        Next::Hold { until: size }
+    }
 }

@@ -37,7 +37,11 @@ impl Magnet {
             if gap <= 0.0 {
                 return Err(Error::GapClosed { time: time + size, gap });
             }
-            workspace.step(self.linear_magnet(), state, course, size);
+            if self.parameters().external_controller {
+                workspace.step_coil(self.linear_magnet(), state, course, size);
+            } else {
+                workspace.step(self.linear_magnet(), state, course, size);
+            }
             return Ok(());
         }
         let mut next = *state;

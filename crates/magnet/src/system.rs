@@ -2,10 +2,11 @@
 
 use crate::{
     Error,
+    control_law::ControlLaw,
     electromagnet::Electromagnet,
-    exact::{Key, LinearMagnet, LinearSystem},
+    exact::{CoilSystem, Key, LinearMagnet, LinearSystem},
     filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE},
-    inputs::MagnetInputs,
+    inputs::{Direct, MagnetInputs},
     parameters::{Law, MagnetParameters, positive},
     state::{Hold, State},
 };
@@ -16,9 +17,7 @@ pub struct Magnet {
     parameters: MagnetParameters,
     electromagnet: Electromagnet,
     filter: Filter,
-    /// Voltage per filter state, and per m/s² of acceleration: eq. 3 after eq. 5.
-    voltage_by_state: [f64; 5],
-    voltage_by_acceleration: f64,
+    control_law: ControlLaw,
     linear: LinearMagnet,
     exact: bool,
 }
@@ -32,22 +31,16 @@ impl Magnet {
         parameters.check()?;
         let electromagnet = Electromagnet::new(&parameters);
         let filter = Filter::new(&parameters.filter);
-        let (voltage_by_state, voltage_by_acceleration) = control_law(&parameters, &filter);
+        let control_law = ControlLaw::new(&parameters.control.gains, &filter);
+        let coil = CoilSystem::new(&electromagnet);
         let linear = LinearMagnet {
-            system: linearise(&electromagnet, &filter, voltage_by_state, voltage_by_acceleration),
+            system: linearise(&coil, &filter, &control_law),
+            coil,
             key: key(&parameters, &electromagnet),
             nominal_gap: electromagnet.nominal_gap,
         };
         let exact = parameters.is_exact();
-        Ok(Self {
-            parameters,
-            electromagnet,
-            filter,
-            voltage_by_state,
-            voltage_by_acceleration,
-            linear,
-            exact,
-        })
+        Ok(Self { parameters, electromagnet, filter, control_law, linear, exact })
     }
 
     /// The parameters of the magnet.
@@ -71,6 +64,12 @@ impl Magnet {
         &self.linear.system
     }
 
+    /// Eqs 1 and 2 alone about (i₀, c₀): what is left with an external controller. For the nonlinear
+    /// law as [`Magnet::linear_system`].
+    pub fn coil_system(&self) -> &CoilSystem {
+        &self.linear.coil
+    }
+
     /// Whether steps are exact: linear law, no limits, continuous controller.
     pub fn is_exact(&self) -> bool {
         self.exact
@@ -85,29 +84,35 @@ impl Magnet {
         &self.linear
     }
 
-    pub(crate) fn voltage_by_acceleration(&self) -> f64 {
-        self.voltage_by_acceleration
-    }
-
-    /// Total voltage R·i_op + Δv that eq. 3 asks for, in V, before any limit.
-    #[inline]
-    pub(crate) fn command(&self, x: &[f64; 5], operating: f64, acceleration: f64) -> f64 {
-        self.electromagnet.resistance * operating + self.deviation(x, acceleration)
-    }
-
-    /// Δv of eq. 3 for filter states x, in V.
-    #[inline]
-    pub(crate) fn deviation(&self, x: &[f64; 5], acceleration: f64) -> f64 {
-        let mut voltage = self.voltage_by_acceleration * acceleration;
-        for (gain, x) in self.voltage_by_state.iter().zip(x) {
-            voltage += gain * x;
+    /// ∂Δv/∂q̈ and ∂Δv/∂(voltage command) of a continuous controller.
+    pub(crate) fn feed_through(&self) -> (f64, f64) {
+        if self.parameters.external_controller {
+            (0.0, 1.0)
+        } else {
+            (self.control_law.by_acceleration, 0.0)
         }
-        voltage
+    }
+
+    /// Total voltage R·i_op + Δv that eq. 3, or a controller outside, asks for, in V, before any
+    /// limit.
+    #[inline]
+    pub(crate) fn command(&self, x: &[f64; 5], operating: f64, direct: Direct) -> f64 {
+        self.electromagnet.resistance * operating + self.deviation(x, direct)
+    }
+
+    /// Δv of eq. 3 for filter states x, or of a controller outside, in V.
+    #[inline]
+    pub(crate) fn deviation(&self, x: &[f64; 5], direct: Direct) -> f64 {
+        if self.parameters.external_controller {
+            direct.command
+        } else {
+            self.control_law.voltage(x, direct.acceleration)
+        }
     }
 
     /// Total voltage within the limits that a continuous controller would apply now, in V.
-    pub(crate) fn demand(&self, state: &State, acceleration: f64) -> f64 {
-        let command = self.command(&state.filter, state.operating_current, acceleration);
+    pub(crate) fn demand(&self, state: &State, direct: Direct) -> f64 {
+        let command = self.command(&state.filter, state.operating_current, direct);
         self.parameters.limits.clamp_voltage(command)
     }
 
@@ -138,7 +143,8 @@ impl Magnet {
     /// the linear law, ΔF = (kᵢ·(k₃ + k₅)·250/R − k_c)·Δc: the static stiffness of the levitation.
     /// A gap rate and an acceleration set the filter only: they do not last as long as the coil's
     /// time constant L₀/R (0.75 s), and the current that they would settle at would detach a magnet
-    /// that starts moving along a slope.
+    /// that starts moving along a slope. So with an external controller Δi = (Δv − Δv_t)/R, where the
+    /// transient voltage Δv_t is what the rate adds to Δv; the filter is zero.
     ///
     /// # Errors
     /// Inputs that are not finite, a closed gap, or (nonlinear law) a static force that no current
@@ -146,21 +152,27 @@ impl Magnet {
     pub fn initialise(&self, inputs: &MagnetInputs, time: f64) -> Result<State, Error> {
         inputs.check()?;
         let deviation = inputs.gap - self.electromagnet.nominal_gap;
-        let filter = self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration);
         let operating_current = self.operating_current(inputs.static_force)?;
-        let current = self.resting_current(deviation, operating_current);
+        let (filter, voltage) = if self.parameters.external_controller {
+            ([0.0; 5], inputs.voltage_command - inputs.transient_voltage)
+        } else {
+            (
+                self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration),
+                self.control_law.voltage(&self.filter.rest(deviation, 0.0, 0.0), 0.0),
+            )
+        };
+        let current = self.resting_current(voltage, operating_current);
         let flux_deviation =
             self.electromagnet.flux_of_current(inputs.gap, operating_current, current);
         let hold = Hold::new(time, 0.0);
         let mut state = State { filter, flux_deviation, operating_current, hold };
-        state.hold = Hold::new(time, self.demand(&state, inputs.acceleration));
+        state.hold = Hold::new(time, self.demand(&state, inputs.direct()));
         Ok(state)
     }
 
-    /// Δi, in A, that a gap at rest that deviates by `deviation` (m) settles at.
-    fn resting_current(&self, deviation: f64, operating_current: f64) -> f64 {
+    /// Δi, in A, that the coil settles at when Δv stays at `voltage` (V).
+    fn resting_current(&self, voltage: f64, operating_current: f64) -> f64 {
         let resistance = self.electromagnet.resistance;
-        let voltage = self.deviation(&self.filter.rest(deviation, 0.0, 0.0), 0.0);
         let limits = &self.parameters.limits;
         if limits.none() {
             return voltage / resistance;
@@ -181,41 +193,17 @@ impl Magnet {
     }
 }
 
-/// Eq. 3 on eq. 5's outputs: voltage per filter state and per m/s² of acceleration. The gap enters
-/// through the filter's states only.
-fn control_law(parameters: &MagnetParameters, filter: &Filter) -> ([f64; 5], f64) {
-    let k = parameters.control.gains;
-    let by_estimate = [k.gap, k.gap_velocity, k.acceleration, k.velocity, k.position];
-    let mut by_state = [0.0; 5];
-    let mut by_acceleration = 0.0;
-    for (gain, (c, d)) in by_estimate.iter().zip(filter.c.iter().zip(&filter.d)) {
-        for (sum, entry) in by_state.iter_mut().zip(c) {
-            *sum += gain * entry;
-        }
-        by_acceleration += gain * d[1] * ACCELERATION_SCALE;
-    }
-    (by_state, by_acceleration)
-}
-
-fn linearise(
-    magnet: &Electromagnet,
-    filter: &Filter,
-    voltage_by_state: [f64; 5],
-    voltage_by_acceleration: f64,
-) -> LinearSystem {
+fn linearise(coil: &CoilSystem, filter: &Filter, law: &ControlLaw) -> LinearSystem {
     let mut a = [[0.0; 6]; 6];
     let mut b = [[0.0; 2]; 6];
     for (i, (row, inputs)) in filter.a.iter().zip(&filter.b).enumerate() {
         a[i][..5].copy_from_slice(row);
         b[i] = [POSITION_SCALE * inputs[0], ACCELERATION_SCALE * inputs[1]];
     }
-    // Δλ' = Δv − R·Δi with Δi = Δλ/L₀ + (k_c/kᵢ)·Δc
-    a[5][..5].copy_from_slice(&voltage_by_state);
-    a[5][5] = -magnet.resistance / magnet.inductance;
-    let current_by_gap = magnet.gap_stiffness / magnet.current_stiffness;
-    b[5] = [-magnet.resistance * current_by_gap, voltage_by_acceleration];
-    let force_by_flux = magnet.current_stiffness / magnet.inductance;
-    LinearSystem { a, b, force_by_state: [0.0, 0.0, 0.0, 0.0, 0.0, force_by_flux] }
+    a[5][..5].copy_from_slice(&law.by_state);
+    a[5][5] = coil.a;
+    b[5] = [coil.b[0], law.by_acceleration];
+    LinearSystem { a, b, force_by_state: [0.0, 0.0, 0.0, 0.0, 0.0, coil.force_by_flux] }
 }
 
 fn key(parameters: &MagnetParameters, magnet: &Electromagnet) -> Key {

@@ -15,16 +15,21 @@ fn magnets() -> Vec<Magnet> {
         current: Some(Range { min: 0.0, max: 16.0 }),
     };
     [
-        (Law::Linear, PowerLimits::default()),
-        (Law::Nonlinear, PowerLimits::default()),
-        (Law::Linear, PowerLimits { current: None, ..tight }),
-        (Law::Nonlinear, PowerLimits { voltage: None, ..tight }),
+        (Law::Linear, PowerLimits::default(), false),
+        (Law::Nonlinear, PowerLimits::default(), false),
+        (Law::Linear, PowerLimits { current: None, ..tight }, false),
+        (Law::Nonlinear, PowerLimits { voltage: None, ..tight }, false),
+        (Law::Linear, PowerLimits::default(), true),
+        (Law::Nonlinear, PowerLimits::default(), true),
+        (Law::Linear, PowerLimits { current: None, ..tight }, true),
+        (Law::Nonlinear, PowerLimits { voltage: None, ..tight }, true),
     ]
     .into_iter()
-    .map(|(law, limits)| {
+    .map(|(law, limits, external_controller)| {
         let parameters = MagnetParameters {
             law,
             limits,
+            external_controller,
             operating_current: 15.9,
             ..MagnetParameters::default()
         };
@@ -45,6 +50,7 @@ fn rates_at(course: &InputCourse, time: f64) -> InputRates {
         jerk: later.acceleration[1],
         static_force_rate: 300.0 + 8e4 * time,
         static_force_acceleration: 8e4,
+        voltage_command_rate: later.voltage_command[1],
     }
 }
 
@@ -114,8 +120,10 @@ fn analytic_partials_are_the_derivatives_by_the_inputs() {
             by(1e-3, &|inputs, d| inputs.acceleration += d),
             by(1e-7, &|inputs, d| inputs.lateral_offset += d),
             by(1.0, &|inputs, d| inputs.static_force += d),
+            by(1e-3, &|inputs, d| inputs.voltage_command += d),
+            by(1e-3, &|inputs, d| inputs.transient_voltage += d),
         ];
-        let mut expected = [[0.0; 9]; 5];
+        let mut expected = [[0.0; 9]; 7];
         expected[0][0] = partials.force_by_gap;
         expected[0][1] = partials.lateral_force_by_gap;
         expected[0][2] = partials.current_by_gap;
@@ -124,6 +132,7 @@ fn analytic_partials_are_the_derivatives_by_the_inputs() {
         expected[3][1] = partials.lateral_force_by_offset;
         expected[4][0] = partials.force_by_static_force;
         expected[4][1] = partials.lateral_force_by_static_force;
+        expected[5][3] = partials.voltage_by_command;
         for (row, expected) in rows.iter().zip(&expected) {
             for (value, expected) in row.iter().zip(expected) {
                 // Width 1e-7 of 8e-3 m: 1e-9 of truncation; rounding 1e-12/1e-7·1e4 N.

@@ -137,6 +137,7 @@ proptest! {
             let course = InputCourse {
                 gap: [0.008 + c * 1e-3, c * 0.01, 0.0, 0.0],
                 acceleration: [-c, c * 10.0, 0.0, 0.0],
+                ..InputCourse::default()
             };
             vector(&stepped(&magnet, &state, &course, 0.0, size))
         };

@@ -51,6 +51,7 @@ fn order_is_kept_across_the_limits() {
     let course = InputCourse {
         gap: [0.0083, 0.02, -30.0, 16_000.0],
         acceleration: [0.0, 2000.0, -1.25e6, 0.0],
+        ..InputCourse::default()
     };
     let limits = PowerLimits {
         voltage: Some(Range { min: 8.0, max: 12.2 }),
@@ -87,6 +88,7 @@ fn order_nonlinear_magnet_tends_to_the_linear_one() {
         let course = InputCourse {
             gap: [0.008 + 1e-4 * amplitude, 0.02 * amplitude, -3.0 * amplitude, 0.0],
             acceleration: [amplitude, 50.0 * amplitude, 0.0, 0.0],
+            ..InputCourse::default()
         };
         let inputs = nominal();
         let [a, b] = [&nonlinear, &linear].map(|magnet| {

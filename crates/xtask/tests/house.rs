@@ -32,7 +32,8 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmi2-conformance", &["fmi2-import", "fmi2-sys", "patterns"]),
     ("fmi2-derive", &["fmi2-import", "fmi2-package", "patterns", "strict-json"]),
     // the units
-    ("fmu-ems", &["fmi2-export", "magnet"]),
+    ("controller-variables", &["fmi2-export", "magnet"]),
+    ("fmu-ems", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
     // co-simulation

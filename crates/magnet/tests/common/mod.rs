@@ -14,9 +14,14 @@ pub fn nominal() -> MagnetInputs {
     MagnetInputs { gap: 0.008, static_force: LOAD, ..MagnetInputs::default() }
 }
 
-/// A lively course: 0.3 mm, 20 mm/s, 1 m/s² and derivatives that change them visibly in a few ms.
+/// A lively course: 0.3 mm, 20 mm/s, 1 m/s², 0.5 V and derivatives that change them visibly in a few
+/// ms. Only a magnet with an external controller uses the voltage.
 pub fn lively() -> InputCourse {
-    InputCourse { gap: [0.0083, 0.02, -3.0, 400.0], acceleration: [1.0, 300.0, -4e4, 3e6] }
+    InputCourse {
+        gap: [0.0083, 0.02, -3.0, 400.0],
+        acceleration: [1.0, 300.0, -4e4, 3e6],
+        voltage_command: [0.5, 300.0, -2e4, 1e6],
+    }
 }
 
 /// The inputs that a course has after `time`.
@@ -26,6 +31,7 @@ pub fn at(course: &InputCourse, time: f64) -> MagnetInputs {
         gap: later.gap[0],
         gap_rate: later.gap[1],
         acceleration: later.acceleration[0],
+        voltage_command: later.voltage_command[0],
         ..nominal()
     }
 }
