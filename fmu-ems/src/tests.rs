@@ -90,7 +90,7 @@ fn other(
         law,
         control: magnet::Controller {
             gains,
-            sampling: sampling.then_some(Sampling { period: 7e-4, delayed: true }),
+            sampling: sampling.then_some(Sampling { period: 7e-4, delay: 1 }),
         },
         external_controller: false,
         filter: FilterDesign {

@@ -12,7 +12,7 @@ const STEPS: u32 = 200_000;
 fn main() -> Result<(), Error> {
     let nonlinear = MagnetParameters { law: Law::Nonlinear, ..MagnetParameters::default() };
     let mut sampled = MagnetParameters::default();
-    sampled.control.sampling = Some(Sampling { period: 5e-4, delayed: false });
+    sampled.control.sampling = Some(Sampling { period: 5e-4, delay: 0 });
     for (name, parameters) in [
         ("linear, exact", MagnetParameters::default()),
         ("nonlinear", nonlinear),

@@ -186,7 +186,7 @@ impl VoltageController {
                 Next::Sample => {
                     let acceleration = course.direct(elapsed).acceleration;
                     let voltage = self.control_law.voltage(&state.filter, acceleration);
-                    state.hold.take(voltage, sampling.delayed);
+                    state.hold.take(voltage, sampling.delay);
                 }
                 Next::Hold { until } => {
                     self.advance(state, &course.after(elapsed), until - elapsed, workspace);

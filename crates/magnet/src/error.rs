@@ -13,6 +13,22 @@ pub enum Error {
         /// The condition that it breaks.
         must: &'static str,
     },
+    /// A parameter that is defined together with another one only.
+    #[error("{name} is {value}, which needs {needs}")]
+    Needs {
+        /// Name of the parameter, with its unit.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it needs, and how to get it.
+        needs: &'static str,
+    },
+    /// A combination that the model does not have.
+    #[error("the model does not support {what}")]
+    Unsupported {
+        /// The combination, the reason and the remedy.
+        what: &'static str,
+    },
     /// The Runge-Kutta step is too long for the fastest rate in the model.
     #[error(
         "the integration step of {step} s is too long for the controller's fastest rate of \

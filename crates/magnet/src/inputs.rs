@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, parameters::finite};
+use crate::{Error, conditions::Signals, parameters::finite};
 
 /// Value and first three time derivatives of a signal at the start of a step: the polynomial
 /// u(τ) = u + u'·τ + u''·τ²/2 + u'''·τ³/6.
@@ -40,8 +40,12 @@ pub(crate) struct Direct {
 }
 
 impl MagnetInputs {
-    pub(crate) fn direct(&self) -> Direct {
-        Direct { acceleration: self.acceleration, command: self.voltage_command }
+    pub(crate) fn signals(&self) -> Signals {
+        Signals {
+            values: [self.gap, self.acceleration],
+            command: [self.voltage_command, 0.0],
+            ..Signals::default()
+        }
     }
 
     /// Checks that all signals are finite and that the gap is open.
@@ -106,6 +110,15 @@ impl InputCourse {
         Direct {
             acceleration: value(&self.acceleration, time),
             command: value(&self.voltage_command, time),
+        }
+    }
+
+    /// Values of the signals that the controller sees, `time` (s) after the step's start.
+    pub(crate) fn signals(&self, time: f64) -> Signals {
+        Signals {
+            values: self.at(time),
+            command: [value(&self.voltage_command, time), 0.0],
+            ..Signals::default()
         }
     }
 

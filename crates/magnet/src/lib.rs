@@ -36,25 +36,31 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod conditions;
 mod control_law;
 mod controller;
 mod electromagnet;
 mod error;
+mod events;
 mod exact;
 mod filter;
 mod inputs;
 mod lateral;
 mod limiter;
 mod limits;
+mod noise;
 mod outputs;
 mod parameters;
 mod runge_kutta;
 mod sampling;
+mod sensors;
+mod sequence;
 mod state;
 mod step;
 mod step_map;
 mod system;
 
+pub use conditions::{Condition, Conditions, SupplyFailure};
 pub use controller::{
     ControllerInputs, ControllerOutputs, ControllerParameters, ControllerRates, ControllerState,
     ControllerWorkspace, VoltageController,
@@ -66,10 +72,13 @@ pub use filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE, VELOCITY_SCALE};
 pub use inputs::{InputCourse, MagnetInputs, Taylor};
 pub use lateral::{lateral_force, lateral_stiffness};
 pub use limits::LimitsAtWork;
+pub use noise::Noise;
 pub use outputs::{InputRates, MagnetOutputs, OutputRates, Partials};
 pub use parameters::{
     Controller, FilterDesign, Gains, Law, MagnetParameters, PowerLimits, Range, Sampling,
     filter_design_of_eq_4,
 };
-pub use state::{Hold, State};
+pub use sensors::{FailedReading, Readings, Sensor, SensorFailure, Sensors};
+pub use sequence::{Phase, Sequence};
+pub use state::{Hold, MAX_DELAY, State};
 pub use system::Magnet;

@@ -4,11 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Error,
+    conditions::{Seen, Signals},
     filter::ACCELERATION_SCALE,
-    inputs::{Direct, MagnetInputs},
+    inputs::MagnetInputs,
     lateral::{lateral_force, lateral_gradient},
     limits::{LimitsAtWork, Point},
     parameters::Law,
+    sensors::SensorKnots,
     state::State,
     system::Magnet,
 };
@@ -28,6 +30,10 @@ pub struct MagnetOutputs {
     /// Scaled estimates y₁ … y₅ of eq. 5: gap (250·Δc), gap velocity (2.5·ċ), acceleration
     /// (0.25·q̈), velocity (2.5·q̇), position (250·q). Zero with an external controller.
     pub estimates: [f64; 5],
+    /// Readings of gap and acceleration, in m and m/s².
+    pub readings: [f64; 2],
+    /// Gap that the control law refers to, in m.
+    pub reference_gap: f64,
 }
 
 /// Derivatives of the inputs at an instant, as far as outputs' derivatives depend on them.
@@ -83,6 +89,8 @@ pub struct Partials {
     /// ∂y₃/∂q̈, in s²/m: the only estimate with feed-through (eq. 5). Zero with an external
     /// controller.
     pub estimate_by_acceleration: f64,
+    /// Derivatives of the readings of gap and acceleration by the true values.
+    pub reading_slopes: [f64; 2],
 }
 
 impl Magnet {
@@ -94,44 +102,71 @@ impl Magnet {
     pub fn outputs(&self, state: &State, inputs: &MagnetInputs) -> Result<MagnetOutputs, Error> {
         inputs.check()?;
         let gap = inputs.gap;
-        let (flux, current) = self.flux_and_current(state, gap);
-        let force =
+        let (flux, mut current) = self.flux_and_current(state, gap);
+        let mut force =
             self.electromagnet().force_of_flux(state.operating_current, flux, inputs.static_force);
+        if self.force_is_off(state) {
+            (force, current) = (0.0, 0.0);
+        }
         let width = self.parameters().pole_width;
+        let (signals, knots) = (inputs.signals(), SensorKnots::default());
+        let seen = self.seen(state, state.time, &signals, &knots);
+        let (readings, reference_gap) = self.measured(state, &signals, &knots);
         Ok(MagnetOutputs {
             force,
             lateral_force: width
                 .map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width)),
             current,
-            voltage: self.voltage(state, inputs.direct()),
-            estimates: self.estimates(state, inputs),
+            voltage: self.voltage(state, &seen),
+            estimates: self.estimates(state, &seen),
+            readings,
+            reference_gap,
         })
     }
 
     /// Voltage that the controller applies, in V.
-    fn voltage(&self, state: &State, direct: Direct) -> f64 {
-        if self.parameters().control.sampling.is_some() {
+    fn voltage(&self, state: &State, seen: &Seen) -> f64 {
+        if state.condition.is_off() {
+            0.0
+        } else if self.is_sampled() {
             state.hold.applied
         } else {
-            self.demand(state, direct)
+            self.demand(state, seen)
         }
     }
 
-    fn estimates(&self, state: &State, inputs: &MagnetInputs) -> [f64; 5] {
+    fn estimates(&self, state: &State, seen: &Seen) -> [f64; 5] {
         if self.parameters().external_controller {
             return [0.0; 5];
         }
-        let deviation = inputs.gap - self.electromagnet().nominal_gap;
-        self.filter().estimates(&state.filter, deviation, inputs.acceleration)
+        self.filter().estimates(&state.filter, seen.deviation, seen.direct.acceleration)
+    }
+
+    /// Readings of gap and acceleration, and the reference gap.
+    fn measured(
+        &self,
+        state: &State,
+        signals: &Signals,
+        knots: &SensorKnots,
+    ) -> ([f64; 2], f64) {
+        if !self.is_conditioned() {
+            return (signals.values, self.electromagnet().nominal_gap);
+        }
+        let readings = self.readings(state, state.time, signals, knots);
+        (readings.map(|[value, _]| value), self.reference(state, state.time).gap)
     }
 
     /// The active limits.
     pub fn limits_at_work(&self, state: &State, inputs: &MagnetInputs) -> LimitsAtWork {
         let MagnetInputs { gap, gap_rate, .. } = *inputs;
-        let command = if self.parameters().control.sampling.is_some() {
+        if state.condition.is_off() || self.parameters().limits.none() {
+            return LimitsAtWork::FREE;
+        }
+        let command = if self.is_sampled() {
             state.hold.applied
         } else {
-            self.command(&state.filter, state.operating_current, inputs.direct())
+            let seen = self.seen(state, state.time, &inputs.signals(), &SensorKnots::default());
+            self.command(&state.filter, &seen)
         };
         self.mode(&Point { gap, gap_rate, current: self.current(state, gap), command })
     }
@@ -143,6 +178,9 @@ impl Magnet {
     /// F' = F_s' + (kᵢ/L₀)·(Δv − R·Δi) and F'' = F_s'' + (kᵢ/L₀)·(Δv' − R·Δi'). While the current
     /// limiter holds i, only the gap moves the force.
     ///
+    /// Where the controller samples, or a failure begins, at the state's time, the derivatives are
+    /// those after it (the limit from the right), for the inputs given.
+    ///
     /// # Errors
     /// Inputs that are not finite, or a closed gap.
     pub fn rates(
@@ -152,31 +190,46 @@ impl Magnet {
         rates: &InputRates,
     ) -> Result<OutputRates, Error> {
         inputs.check()?;
+        if self.is_exact() {
+            return Ok(self.smooth_rates(state, inputs, rates));
+        }
+        Ok(self.smooth_rates(&self.after_events(state, inputs), inputs, rates))
+    }
+
+    fn smooth_rates(&self, state: &State, inputs: &MagnetInputs, rates: &InputRates) -> OutputRates {
         let mode = self.limits_at_work(state, inputs);
-        let (filter, estimates) = self.filter_rates(state, inputs, rates);
-        let held = self.parameters().control.sampling.is_some() || mode.voltage_is_limited();
-        let direct = Direct { acceleration: rates.jerk, command: rates.voltage_command_rate };
-        let voltage_rate = if held { 0.0 } else { self.deviation(&filter, direct) };
-        let voltage = self.voltage(state, inputs.direct());
+        let signals = Signals {
+            values: [inputs.gap, inputs.acceleration],
+            rates: [inputs.gap_rate, rates.jerk],
+            command: [inputs.voltage_command, rates.voltage_command_rate],
+        };
+        let seen = self.seen(state, state.time, &signals, &SensorKnots::default());
+        let (direct, base_rate) = self.seen_rates(state, &signals);
+        let (filter, estimates) = self.filter_rates(state, &seen, direct.acceleration);
+        let held = self.is_sampled() || mode.voltage_is_limited() || state.condition.is_off();
+        let voltage_rate = if held { 0.0 } else { base_rate + self.deviation(&filter, direct) };
+        let voltage = self.voltage(state, &seen);
+        if self.force_is_off(state) {
+            return OutputRates { estimates, ..OutputRates::default() };
+        }
         let coil = Coil { mode, voltage, voltage_rate };
         let (force, force_second, current) = self.force_rates(state, inputs, rates, &coil);
-        Ok(OutputRates { force, force_second, current, voltage: voltage_rate, estimates })
+        OutputRates { force, force_second, current, voltage: voltage_rate, estimates }
     }
 
     /// x' of the filter and y' of its estimates.
     fn filter_rates(
         &self,
         state: &State,
-        inputs: &MagnetInputs,
-        rates: &InputRates,
+        seen: &Seen,
+        jerk: f64,
     ) -> ([f64; 5], [f64; 5]) {
         if self.parameters().external_controller {
             return ([0.0; 5], [0.0; 5]);
         }
-        let deviation = inputs.gap - self.electromagnet().nominal_gap;
-        let filter = self.filter().rates(&state.filter, deviation, inputs.acceleration);
+        let filter = self.filter().rates(&state.filter, seen.deviation, seen.direct.acceleration);
         // The gap has no feed-through to the estimates, so its rate is not needed here.
-        (filter, self.filter().estimates(&filter, 0.0, rates.jerk))
+        (filter, self.filter().estimates(&filter, 0.0, jerk))
     }
 
     /// F', F'' and i'.
@@ -222,20 +275,24 @@ impl Magnet {
         let outputs = self.outputs(state, inputs)?;
         let MagnetInputs { gap, lateral_offset, .. } = *inputs;
         let mode = self.limits_at_work(state, inputs);
-        let (force_by_gap, current_by_gap) = if mode.current_is_limited() {
+        let force_is_off = self.force_is_off(state);
+        let (force_by_gap, current_by_gap) = if force_is_off {
+            (0.0, 0.0)
+        } else if mode.current_is_limited() {
             (self.electromagnet().force_gradient(gap, outputs.current).0, 0.0)
         } else {
             (0.0, self.electromagnet().current_by_gap(gap, outputs.current))
         };
         let force_by_static_force = match self.electromagnet().law() {
-            Law::Linear => 1.0,
-            Law::Nonlinear => 0.0,
+            Law::Linear if !force_is_off => 1.0,
+            _ => 0.0,
         };
+        let reading_slopes = self.reading_slopes(state);
         let [by_force, by_gap, by_offset] = self
             .parameters()
             .pole_width
             .map_or([0.0; 3], |width| lateral_gradient(outputs.force, gap, lateral_offset, width));
-        let held = self.parameters().control.sampling.is_some() || mode.voltage_is_limited();
+        let held = self.is_sampled() || mode.voltage_is_limited() || state.condition.is_off();
         let (by_acceleration, by_command) = if held { (0.0, 0.0) } else { self.feed_through() };
         Ok(Partials {
             force_by_gap,
@@ -244,13 +301,14 @@ impl Magnet {
             lateral_force_by_gap: by_gap + by_force * force_by_gap,
             lateral_force_by_static_force: by_force * force_by_static_force,
             lateral_force_by_offset: by_offset,
-            voltage_by_acceleration: by_acceleration,
+            voltage_by_acceleration: by_acceleration * reading_slopes[1],
             voltage_by_command: by_command,
             estimate_by_acceleration: if self.parameters().external_controller {
                 0.0
             } else {
-                ACCELERATION_SCALE
+                ACCELERATION_SCALE * reading_slopes[1]
             },
+            reading_slopes,
         })
     }
 }

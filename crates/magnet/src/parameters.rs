@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Electromagnet, Error};
+use crate::{Conditions, Electromagnet, Error, state::MAX_DELAY};
 
 /// Everything that describes a magnet. [`Default`] is the paper's magnet: table 2, the filter of
 /// eq. 4, the linear law, no limits, a continuous controller.
@@ -32,8 +32,10 @@ pub struct MagnetParameters {
     /// Width w of a pole for the lateral force, in m; `None` switches the lateral force off.
     pub pole_width: Option<f64>,
     /// Longest Runge-Kutta step, in s, where the exact integration does not apply (nonlinear law,
-    /// limits or a sampled controller).
+    /// limits, a sampled controller, or conditions).
     pub integration_step: f64,
+    /// Sensors, failures, lift-off and set-down.
+    pub conditions: Conditions,
 }
 
 /// Force law and coil equation.
@@ -79,8 +81,9 @@ pub struct Gains {
 pub struct Sampling {
     /// Sample time T, in s.
     pub period: f64,
-    /// Whether each voltage is applied one sample after the one that it was computed from.
-    pub delayed: bool,
+    /// Number of samples, at most [`MAX_DELAY`], after which a voltage is applied that was computed
+    /// at a sample.
+    pub delay: usize,
 }
 
 /// Cut-off design of the dynamic filter; see [`crate::Filter`] for the equations.
@@ -133,6 +136,7 @@ impl Default for MagnetParameters {
             limits: PowerLimits::default(),
             pole_width: Some(0.028),
             integration_step: 5e-5,
+            conditions: Conditions::default(),
         }
     }
 }
@@ -189,12 +193,14 @@ impl MagnetParameters {
         if let Some(range) = self.limits.current {
             range.check("lower current limit (A)", "upper current limit (A)")?;
         }
+        self.conditions.check(self)?;
         if self.is_exact() { Ok(()) } else { self.check_integration_step() }
     }
 
-    /// Whether the closed form applies: linear law, no limits, continuous controller.
+    /// Whether the closed form applies: linear law, no limits, continuous controller, no conditions.
     pub(crate) fn is_exact(&self) -> bool {
-        self.law == Law::Linear && self.limits.none() && self.control.sampling.is_none()
+        let continuous = self.control.sampling.is_none();
+        self.law == Law::Linear && self.limits.none() && continuous && self.conditions.none()
     }
 
     fn check_sampling(&self, sampling: &Sampling) -> Result<(), Error> {
@@ -239,7 +245,12 @@ impl MagnetParameters {
 
 impl Sampling {
     pub(crate) fn check(&self) -> Result<(), Error> {
-        long_enough("sample time (s)", self.period)
+        long_enough("sample time (s)", self.period)?;
+        if self.delay <= MAX_DELAY {
+            return Ok(());
+        }
+        let value = self.delay as f64;
+        Err(Error::OutOfRange { name: "delay (samples)", value, must: "at most 15" })
     }
 }
 

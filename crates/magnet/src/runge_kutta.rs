@@ -8,8 +8,10 @@
 
 use crate::{
     Error,
+    conditions::Seen,
     inputs::InputCourse,
     limits::{LimitSide, LimitsAtWork, Point},
+    sensors::SensorKnots,
     state::State,
     system::Magnet,
 };
@@ -30,8 +32,11 @@ pub(crate) struct Excitation<'a> {
     pub course: &'a InputCourse,
     /// Time at the start of the communication step, for messages.
     pub time: f64,
-    /// Total voltage held by a sampled controller, in V; `None` for a continuous one.
+    /// Total voltage held by a sampled controller, in V, 0 without supply; `None` for a continuous
+    /// controller.
     pub held: Option<f64>,
+    /// Caches of the sensors' noise.
+    pub knots: &'a SensorKnots,
 }
 
 /// Advances the state from `from` to `to`, both relative to the start of the communication step.
@@ -42,7 +47,12 @@ pub(crate) fn integrate(
     from: f64,
     to: f64,
 ) -> Result<(), Error> {
-    let mut run = Integration { magnet, drive, operating: state.operating_current, events: 0 };
+    let begin = *state;
+    let operating = state.operating_current;
+    let off = state.condition.is_off();
+    let limited = !off && !magnet.parameters().limits.none();
+    let frozen = magnet.force_is_off(state);
+    let mut run = Integration { magnet, drive, begin: &begin, operating, limited, frozen, events: 0 };
     let mut z = pack(state);
     // The small allowance keeps a span of exactly n steps at n in spite of rounding.
     let count = ((to - from) / magnet.parameters().integration_step - 1e-9).ceil().max(1.0);
@@ -70,7 +80,13 @@ fn unpack(state: &mut State, z: &Vector) {
 struct Integration<'a> {
     magnet: &'a Magnet,
     drive: &'a Excitation<'a>,
+    /// What does not change during the integration: condition and operating current.
+    begin: &'a State,
     operating: f64,
+    /// Whether limits can be active.
+    limited: bool,
+    /// Whether the flux stays, since the force is switched off.
+    frozen: bool,
     events: usize,
 }
 
@@ -134,56 +150,60 @@ impl Integration<'_> {
     }
 
     fn rates(&self, z: &Vector, at: f64, mode: LimitsAtWork) -> Vector {
-        let [gap, acceleration] = self.drive.course.at(at);
+        let [gap, _] = self.drive.course.at(at);
         let magnet = self.magnet;
         let x = [z[0], z[1], z[2], z[3], z[4]];
+        let seen = self.seen(at);
         let [a, b, c, d, e] = if magnet.parameters().external_controller {
             [0.0; 5]
         } else {
-            let deviation = gap - magnet.electromagnet().nominal_gap;
-            magnet.filter().rates(&x, deviation, acceleration)
+            magnet.filter().rates(&x, seen.deviation, seen.direct.acceleration)
         };
-        let flux_rate = if mode.current == LimitSide::Free {
+        let flux_rate = if mode.current == LimitSide::Free && !self.frozen {
             let voltage = match (mode.voltage, magnet.parameters().limits.voltage) {
                 (LimitSide::Upper, Some(range)) => range.max,
                 (LimitSide::Lower, Some(range)) => range.min,
-                _ => self.command(&x, at),
+                _ => self.command(&x, &seen),
             };
             voltage - magnet.electromagnet().resistance * self.current(z, gap)
         } else {
-            // Set by `step`; not used otherwise.
+            // The current limiter's flux is set by `step`.
             0.0
         };
         [a, b, c, d, e, flux_rate]
     }
 
-    fn command(&self, x: &[f64; 5], at: f64) -> f64 {
-        let direct = || self.drive.course.direct(at);
-        self.drive.held.unwrap_or_else(|| self.magnet.command(x, self.operating, direct()))
+    fn seen(&self, at: f64) -> Seen {
+        let signals = self.drive.course.signals(at);
+        self.magnet.seen(self.begin, self.drive.time + at, &signals, self.drive.knots)
+    }
+
+    fn command(&self, x: &[f64; 5], seen: &Seen) -> f64 {
+        self.drive.held.unwrap_or_else(|| self.magnet.command(x, seen))
     }
 
     fn point(&self, z: &Vector, at: f64) -> Point {
         let [gap, _] = self.drive.course.at(at);
         let gap_rate = self.drive.course.gap_slope(at);
-        let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], at);
+        let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], &self.seen(at));
         Point { gap, gap_rate, current: self.current(z, gap), command }
     }
 
     fn mode(&self, z: &Vector, at: f64) -> LimitsAtWork {
-        if self.magnet.parameters().limits.none() {
+        if !self.limited {
             return LimitsAtWork::FREE;
         }
         self.magnet.mode(&self.point(z, at))
     }
 
     fn holds(&self, mode: LimitsAtWork, z: &Vector, at: f64) -> bool {
-        self.magnet.parameters().limits.none() || self.magnet.holds(mode, &self.point(z, at))
+        !self.limited || self.magnet.holds(mode, &self.point(z, at))
     }
 
     /// Removes the last bits by which a located switch overshoots a current bound.
     fn limit_current(&self, z: &mut Vector, at: f64) {
         let limits = &self.magnet.parameters().limits;
-        if limits.current.is_none() {
+        if limits.current.is_none() || !self.limited {
             return;
         }
         let [gap, _] = self.drive.course.at(at);

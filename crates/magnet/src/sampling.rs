@@ -1,45 +1,10 @@
-//! The sampled controller: sampling instants and the voltage held between them.
+//! Instants of a sampled controller, which holds its voltage between them.
 
-use crate::{
-    Error,
-    inputs::InputCourse,
-    parameters::Sampling,
-    runge_kutta::{self, Excitation},
-    state::{Hold, State},
-    system::Magnet,
-};
+use crate::state::Hold;
 
 /// Instants closer than this fraction of a sample time count as one, so that a step that is meant
 /// to end at a sampling instant does so despite rounding.
 const COINCIDENCE: f64 = 1e-9;
-
-/// Integrates over `size` from `time`, in pieces that end at sampling instants. A sample that falls
-/// on the end of a step is taken at the start of the next, when the inputs of that instant are
-/// known.
-pub(crate) fn integrate(
-    magnet: &Magnet,
-    sampling: Sampling,
-    state: &mut State,
-    course: &InputCourse,
-    time: f64,
-    size: f64,
-) -> Result<(), Error> {
-    let mut elapsed = 0.0;
-    while elapsed < size {
-        match next(&state.hold, sampling.period, time, elapsed, size) {
-            Next::Sample => {
-                let voltage = magnet.demand(state, course.direct(elapsed));
-                state.hold.take(voltage, sampling.delayed);
-            }
-            Next::Hold { until } => {
-                let drive = Excitation { course, time, held: Some(state.hold.applied) };
-                runge_kutta::integrate(magnet, state, &drive, elapsed, until)?;
-                elapsed = until;
-            }
-        }
-    }
-    Ok(())
-}
 
 /// What a sampled controller does next within a step.
 pub(crate) enum Next {

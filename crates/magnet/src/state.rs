@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::conditions::Condition;
+
 /// Everything that changes while stepping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -14,6 +16,10 @@ pub struct State {
     pub operating_current: f64,
     /// Memory of a sampled controller.
     pub hold: Hold,
+    /// Time of this state, in s.
+    pub time: f64,
+    /// Failures, lift-off and set-down.
+    pub condition: Condition,
 }
 
 /// Memory of a sampled controller. Instants are counted, t₀ + n·T, so they do not drift.
@@ -25,18 +31,24 @@ pub struct Hold {
     pub next: u64,
     /// Voltage at the coil until then, in V.
     pub applied: f64,
-    /// Voltage computed last, in V; the same unless the controller is delayed by one sample.
-    pub pending: f64,
+    /// Voltages computed at the last samples, in V: that of sample n at n modulo their number.
+    pub pending: [f64; MAX_DELAY + 1],
 }
+
+/// The longest delay of a sampled controller, in samples.
+pub const MAX_DELAY: usize = 15;
 
 impl Hold {
     pub(crate) fn new(start: f64, voltage: f64) -> Self {
-        Self { start, next: 0, applied: voltage, pending: voltage }
+        Self { start, next: 0, applied: voltage, pending: [voltage; MAX_DELAY + 1] }
     }
 
-    pub(crate) fn take(&mut self, voltage: f64, delayed: bool) {
-        self.applied = if delayed { self.pending } else { voltage };
-        self.pending = voltage;
+    /// Takes a sample: its voltage is applied `delay` samples later.
+    pub(crate) fn take(&mut self, voltage: f64, delay: usize) {
+        let count = self.pending.len();
+        let place = (self.next % count as u64) as usize;
+        self.pending[place] = voltage;
+        self.applied = self.pending[(place + count - delay.min(MAX_DELAY)) % count];
         self.next += 1;
     }
 }

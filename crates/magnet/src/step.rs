@@ -5,8 +5,6 @@ use crate::{
     exact::Workspace,
     inputs::InputCourse,
     parameters::positive,
-    runge_kutta::{self, Excitation},
-    sampling,
     state::State,
     system::Magnet,
 };
@@ -42,15 +40,12 @@ impl Magnet {
             } else {
                 workspace.step(self.linear_magnet(), state, course, size);
             }
+            state.time = time + size;
             return Ok(());
         }
         let mut next = *state;
-        if let Some(sampling) = self.parameters().control.sampling {
-            sampling::integrate(self, sampling, &mut next, course, time, size)?;
-        } else {
-            let drive = Excitation { course, time, held: None };
-            runge_kutta::integrate(self, &mut next, &drive, 0.0, size)?;
-        }
+        self.integrate(&mut next, course, time, size)?;
+        next.time = time + size;
         *state = next;
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use crate::{
     Error,
+    conditions::Seen,
     control_law::ControlLaw,
     electromagnet::Electromagnet,
     exact::{CoilSystem, Key, LinearMagnet, LinearSystem},
@@ -20,6 +21,7 @@ pub struct Magnet {
     control_law: ControlLaw,
     linear: LinearMagnet,
     exact: bool,
+    conditioned: bool,
 }
 
 impl Magnet {
@@ -40,7 +42,8 @@ impl Magnet {
             nominal_gap: electromagnet.nominal_gap,
         };
         let exact = parameters.is_exact();
-        Ok(Self { parameters, electromagnet, filter, control_law, linear, exact })
+        let conditioned = !parameters.conditions.none();
+        Ok(Self { parameters, electromagnet, filter, control_law, linear, exact, conditioned })
     }
 
     /// The parameters of the magnet.
@@ -70,9 +73,19 @@ impl Magnet {
         &self.linear.coil
     }
 
-    /// Whether steps are exact: linear law, no limits, continuous controller.
+    /// Whether steps are exact: linear law, no limits, continuous controller, no conditions.
     pub fn is_exact(&self) -> bool {
         self.exact
+    }
+
+    /// Whether there are [`Conditions`](crate::Conditions).
+    pub(crate) fn is_conditioned(&self) -> bool {
+        self.conditioned
+    }
+
+    /// Whether the controller is sampled.
+    pub(crate) fn is_sampled(&self) -> bool {
+        self.parameters.control.sampling.is_some()
     }
 
     /// Fastest rate in the filter, in 1/s: the limit for [`MagnetParameters::integration_step`].
@@ -93,11 +106,11 @@ impl Magnet {
         }
     }
 
-    /// Total voltage R·i_op + Δv that eq. 3, or a controller outside, asks for, in V, before any
-    /// limit.
+    /// Total voltage that eq. 3, or a controller outside, asks for, in V, before any limit: the
+    /// reference's, R·i_op at rest, and Δv.
     #[inline]
-    pub(crate) fn command(&self, x: &[f64; 5], operating: f64, direct: Direct) -> f64 {
-        self.electromagnet.resistance * operating + self.deviation(x, direct)
+    pub(crate) fn command(&self, x: &[f64; 5], seen: &Seen) -> f64 {
+        seen.base + self.deviation(x, seen.direct)
     }
 
     /// Δv of eq. 3 for filter states x, or of a controller outside, in V.
@@ -111,8 +124,8 @@ impl Magnet {
     }
 
     /// Total voltage within the limits that a continuous controller would apply now, in V.
-    pub(crate) fn demand(&self, state: &State, direct: Direct) -> f64 {
-        let command = self.command(&state.filter, state.operating_current, direct);
+    pub(crate) fn demand(&self, state: &State, seen: &Seen) -> f64 {
+        let command = self.command(&state.filter, seen);
         self.parameters.limits.clamp_voltage(command)
     }
 
@@ -124,7 +137,7 @@ impl Magnet {
         let flux = state.flux_deviation;
         let current = operating + self.electromagnet.current_of_flux(gap, operating, flux);
         let limited = self.parameters.limits.clamp_current(current);
-        if limited == current {
+        if limited == current || state.condition.is_off() {
             return (flux, current);
         }
         (self.electromagnet.flux_of_current(gap, operating, limited - operating), limited)
@@ -151,22 +164,30 @@ impl Magnet {
     /// carries because it is not positive.
     pub fn initialise(&self, inputs: &MagnetInputs, time: f64) -> Result<State, Error> {
         inputs.check()?;
-        let deviation = inputs.gap - self.electromagnet.nominal_gap;
         let operating_current = self.operating_current(inputs.static_force)?;
-        let (filter, voltage) = if self.parameters.external_controller {
-            ([0.0; 5], inputs.voltage_command - inputs.transient_voltage)
-        } else {
-            (
-                self.filter.rest(deviation, inputs.gap_rate, inputs.acceleration),
-                self.control_law.voltage(&self.filter.rest(deviation, 0.0, 0.0), 0.0),
-            )
+        let mut state = State {
+            filter: [0.0; 5],
+            flux_deviation: 0.0,
+            operating_current,
+            hold: Hold::new(time, 0.0),
+            time,
+            condition: self.first_condition(time, [inputs.gap, inputs.acceleration])?,
         };
-        let current = self.resting_current(voltage, operating_current);
-        let flux_deviation =
-            self.electromagnet.flux_of_current(inputs.gap, operating_current, current);
-        let hold = Hold::new(time, 0.0);
-        let mut state = State { filter, flux_deviation, operating_current, hold };
-        state.hold = Hold::new(time, self.demand(&state, inputs.direct()));
+        let seen = self.seen_at_rest(&state, inputs);
+        let voltage = if self.parameters.external_controller {
+            inputs.voltage_command - inputs.transient_voltage
+        } else {
+            let Seen { deviation, direct, .. } = seen;
+            state.filter = self.filter.rest(deviation, inputs.gap_rate, direct.acceleration);
+            self.control_law.voltage(&self.filter.rest(deviation, 0.0, 0.0), 0.0)
+        };
+        state.flux_deviation = if self.starts_without_current(&state.condition) {
+            -self.electromagnet.inductance * operating_current
+        } else {
+            let current = self.resting_current(voltage, operating_current);
+            self.electromagnet.flux_of_current(inputs.gap, operating_current, current)
+        };
+        state.hold = Hold::new(time, self.demand(&state, &seen));
         Ok(state)
     }
 

@@ -203,7 +203,7 @@ fn analytic_impossible_parameters_are_refused() {
         (
             "sample time",
             refused(|p| {
-                p.control.sampling = Some(magnet::Sampling { period: -1e-3, delayed: false });
+                p.control.sampling = Some(magnet::Sampling { period: -1e-3, delay: 0 });
             }),
         ),
     ] {

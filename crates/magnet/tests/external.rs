@@ -158,8 +158,8 @@ fn analytic_the_controller_alone_is_the_magnets() {
 /// is integrated by Runge-Kutta there, in steps of 50 µs: 1e-7 of its fast states.
 #[test]
 fn analytic_a_sampled_controller_alone_is_the_magnets() {
-    for delayed in [false, true] {
-        let sampling = Some(Sampling { period: 7e-4, delayed });
+    for delay in [0, 1] {
+        let sampling = Some(Sampling { period: 7e-4, delay });
         let control = Controller { sampling, ..MagnetParameters::default().control };
         let magnet =
             Magnet::new(MagnetParameters { control, ..MagnetParameters::default() }).unwrap();
@@ -189,7 +189,7 @@ fn analytic_a_sampled_controller_alone_is_the_magnets() {
 /// A step may be cut anywhere, a sampled one too.
 #[test]
 fn invariant_splitting_a_step_of_the_controller_changes_nothing() {
-    for sampling in [None, Some(Sampling { period: 1.1e-3, delayed: true })] {
+    for sampling in [None, Some(Sampling { period: 1.1e-3, delay: 1 })] {
         let control = Controller { sampling, ..MagnetParameters::default().control };
         let alone =
             VoltageController::new(ControllerParameters { control, ..Default::default() }).unwrap();
@@ -235,7 +235,7 @@ fn issue_15_bad_values_of_an_external_controller_are_refused() {
     let base = MagnetParameters { external_controller: true, ..MagnetParameters::default() };
     let refused = |parameters: MagnetParameters| Magnet::new(parameters).unwrap_err().to_string();
     let mut sampled = base;
-    sampled.control.sampling = Some(Sampling { period: 1e-3, delayed: false });
+    sampled.control.sampling = Some(Sampling { period: 1e-3, delay: 0 });
     let message = refused(sampled);
     assert!(message.contains("sample time (s) is 0.001, but must be zero"), "{message}");
     let slow = MagnetParameters { law: Law::Nonlinear, integration_step: 0.5, ..base };
@@ -258,7 +258,7 @@ fn issue_15_bad_values_of_an_external_controller_are_refused() {
         |p| p.nominal_gap = 0.0,
         |p| p.control.gains.gap = f64::NAN,
         |p| p.filter.position_cutoff = -1.0,
-        |p| p.control.sampling = Some(Sampling { period: 1e-12, delayed: false }),
+        |p| p.control.sampling = Some(Sampling { period: 1e-12, delay: 0 }),
     ];
     for change in wrong {
         let mut parameters = ControllerParameters::default();

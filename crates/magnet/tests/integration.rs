@@ -102,9 +102,9 @@ fn order_nonlinear_magnet_tends_to_the_linear_one() {
     assert!((order - 2.0).abs() < 0.1, "{order}");
 }
 
-fn sampled(period: f64, delayed: bool) -> Magnet {
+fn sampled(period: f64, delay: usize) -> Magnet {
     let mut parameters = MagnetParameters::default();
-    parameters.control.sampling = Some(Sampling { period, delayed });
+    parameters.control.sampling = Some(Sampling { period, delay });
     Magnet::new(parameters).unwrap()
 }
 
@@ -117,15 +117,15 @@ fn order_sampled_controller_tends_to_the_continuous_one() {
     // From rest, so that the voltage before the first sample continues that after it.
     let begin = continuous.initialise(&at(&lively(), 0.0), 0.0).unwrap();
     let exact = stepped(&continuous, &begin, &lively(), 0.0, 5e-3);
-    let error = |period: f64, delayed: bool| {
-        let magnet = sampled(period, delayed);
+    let error = |period: f64, delay: usize| {
+        let magnet = sampled(period, delay);
         let state = magnet.initialise(&at(&lively(), 0.0), 0.0).unwrap();
         let end = stepped(&magnet, &state, &lively(), 0.0, 5e-3);
         (end.flux_deviation - exact.flux_deviation).abs()
     };
-    let order = (error(1e-4, false) / error(5e-5, false)).log2();
+    let order = (error(1e-4, 0) / error(5e-5, 0)).log2();
     assert!((order - 1.0).abs() < 0.05, "{order}");
-    let ratio = error(5e-5, true) / error(5e-5, false);
+    let ratio = error(5e-5, 1) / error(5e-5, 0);
     assert!((ratio - 3.0).abs() < 0.1, "{ratio}");
 }
 
@@ -133,8 +133,8 @@ fn order_sampled_controller_tends_to_the_continuous_one() {
 /// into steps gives the same course, on, off and across the instants.
 #[test]
 fn invariant_sampling_instants_do_not_depend_on_the_steps() {
-    for delayed in [false, true] {
-        let magnet = sampled(3e-4, delayed);
+    for delay in [0, 1] {
+        let magnet = sampled(3e-4, delay);
         let begin = magnet.initialise(&nominal(), 2.0).unwrap();
         let run = |count: u32| {
             let size = 6e-3 / f64::from(count);
@@ -160,7 +160,7 @@ fn invariant_sampling_instants_do_not_depend_on_the_steps() {
 /// closed form, Δi(t) = Δi∞ + (Δi₀ − Δi∞)·e^{−Rt/L}.
 #[test]
 fn analytic_current_under_a_held_voltage() {
-    let magnet = sampled(1e-3, false);
+    let magnet = sampled(1e-3, 0);
     let mut state = magnet.initialise(&nominal(), 0.0).unwrap();
     state.filter[0] = 2.0;
     let end = stepped(&magnet, &state, &InputCourse::constant(&nominal()), 0.0, 1e-3);
