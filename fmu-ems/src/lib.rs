@@ -4,6 +4,9 @@
 //! declare the variables, [`EmsFmu`] maps them to the physics.
 
 mod command;
+#[cfg(test)]
+mod condition_tests;
+mod conditions;
 mod linear;
 mod model;
 mod parameters;

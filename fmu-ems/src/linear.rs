@@ -23,6 +23,18 @@ pub(crate) fn report(
             "a sampled controller has no linear differential equation; set sample_time to 0",
         ));
     }
+    if parameters.conditions.sequence.is_some_and(|it| it.lift_off.is_some()) {
+        return Err(Error::invalid(
+            "a magnet that starts without current has no operating point about which it is linear; \
+             set start_without_current to false",
+        ));
+    }
+    if state.condition.has_failure() {
+        return Err(Error::invalid(
+            "a magnet with a failed supply or sensor has no resting operating point; set its \
+             failures to false",
+        ));
+    }
     let operating = MagnetParameters { operating_current: state.operating_current, ..*parameters };
     let magnet = Magnet::new(operating).map_err(|error| Error::caused(&error))?;
     let mut system = StateSpace::default();

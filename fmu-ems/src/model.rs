@@ -7,6 +7,7 @@ use magnet::{InputCourse, InputRates, Magnet, MagnetParameters, OutputRates, Wor
 use serde::{Deserialize, Serialize};
 
 use crate::command::CommandHandles;
+use crate::conditions::{self, ConditionHandles};
 use crate::linear;
 use crate::parameters::ParameterHandles;
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
@@ -19,6 +20,9 @@ pub struct EmsFmu {
     derived: DerivedHandles,
     parameters: ParameterHandles,
     command: CommandHandles,
+    conditions: ConditionHandles,
+    /// Of the instance's name, for the seed of its noise.
+    salt: u64,
     /// A cache: rebuilt if a state was computed with other parameters.
     magnet: Magnet,
     workspace: Workspace,
@@ -50,6 +54,11 @@ impl EmsFmu {
         }
     }
 
+    /// The parameters' values now.
+    fn parameters(&self, values: &Values) -> MagnetParameters {
+        self.parameters.read(values, &self.command, &self.conditions, self.salt)
+    }
+
     /// The magnet with the given parameters.
     fn magnet(&mut self, parameters: &MagnetParameters) -> Result<&Magnet, Error> {
         if self.magnet.parameters() != parameters {
@@ -62,22 +71,35 @@ impl EmsFmu {
 impl Model for EmsFmu {
     type State = State;
 
-    fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
+    fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         interface.describe(table::info());
         let inputs = InputHandles::declare(interface);
         let outputs = OutputHandles::declare(interface);
         let derived = DerivedHandles::declare(interface);
         let parameters = ParameterHandles::declare(interface);
         let command = CommandHandles::declare(interface);
-        table::depend(interface, &inputs, &outputs, &derived, &parameters, &command);
+        let conditions = ConditionHandles::declare(interface);
+        table::depend(interface, &inputs, &outputs, &derived, &parameters, &command, &conditions);
+        let salt = conditions::salt(resources.instance_name());
         let magnet =
             Magnet::new(MagnetParameters::default()).map_err(|error| Error::caused(&error))?;
         let (workspace, rates) = (Workspace::default(), OutputRates::default());
-        Ok(Self { inputs, outputs, derived, parameters, command, magnet, workspace, rates })
+        Ok(Self {
+            inputs,
+            outputs,
+            derived,
+            parameters,
+            command,
+            conditions,
+            salt,
+            magnet,
+            workspace,
+            rates,
+        })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
-        let parameters = self.parameters.read(values, &self.command);
+        let parameters = self.parameters(values);
         let inputs = self.read(values);
         let derived = self.derived;
         let magnet = self.magnet(&parameters)?;
@@ -103,6 +125,10 @@ impl Model for EmsFmu {
         for (variable, estimate) in self.outputs.estimates.iter().zip(outputs.estimates) {
             values.set_real(*variable, estimate);
         }
+        let [gap, acceleration] = outputs.readings;
+        values.set_real(self.conditions.measured_gap, gap);
+        values.set_real(self.conditions.measured_acceleration, acceleration);
+        values.set_real(self.conditions.reference_gap, outputs.reference_gap);
         Ok(())
     }
 
@@ -127,8 +153,9 @@ impl Model for EmsFmu {
     }
 
     fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
-        let parameters = self.parameters.read(values, &self.command);
-        self.magnet(&parameters)?;
+        let parameters = self.parameters(values);
+        let inputs = self.read(values);
+        self.magnet(&parameters)?.apply_changes(&mut state.magnet, &inputs);
         state.parameters = parameters;
         Ok(())
     }
@@ -194,6 +221,9 @@ impl Model for EmsFmu {
                 + partials.voltage_by_command * seed.real(self.command.voltage_command),
         );
         result.set_real(acceleration_estimate, partials.estimate_by_acceleration * acceleration);
+        let [gap_slope, acceleration_slope] = partials.reading_slopes;
+        result.set_real(self.conditions.measured_gap, gap_slope * gap);
+        result.set_real(self.conditions.measured_acceleration, acceleration_slope * acceleration);
         Ok(true)
     }
 

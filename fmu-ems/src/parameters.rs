@@ -7,6 +7,7 @@ use magnet::{
 };
 
 use crate::command::CommandHandles;
+use crate::conditions::ConditionHandles;
 
 /// Handles of the parameters.
 #[derive(Debug, Clone, Copy)]
@@ -109,13 +110,20 @@ impl ParameterHandles {
     }
 
     /// The parameters of the physics, from the values of the variables.
-    pub(crate) fn read(&self, values: &Values, command: &CommandHandles) -> MagnetParameters {
+    pub(crate) fn read(
+        &self,
+        values: &Values,
+        command: &CommandHandles,
+        conditions: &ConditionHandles,
+        salt: u64,
+    ) -> MagnetParameters {
         let range = |on: BooleanVar, [min, max]: [RealVar; 2]| {
             let range = Range { min: values.real(min), max: values.real(max) };
             values.boolean(on).then_some(range)
         };
         let period = values.real(self.sample_time);
-        let delayed = values.boolean(self.sample_delay);
+        let samples = values.integer(conditions.delay_samples).unsigned_abs() as usize;
+        let delay = samples.max(usize::from(values.boolean(self.sample_delay)));
         MagnetParameters {
             turns: values.real(self.turns),
             pole_area: values.real(self.pole_area),
@@ -125,7 +133,7 @@ impl ParameterHandles {
             law: if values.boolean(self.nonlinear) { Law::Nonlinear } else { Law::Linear },
             control: Controller {
                 gains: gains::read(values, &self.gains),
-                sampling: (period != 0.0).then_some(Sampling { period, delayed }),
+                sampling: (period != 0.0).then_some(Sampling { period, delay }),
             },
             external_controller: values.boolean(command.external_controller),
             filter: filter::read(values, &self.filter),
@@ -137,6 +145,7 @@ impl ParameterHandles {
                 .boolean(self.lateral_guidance)
                 .then_some(values.real(self.pole_width)),
             integration_step: values.real(self.integration_step),
+            conditions: conditions.read(values, salt),
         }
     }
 

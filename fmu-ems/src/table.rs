@@ -4,6 +4,7 @@ use controller_variables::estimates;
 use fmi2_export::{Info, Interface, RealVar, UnitOfMeasure};
 
 use crate::command::CommandHandles;
+use crate::conditions::ConditionHandles;
 use crate::parameters::ParameterHandles;
 
 /// Name, description and default experiment of the unit.
@@ -189,6 +190,7 @@ pub(crate) fn depend(
     derived: &DerivedHandles,
     parameters: &ParameterHandles,
     command: &CommandHandles,
+    conditions: &ConditionHandles,
 ) {
     let InputHandles { gap, gap_rate, acceleration, lateral_offset, static_force } = *inputs;
     let [y1, y2, y3, y4, y5] = outputs.estimates;
@@ -200,6 +202,10 @@ pub(crate) fn depend(
     for unknown in [y1, y2, y4, y5] {
         interface.independent(unknown);
     }
+
+    interface.depends(conditions.measured_gap, &[gap]);
+    interface.depends(conditions.measured_acceleration, &[acceleration]);
+    interface.independent(conditions.reference_gap);
 
     let at_rest = parameters.of_controller();
     for unknown in [outputs.force, outputs.lateral_force, outputs.current, outputs.voltage] {
@@ -216,14 +222,41 @@ pub(crate) fn depend(
     interface.initially_depends(outputs.lateral_force, &[parameters.lateral_guidance]);
     interface.initially_depends(y1, &[gap, parameters.nominal_gap]);
     interface.initially_depends(y2, &[gap_rate]);
-    interface.initially_independent(y3);
     interface.initially_depends(y4, &[gap_rate]);
     interface.initially_depends(y5, &[gap, gap_rate, parameters.nominal_gap, parameters.filter[4]]);
     for unknown in [y1, y2, y4, y5] {
         interface.initially_depends(unknown, &[command.external_controller]);
     }
+    depend_on_conditions(interface, inputs, outputs, parameters, conditions);
     interface.initially_depends(derived.inductance, &parameters.of_coil()[..3]);
     for unknown in [derived.current_stiffness, derived.gap_stiffness, derived.nominal_force] {
         interface.initially_depends(unknown, &parameters.of_coil());
     }
+}
+
+/// Dependencies at the start of what sensors, failures, lift-off and set-down add.
+fn depend_on_conditions(
+    interface: &mut Interface,
+    inputs: &InputHandles,
+    outputs: &OutputHandles,
+    parameters: &ParameterHandles,
+    conditions: &ConditionHandles,
+) {
+    let (of_readings, of_start) = (conditions.of_readings(), conditions.of_start());
+    let ConditionHandles { measured_gap, measured_acceleration, reference_gap, .. } = *conditions;
+    for unknown in [outputs.force, outputs.lateral_force, outputs.current, outputs.voltage]
+        .into_iter()
+        .chain(outputs.estimates)
+    {
+        interface.initially_depends(unknown, &of_readings);
+        interface.initially_depends(unknown, &of_start);
+    }
+    for (reading, input) in
+        [(measured_gap, inputs.gap), (measured_acceleration, inputs.acceleration)]
+    {
+        interface.initially_depends(reading, &[input]);
+        interface.initially_depends(reading, &of_readings);
+    }
+    interface.initially_depends(reference_gap, &[inputs.gap, parameters.nominal_gap]);
+    interface.initially_depends(reference_gap, &of_start);
 }

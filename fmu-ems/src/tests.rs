@@ -3,7 +3,7 @@
 
 use fmi2_export::{sys::fmi2Status, testing::TestInstance};
 use magnet::{
-    FilterDesign, Gains, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, PowerLimits,
+    Conditions, FilterDesign, Gains, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, PowerLimits,
     Range, Sampling, Workspace,
 };
 
@@ -106,6 +106,7 @@ fn other(
         },
         pole_width: Some(0.03),
         integration_step: 1e-4,
+        conditions: Conditions::default(),
     };
     let reals = vec![
         ("turns", 390.0),

@@ -78,7 +78,8 @@ unsafe fn make<M: Model>(
     logger: Logger,
 ) -> Result<ExportedInstance, Error> {
     // SAFETY: the caller guarantees it, also below.
-    if unsafe { text(name, "the instance name") }?.trim().is_empty() {
+    let name = unsafe { text(name, "the instance name") }?;
+    if name.trim().is_empty() {
         return Err(Error::invalid("the instance name is empty"));
     }
     if kind != fmi2Type::fmi2CoSimulation {
@@ -92,7 +93,7 @@ unsafe fn make<M: Model>(
         // SAFETY: not null, see above.
         unsafe { CStr::from_ptr(location) }.to_str().ok()
     };
-    let resources = Resources::new(location::resources(location));
+    let resources = Resources::new(location::resources(location)).of_instance(name);
     let (model, table) = VariableTable::declare::<M>(&resources)?;
     let own = description::braced(&table.guid);
     if guid != own {

@@ -122,7 +122,7 @@ impl ExportedInstance {
     /// Back to the state after instantiation, bit for bit.
     pub(crate) fn reset(&mut self) -> Result<(), Error> {
         if self.progress.mode == InstanceMode::Poisoned {
-            let table = self.model.rebuild(&Resources::new(self.resources.path()))?;
+            let table = self.model.rebuild(&self.resources.again())?;
             if table.guid != self.table.guid {
                 let text = "the resources have changed since the instantiation; instantiate again";
                 return Err(Error::invalid(text));

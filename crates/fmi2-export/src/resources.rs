@@ -12,6 +12,7 @@ use crate::Error;
 #[derive(Debug)]
 pub struct Resources {
     folder: PathBuf,
+    instance: String,
     /// Names and hashes of the files read, in order.
     read: RefCell<Vec<(String, Uuid)>>,
 }
@@ -20,7 +21,27 @@ impl Resources {
     /// Resources in `folder`, which need not exist: resources are optional.
     #[must_use]
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into(), read: RefCell::default() }
+        Self { folder: folder.into(), instance: String::new(), read: RefCell::default() }
+    }
+
+    /// The same for the instance of that name.
+    #[must_use]
+    pub(crate) fn of_instance(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.instance);
+        self
+    }
+
+    /// The same, with nothing read yet.
+    #[must_use]
+    pub(crate) fn again(&self) -> Self {
+        Self::new(self.path()).of_instance(self.instance_name())
+    }
+
+    /// Name of the instance, for example to tell random numbers of several instances apart; empty
+    /// when the description is printed. Declarations must not depend on it.
+    #[must_use]
+    pub fn instance_name(&self) -> &str {
+        &self.instance
     }
 
     /// The folder. Files opened by this path instead of [`Resources::read`] are not part of the

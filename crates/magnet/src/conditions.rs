@@ -126,6 +126,11 @@ impl Conditions {
 }
 
 impl Condition {
+    /// Whether the supply or a sensor has failed.
+    pub fn has_failure(&self) -> bool {
+        self.supply_failed || self.readings.failed.iter().any(Option::is_some)
+    }
+
     /// Whether the coil gets no voltage.
     pub(crate) fn is_off(&self) -> bool {
         self.supply_failed || self.phase == Phase::Off

@@ -94,14 +94,10 @@ impl Magnet {
         next
     }
 
-    /// Takes changed parameters into a state that was computed with others, at the state's time.
-    ///
-    /// # Errors
-    /// Inputs that are not finite, or a closed gap.
-    pub fn apply_changes(&self, state: &mut State, inputs: &MagnetInputs) -> Result<(), Error> {
-        inputs.check()?;
+    /// Takes changed failures, lift-off and set-down into a state that was computed with others, at
+    /// the state's time.
+    pub fn apply_changes(&self, state: &mut State, inputs: &MagnetInputs) {
         let values = inputs.signals().values;
         self.switch(state, state.time, 0.0, values, &SensorKnots::default());
-        Ok(())
     }
 }

@@ -84,6 +84,13 @@ impl PowerLimits {
         self.current.map_or(current, |range| range.clamp(current))
     }
 
+    /// The current without supply, in A: the limiter does not act, but a current that cannot become
+    /// negative does not do so by rounding either.
+    pub(crate) fn freewheeling(&self, current: f64) -> f64 {
+        let positive = self.current.is_some_and(|range| range.min >= 0.0);
+        if positive { current.max(0.0) } else { current }
+    }
+
     pub(crate) fn none(&self) -> bool {
         self.voltage.is_none() && self.current.is_none()
     }

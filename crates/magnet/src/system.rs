@@ -136,8 +136,12 @@ impl Magnet {
         let operating = state.operating_current;
         let flux = state.flux_deviation;
         let current = operating + self.electromagnet.current_of_flux(gap, operating, flux);
-        let limited = self.parameters.limits.clamp_current(current);
-        if limited == current || state.condition.is_off() {
+        let limited = if state.condition.is_off() {
+            self.parameters.limits.freewheeling(current)
+        } else {
+            self.parameters.limits.clamp_current(current)
+        };
+        if limited == current {
             return (flux, current);
         }
         (self.electromagnet.flux_of_current(gap, operating, limited - operating), limited)

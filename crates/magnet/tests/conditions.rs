@@ -153,7 +153,7 @@ fn analytic_failures_begin_at_their_time_within_a_step() {
         let failed = with(|p| p.conditions = sensing(|s| {
             s.gap.failure = SensorFailure { failed: true, time: None, reading };
         }));
-        failed.apply_changes(&mut state, &at(&lively(), 3.7e-3)).unwrap();
+        failed.apply_changes(&mut state, &at(&lively(), 3.7e-3));
         let state = stepped(&failed, &state, &lively().after(3.7e-3), 3.7e-3, 4.3e-3);
         assert!(distance(&whole, &state) < 1e-12, "{reading:?}");
         let expected = match reading {
@@ -218,7 +218,7 @@ fn analytic_failed_supply_switches_the_linear_force_off() {
     let mut state = healthy.initialise(&nominal(), 0.0).unwrap();
     let course = InputCourse::constant(&nominal());
     state = stepped(&healthy, &state, &course, 0.0, 1e-3);
-    failed.apply_changes(&mut state, &nominal()).unwrap();
+    failed.apply_changes(&mut state, &nominal());
     for n in 1..5 {
         let now = failed.outputs(&state, &MagnetInputs { lateral_offset: 1e-3, ..nominal() }).unwrap();
         let off = [now.force, now.lateral_force, now.current, now.voltage];
@@ -229,7 +229,7 @@ fn analytic_failed_supply_switches_the_linear_force_off() {
         assert_eq!(partials.force_by_static_force, 0.0);
         state = stepped(&failed, &state, &course, f64::from(n) * 1e-3, 1e-3);
     }
-    healthy.apply_changes(&mut state, &nominal()).unwrap();
+    healthy.apply_changes(&mut state, &nominal());
     assert_eq!(healthy.outputs(&state, &nominal()).unwrap().force, LOAD);
 }
 
@@ -396,7 +396,7 @@ impl Hanging {
 }
 
 /// A magnet on a skid at 16 mm lifts off to 8 mm and sets down again. The gap follows its
-/// reference within 0.6 mm while it moves, is at 8 mm to 1 µm a second and a half after the lift-off,
+/// reference within 0.5 mm while it moves, is at 8 mm to 10 µm two seconds after the lift-off,
 /// touches down below 10 mm/s, and in the end the skid carries everything. The force is never negative.
 #[test]
 fn analytic_magnet_lifts_off_and_sets_down() {
@@ -410,21 +410,21 @@ fn analytic_magnet_lifts_off_and_sets_down() {
         let mut it = Hanging::start(&magnet, 0.0);
         let first = magnet.outputs(&it.state, &it.inputs(&magnet)).unwrap();
         assert_eq!([first.force, first.current, first.voltage], [0.0; 3]);
-        let (mut touchdown, mut worst) = (None, 0.0_f64);
+        let (mut touchdown, mut worst, mut settled) = (None, 0.0_f64, 0.0_f64);
         for n in 1..=90_000 {
             let rate = it.rate;
             let now = it.step(&magnet, 1e-4);
             let out = magnet.outputs(&it.state, &now).unwrap();
             let time = f64::from(n) * 1e-4;
-            assert!(out.force >= 0.0 && out.current >= -1e-12, "{time}: {out:?}");
+            assert!(out.force >= 0.0 && out.current >= 0.0, "{time}: {out:?}");
             if time < 0.5 {
                 assert!(out.force == 0.0 && (it.gap - SKID_GAP - LOAD / 2e7).abs() < 1e-9, "{time}");
             }
             if (1.1..5.0).contains(&time) {
                 worst = worst.max((it.gap - out.reference_gap).abs());
             }
-            if (4.0..5.0).contains(&time) {
-                assert!((it.gap - 0.008).abs() < 1e-6, "{time}: {}", it.gap);
+            if (4.5..5.0).contains(&time) {
+                settled = settled.max((it.gap - 0.008).abs());
             }
             if time > 5.0 && touchdown.is_none() && it.gap > SKID_GAP {
                 touchdown = Some(rate);
@@ -433,7 +433,7 @@ fn analytic_magnet_lifts_off_and_sets_down() {
         let now = it.inputs(&magnet);
         let out = magnet.outputs(&it.state, &now).unwrap();
         let touchdown = touchdown.unwrap();
-        assert!(worst < 6e-4, "{worst}");
+        assert!(worst < 5e-4 && settled < 1e-5, "{worst} {settled}");
         assert!(touchdown < 0.01, "{touchdown}");
         assert!(out.force < 1e-3 * LOAD && out.voltage == 0.0, "{out:?}");
         assert!((skid(it.gap, it.rate) / LOAD - 1.0).abs() < 1e-3 && it.rate.abs() < 1e-5);

@@ -33,13 +33,21 @@ impl TestInstance {
     /// # Errors
     /// The model's resources or declarations are invalid.
     pub fn new<M: Model>(resources: impl AsRef<Path>) -> Result<Self, CallFailure> {
+        Self::named::<M>(resources, "unit")
+    }
+
+    /// The same with an instance name.
+    ///
+    /// # Errors
+    /// As [`TestInstance::new`], or the name is empty.
+    pub fn named<M: Model>(resources: impl AsRef<Path>, name: &str) -> Result<Self, CallFailure> {
         let call = "fmi2Instantiate";
         let folder = resources.as_ref();
         let declared = VariableTable::declare::<M>(&Resources::new(folder));
         let (_, table) = declared.map_err(|error| CallFailure::new(call, &error))?;
         let location = folder.display().to_string();
         let mut this =
-            Self::instantiate::<M>("unit", &description::braced(&table.guid), &location)?;
+            Self::instantiate::<M>(name, &description::braced(&table.guid), &location)?;
         this.names = names(&table);
         let variables = table.interface.variables.iter();
         let offering = variables.filter(|variable| variable.derivatives > 0);
