@@ -56,7 +56,7 @@ fn issue_14_each_gain_acts_on_its_own_estimate() {
         (Gains { gap: 11.0, ..zero }, 11.0),
         (GAINS, 2.0 * y3 + 3.0 * 4e3 + 5.0 * 5e4 + 7.0 * 20.0 + 11.0),
     ] {
-        for sampling in [None, Some(Sampling { period: 1e-3, delayed: false })] {
+        for sampling in [None, Some(Sampling { period: 1e-3, delay: 0 })] {
             let control = Controller { gains, sampling };
             let magnet = Magnet::new(MagnetParameters { control, ..parameters() }).unwrap();
             let inputs = MagnetInputs { acceleration, ..nominal() };

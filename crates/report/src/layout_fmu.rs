@@ -52,7 +52,7 @@ impl<'a> LayoutFmu<'a> {
 
     /// The text of a file in the FMU's resources.
     pub(crate) fn resource(&self, name: &str) -> Result<String, ReportError> {
-        read(&self.instance.path, &format!("resources/{name}"))?
+        read(&source(&self.instance), name)?
             .ok_or_else(|| self.unusable(&format!("resources/{name} does not exist")))
     }
 
