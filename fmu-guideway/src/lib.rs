@@ -14,6 +14,8 @@
 
 #[cfg(test)]
 mod allocation;
+#[cfg(test)]
+mod girder_tests;
 mod kinds;
 mod linear;
 mod model;

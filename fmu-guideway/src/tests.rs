@@ -84,6 +84,7 @@ fn invariant_every_layout_is_a_unit_with_its_counts() {
         ("one-bogie", 8, 1, 25.0),
         ("one-car", 32, 1, 25.0),
         ("moving-force", 1, 1, 25.0),
+        ("two-span-continuous", 8, 1, 50.0),
     ] {
         let mut unit = unit(name);
         unit.initialize(0.0).unwrap();
