@@ -117,8 +117,8 @@ fn exponentials(a: &DMatrix<f64>) -> [DMatrix<f64>; FUNCTIONS] {
     for _ in 0..squarings {
         let twice = |k: usize| {
             let mut sum = product(&functions[0], &functions[k]);
-            for j in 1..=k {
-                sum += &functions[j] / factorial(k - j);
+            for (j, function) in functions.iter().enumerate().take(k + 1).skip(1) {
+                sum += function / factorial(k - j);
             }
             sum / f64::from(1u32 << k)
         };

@@ -56,11 +56,11 @@ pub struct GirderDescription {
     /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hinges: Vec<f64>,
-    /// Number of beam elements over the whole girder, at least 4 per mode and at most 400, or 160 with a
+    /// Number of beam elements over the whole girder, at least 4 per mode and at most 200, or 100 with a
     /// shear stiffness. Default: 10 per mode, at least 40. The relative error of the frequency of mode n
     /// is about (πn/elements)⁴/1440.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = 4, max = 400)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 4, max = 200)))]
     pub elements: Option<usize>,
     /// Undamped natural frequencies (Hz), first mode first, from a modal test or another program. With
     /// beam elements 0 keeps the computed frequency; an imposed one changes the modal stiffness. Default:

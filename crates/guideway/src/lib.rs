@@ -1,8 +1,8 @@
 //! Flexible guideway under moving magnets.
 //!
-//! A row of simply supported spans between rigid ground, each described by its bending modes (eqs
-//! 6-8 of the paper), loaded by magnets whose forces are spread over their poles, with an irregular
-//! surface and, optionally, the chirp force of eq. 13:
+//! A row of spans between rigid ground, each described by its bending modes (eqs 6-8 of the paper),
+//! which are given, or computed from a beam on elastic supports; loaded by magnets whose forces are
+//! spread over their poles, with an irregular surface and, optionally, the chirp force of eq. 13:
 //!
 //! - deflection u(x, t) = Σ qₙ(t)·φₙ(x) (eq. 6), up positive;
 //! - Mₙ·q̈ₙ + Cₙ·q̇ₙ + Kₙ·qₙ = φₙᵀP(x, t) (eq. 7), P the sum over magnets and the discrete forces
@@ -10,8 +10,8 @@
 //! - outputs at magnets and mid-spans (eq. 8): displacement, rate as the moving magnet sees it,
 //!   acceleration.
 //!
-//! The modal equations are decoupled and linear, hence solved exactly over a step of any size for
-//! forces that vary as polynomials ([`Guideway::step`]). [`GuidewayDescription`] is the guideway as
+//! The modal equations are linear, and decoupled unless supports have dampers, hence solved exactly
+//! over a step of any size for forces that vary as polynomials ([`Guideway::step`]). [`GuidewayDescription`] is the guideway as
 //! data, [`Guideway`] the checked and immutable model, [`State`] everything that changes,
 //! [`Workspace`] scratch memory.
 //!

@@ -64,7 +64,7 @@ fn analytic_static_deflection_on_springs() {
 /// P at the middle of one of two fields on rigid supports: 23·PL³/1536EI there.
 #[test]
 fn analytic_static_deflection_of_a_continuous_girder() {
-    let keys = r#""length": 50.0, "modes": 30, "damping": [0.0], "elements": 240,
+    let keys = r#""length": 50.0, "modes": 30, "damping": [0.0], "elements": 200,
         "supports": [{"x": 0}, {"x": 25}, {"x": 50}]"#;
     let extra = r#", "pole": {"length": 0.0, "forces": 1},
         "points": [{"name": "field_1", "span": 1, "x": 12.5}, {"name": "pier", "span": 1, "x": 25.0}]"#;
@@ -179,6 +179,58 @@ fn invariant_energy_is_the_work_of_a_force_that_crosses_an_elastic_end() {
     assert!((work_done / energy - 1.0).abs() < 1e-4, "{work_done} {energy}");
     // ramps of F/k = 0.4 mm over 0.65 m: 9 mm/s. At their ends the rate jumps within one step.
     assert!(jump < 0.5 * 0.011, "{jump}");
+}
+
+/// docs/units/guideway.md: what the modes that are left out would carry, at the middle of a field and
+/// over the inner pier of the two-span girder.
+#[test]
+fn golden_shares_of_the_deflection_that_the_guide_states() {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../fmu-guideway/resources/two-span-continuous/guideway.json"
+    );
+    let text = std::fs::read_to_string(file).unwrap();
+    let deflections = |modes: usize| {
+        let mut d = GuidewayDescription::from_json(&text).unwrap();
+        d.girders.get_mut("continuous").unwrap().modes = Some(modes);
+        d.magnets = 1;
+        let (g, mut work) = build(&d);
+        [12.5, 25.0].map(|x| {
+            let state = static_under(&g, &mut work, 1e5, x);
+            surface(&g, &mut work, &state, x).u
+        })
+    };
+    let all = deflections(50);
+    for (modes, missing) in [(6, [0.02, 0.21]), (12, [0.002, 0.05])] {
+        for ((some, all), missing) in deflections(modes).iter().zip(all).zip(missing) {
+            let found = 1.0 - some / all;
+            assert!((found / missing - 1.0).abs() < 0.25, "{modes}: {found} {missing}");
+        }
+    }
+}
+
+/// The kinds of girder that docs/units/guideway.md shows, in one row.
+#[test]
+fn golden_kinds_of_the_guide_are_valid() {
+    let page = include_str!("../../../docs/units/guideway.md");
+    let (_, after) = page.split_once("```json\n").unwrap();
+    let (kinds, _) = after.split_once("```").unwrap();
+    let text = format!(
+        r#"{{"girders": {{ {kinds} }}, "spans": [{{"girder": "measured"}}, {{"girder": "designed"}},
+            {{"girder": "from_fe"}}, {{"girder": "continuous"}}], "magnets": 1}}"#
+    );
+    let mut d = GuidewayDescription::from_json(&text).unwrap();
+    let file: String = (0..=30)
+        .map(|i| (f64::from(i), PI * f64::from(i) / 30.0))
+        .map(|(x, a)| format!("{x},{},{}\n", a.sin(), (2.0 * a).sin() * f64::from(x < 30.0)))
+        .collect();
+    d.set_shapes("from_fe", &file).unwrap();
+    let (g, _) = build(&d);
+    assert_eq!((g.spans().len(), g.track()), (4, (0.0, 150.0)));
+    let first = |k: usize| g.modes()[g.spans()[k].first_mode].frequency();
+    // the design is that of the measured girder
+    assert!((first(0) - 4.8).abs() < 1e-12 && (first(1) - 4.8).abs() < 0.1, "{}", first(1));
+    assert!((first(3) - first(1)).abs() < 0.3, "{}", first(3));
 }
 
 /// Half of a pole on the girder's end: half of the force, and half of the deflection is felt.

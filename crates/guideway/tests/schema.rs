@@ -34,7 +34,10 @@ fn invariant_every_key_is_documented() {
             let optional = !required.contains(&Value::String(key.clone()));
             assert!(!optional || text.contains("Default"), "{name}.{key}: {text}");
             let number = member["type"].to_string().contains("\"number\"");
-            assert!(!number || text.contains('(') || text.contains("Factor"), "{name}.{key}: {text}");
+            assert!(
+                !number || text.contains('(') || text.contains("Factor"),
+                "{name}.{key}: {text}"
+            );
             assert!(!text.contains("[`"), "{name}.{key}: {text}");
         }
     }

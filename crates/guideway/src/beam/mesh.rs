@@ -7,7 +7,7 @@ use crate::description::{GirderDescription, SectionDescription, SupportDescripti
 
 /// Most beam elements of a girder, and of one that is soft in shear, whose elements have more freedoms:
 /// the eigenvalue problem is dense.
-const MAX_ELEMENTS: [usize; 2] = [400, 160];
+const MAX_ELEMENTS: [usize; 2] = [200, 100];
 /// Least elements per mode.
 const ELEMENTS_PER_MODE: usize = 4;
 /// Places closer than this fraction of the length are the same.

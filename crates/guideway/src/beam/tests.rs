@@ -279,12 +279,12 @@ fn invariant_modes_are_orthogonal_with_sections_and_piers() {
         }
     }
     add(1.0, 0.4);
-    for i in 0..5 {
+    for (i, row) in gram.iter().enumerate() {
         // the rule is exact up to rounding, but in cells that a node divides
-        assert!((gram[i][i] / modes.masses[i] - 1.0).abs() < 1e-9, "{i}");
-        for j in 0..i {
+        assert!((row[i] / modes.masses[i] - 1.0).abs() < 1e-9, "{i}");
+        for (j, entry) in row.iter().enumerate().take(i) {
             let scale = (modes.masses[i] * modes.masses[j]).sqrt();
-            assert!(gram[i][j].abs() < 1e-8 * scale, "{i} {j}: {}", gram[i][j] / scale);
+            assert!(entry.abs() < 1e-8 * scale, "{i} {j}: {}", entry / scale);
         }
     }
 }
@@ -354,7 +354,7 @@ fn refusal_bad_beams_are_named_with_a_remedy() {
             "rotat",
         ),
         (r#""elements": 12"#.to_owned(), "g.elements", "4 per mode"),
-        (r#""elements": 4000"#.to_owned(), "g.elements", "400"),
+        (r#""elements": 4000"#.to_owned(), "g.elements", "200"),
         (
             r#""sections": [{"length": 0.4}, {"length": 0.5}]"#.to_owned(),
             "g.sections",
