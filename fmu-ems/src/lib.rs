@@ -7,6 +7,8 @@ mod command;
 #[cfg(test)]
 mod condition_tests;
 mod conditions;
+#[cfg(test)]
+mod gain_tests;
 mod linear;
 mod model;
 mod parameters;

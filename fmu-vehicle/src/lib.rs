@@ -18,6 +18,8 @@ mod contact;
 #[cfg(test)]
 mod contact_tests;
 mod dependencies;
+#[cfg(test)]
+mod derivative_tests;
 mod external;
 mod jerks;
 mod linear;
