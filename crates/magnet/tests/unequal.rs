@@ -201,3 +201,14 @@ fn analytic_current_rate_in_both_laws() {
     close(coil(Law::Linear).current_by_gap(gap, current), 24.0 / 0.008);
     close(coil(Law::Nonlinear).current_by_gap(gap, current), current / gap);
 }
+
+/// The lateral force restores with the stiffness 2F/(πw)·c²/(c² + y²), on either side of the rail.
+#[test]
+fn analytic_lateral_stiffness_off_the_centre() {
+    let (force, gap, width) = (5000.0, 0.0076, 0.028);
+    for offset in [0.0, 0.004, -0.011] {
+        let expected = 2.0 * force / (std::f64::consts::PI * width) * gap * gap
+            / (gap * gap + offset * offset);
+        close(magnet::lateral_stiffness(force, gap, offset, width), expected);
+    }
+}

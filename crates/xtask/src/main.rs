@@ -7,6 +7,7 @@ mod binaries;
 mod check;
 mod documentation;
 mod licences;
+mod mutants;
 mod package;
 mod picture;
 mod python;
@@ -105,6 +106,11 @@ enum Task {
         #[arg(long, default_value_t = 1_000_000)]
         calls: u64,
     },
+    /// Change the code of the physics one place at a time, and see whether a test fails.
+    /// Takes seconds for each of thousands of mutants, so it is not part of `test`.
+    /// A survivor that crates/xtask/mutants.json does not accept is an error.
+    #[command(verbatim_doc_comment)]
+    Mutants(mutants::Selection),
     /// Take docs/report.png, the picture of a report (may install Chromium)
     Screenshot,
     /// Run the scenarios of the paper's figures, and write docs/paper.md
@@ -151,6 +157,7 @@ fn main() -> Result<()> {
         Task::Test { quick: false, no_python } => check::all(!no_python),
         Task::Docs => check::guide(),
         Task::Sanitize { calls } => sanitize::run(calls),
+        Task::Mutants(selection) => mutants::run(&selection),
         Task::Screenshot => screenshot::take(),
         Task::Paper { keep_results } => paper(keep_results),
         Task::Codegen { check } => check::codegen(check),
