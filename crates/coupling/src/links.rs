@@ -38,6 +38,8 @@ pub struct RealLink {
     pub degree: Option<usize>,
     /// Whether output or input changes at communication points only (`variability="discrete"`).
     pub held: bool,
+    /// Whether the output's slope jumps at communication points.
+    pub kinks: bool,
 }
 
 /// Type of a whole number in its unit.

@@ -42,7 +42,8 @@
 //! there ([`Effect::Jump`]), and the slopes of the unit's other outputs ([`Effect::Kink`]). A polynomial
 //! never combines data from both sides: the history restarts with the point at tₙ₊₁. After a jump,
 //! interpolation uses the Taylor polynomial about the end. After a kink, it uses the parabola through
-//! y₀ with y₁ and y₁', or the line through both values.
+//! y₀ with y₁ and y₁', or the line through both values. A signal that kinks at every communication
+//! point, such as the acceleration under a sampled controller, is announced by its connection.
 
 use serde::{Deserialize, Serialize};
 

@@ -78,6 +78,7 @@ fn stepped(name: AlgorithmName) -> u64 {
         limit: 3,
         degree: None,
         held: false,
+        kinks: false,
     };
     let links = (0..n)
         .map(|k| {

@@ -16,6 +16,10 @@ pub struct Connection {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 3))]
     pub extrapolation: Option<u8>,
+    /// The slopes of these signals jump at communication points, as the acceleration does under a sampled
+    /// controller: no polynomial uses data from before the beginning of its step but the value. For Reals only.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub kinks: bool,
     /// The input is factor · source + offset, in the input's unit of measurement. For Real inputs only. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,

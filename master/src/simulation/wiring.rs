@@ -133,6 +133,7 @@ impl<'a> Wiring<'a> {
             limit: if !cut && (slow || steps > 1) { 3 } else { limit },
             degree: own,
             held,
+            kinks: link.kinks && !held,
         });
     }
 

@@ -170,6 +170,16 @@ pub enum SystemError {
         /// Data type of the variable.
         kind: Type,
     },
+    /// `kinks` between variables that have no slope.
+    #[error("{place}: kinks is for connections of a Real to a Real, not for {from} to {to}")]
+    NoKinks {
+        /// JSON path.
+        place: String,
+        /// `instance.variable`
+        from: String,
+        /// `instance.variable`
+        to: String,
+    },
     /// Two Enumerations without a common item.
     #[error(
         "{place}: {from} and {to} have no item in common: {} and {}",
@@ -322,6 +332,7 @@ impl SystemError {
                 "connections convert numbers and Booleans to Reals, Integers, Enumerations and Booleans to \
                  Integers, and Integers to Enumerations; other conversions need a unit in between"
             }
+            Self::NoKinks { .. } => "leave it out: other values jump, and are held over each step",
             Self::NotLinear { .. } => "leave them out, or compute the value in a unit in between",
             Self::NoCommonItem { .. } => {
                 "Enumerations are connected by the names of their items; check that these two belong \

@@ -73,7 +73,12 @@ impl System {
         let linear =
             Conversion { factor: all * converted.factor, offset: all * converted.offset + added };
         let transfer = self.transfer(place, from, to, linear)?;
-        Ok(Link { from, to, transfer, extrapolation: connection.extrapolation })
+        let Connection { extrapolation, kinks, .. } = *connection;
+        if kinks && !both_real {
+            let (place, to) = (place.to_owned(), self.port_name(to));
+            return Err(SystemError::NoKinks { place, from: self.port_name(from), to });
+        }
+        Ok(Link { from, to, transfer, extrapolation, kinks })
     }
 
     /// The map from the output's unit of measurement to the input's.

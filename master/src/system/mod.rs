@@ -40,6 +40,8 @@ pub struct Link {
     pub transfer: Transfer,
     /// Degree of the extrapolation, if it differs from the general one.
     pub extrapolation: Option<u8>,
+    /// Whether the slope jumps at communication points.
+    pub kinks: bool,
 }
 
 /// A value that `--set` gives one variable.

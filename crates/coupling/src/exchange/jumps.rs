@@ -83,7 +83,7 @@ impl Exchange {
                 Effect::Jump => Effect::Kink,
                 _ => Effect::None,
             };
-            let mut worst = Effect::None;
+            let mut worst = origin.always;
             for effect in jumped.iter().map(effect_on_output) {
                 worst = worst.max(effect);
                 if worst == Effect::Jump {

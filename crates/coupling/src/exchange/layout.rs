@@ -22,12 +22,13 @@ pub(super) struct Form {
     pub(super) output: OutputIndex,
     pub(super) degree: usize,
     pub(super) held: bool,
+    pub(super) kinks: bool,
 }
 
 impl Form {
     pub(super) fn of(link: &RealLink, degree: usize) -> Self {
         let degree = if link.held { 0 } else { link.degree.unwrap_or(degree) };
-        Self { output: link.output, degree, held: link.held }
+        Self { output: link.output, degree, held: link.held, kinks: link.kinks }
     }
 }
 
@@ -38,7 +39,7 @@ pub(super) type Forms = (Vec<Vec<Form>>, HashMap<(UnitIndex, Form), usize>);
 pub(super) fn lay_out(links: &[Links], degree: usize) -> Forms {
     let general = |unit: &Links| {
         let outputs = (0..unit.offered.len()).map(OutputIndex);
-        outputs.map(|output| Form { output, degree, held: false }).collect()
+        outputs.map(|output| Form { output, degree, held: false, kinks: false }).collect()
     };
     let mut forms: Vec<Vec<Form>> = links.iter().map(general).collect();
     let mut places: HashMap<(UnitIndex, Form), usize> = HashMap::new();

@@ -21,6 +21,8 @@ struct Origin {
     unit: UnitIndex,
     output: OutputIndex,
     size: Size,
+    /// Its discontinuity at every communication point.
+    always: Effect,
 }
 
 /// All signals between the units and their history: flat lists, allocated once.
@@ -50,11 +52,12 @@ impl Exchange {
         let (forms, places) = lay_out(&links, degree);
         let (mut first, mut signals, mut origins) = (vec![0], Vec::new(), Vec::new());
         for (unit, forms) in forms.iter().enumerate() {
-            for &Form { output, degree, held } in forms {
+            for &Form { output, degree, held, kinks } in forms {
                 let size = links[unit].sizes.get(output.0).copied().unwrap_or_default();
                 let offered = links[unit].offered[output];
                 signals.push(if held { Signal::held() } else { Signal::new(offered, degree) });
-                origins.push(Origin { unit: UnitIndex(unit), output, size });
+                let always = if kinks { Effect::Kink } else { Effect::None };
+                origins.push(Origin { unit: UnitIndex(unit), output, size, always });
             }
             first.push(signals.len());
         }
@@ -177,8 +180,11 @@ impl Exchange {
     #[inline]
     pub fn extrapolate(&mut self, size: f64) {
         let ExchangeState { signals, outputs, begin, before } = &mut self.now;
-        for signal in signals {
+        for (signal, origin) in signals.iter_mut().zip(&self.origins) {
             signal.extrapolate(size);
+            if origin.always != Effect::None {
+                signal.set_effect(origin.always);
+            }
         }
         for &k in &self.givers {
             std::mem::swap(&mut begin[k], &mut before[k]);

@@ -132,6 +132,7 @@ const LINK: RealLink = RealLink {
     limit: 3,
     degree: None,
     held: false,
+    kinks: false,
 };
 
 fn links(offered: usize) -> Vec<Links> {
