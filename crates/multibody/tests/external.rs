@@ -122,6 +122,28 @@ fn analytic_wind_on_a_car_is_carried_by_the_magnets() {
     assert!(lean.abs() > 1e-4, "the wind does nothing");
 }
 
+/// The same on girders that hang through by 4 mm, with the law of the magnets, which holds nothing sideways
+/// while the search still pulls the magnets down.
+#[test]
+fn analytic_wind_on_a_train_on_deflected_girders() {
+    let description = train::cars(3);
+    let model = VehicleModel::new(&description).unwrap();
+    let pole = |load: f64, gap: f64, offset: f64| {
+        let slope = load * std::f64::consts::FRAC_2_PI / 0.028;
+        let fall = slope * gap * gap / (gap * gap + offset * offset);
+        [-slope * gap * (offset / gap).atan(), fall]
+    };
+    let track: Vec<f64> =
+        description.magnets.iter().map(|m| -4e-3 * (m.position[0] / 25.0).cos().abs()).collect();
+    let external = [[0.0, 3000.0, 0.0, -500.0, 0.0, 0.0], [0.0; 6], [0.0; 6]];
+    let mut ws = model.workspace();
+    let holding = Holding::default();
+    let found = model.loaded_equilibrium(&track, &holding, &pole, &external, &mut ws).unwrap();
+    assert!(found.acceleration < 1e-9, "{}", found.acceleration);
+    let sideways: f64 = found.lateral.iter().sum();
+    assert!((sideways + 3000.0).abs() < 1e-5, "{sideways} N");
+}
+
 /// Zeros are none, bit for bit; the workspace tells forces apart.
 #[test]
 fn invariant_no_wind_changes_no_bit() {

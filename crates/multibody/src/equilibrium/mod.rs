@@ -85,23 +85,29 @@ impl VehicleModel {
             return Err(Error::NotFinite { what, time: 0.0 });
         }
         let statics = self.static_problem(holding)?;
-        // the law of guidance needs loads to hold against wind, from the first step of the search on
-        let calm = external.as_flattened().iter().all(|u| *u == 0.0);
-        let weight = self.total_mass * self.gravity.norm();
-        let first = if calm || track.is_empty() { 0.0 } else { weight / track.len() as f64 };
         let mut search = Search {
             model: self,
             holding,
             track,
             guidance,
-            external,
-            loads: vec![first; track.len()],
+            external: &[],
+            loads: vec![0.0; track.len()],
             forces: vec![0.0; track.len()],
             lateral: vec![0.0; track.len()],
             restoring: vec![0.0; track.len()],
             factors: vec![0.0; statics.analysis.factorisation.storage],
             statics: &statics,
         };
+        if external.as_flattened().iter().all(|u| *u == 0.0) {
+            return search.run(&mut state, ws);
+        }
+        // the law of guidance holds against wind only where the magnets carry the weight, so the search
+        // begins where the vehicle rests without wind, if it does
+        if search.run(&mut state, ws).is_err() {
+            state = self.initial_state();
+            search.loads.fill(0.0);
+        }
+        search.external = external;
         search.run(&mut state, ws)
     }
 }
