@@ -326,6 +326,13 @@ fn element_count(given: &GirderDescription, path: &str) -> Result<usize, Error> 
         || given.sections.iter().any(|section| section.shear_stiffness.is_some());
     let most = MAX_ELEMENTS[usize::from(soft)];
     let least = ELEMENTS_PER_MODE * modes.max(1);
+    if least > most {
+        return Err(Error::invalid(
+            format!("{path}.modes"),
+            format!("{modes} modes of a girder with at most {most} elements"),
+            format!("give at most {} modes", most / ELEMENTS_PER_MODE),
+        ));
+    }
     let count = given.elements.unwrap_or((10 * modes).clamp(40, most));
     if (least..=most).contains(&count) {
         return Ok(count);

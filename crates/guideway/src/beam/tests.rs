@@ -354,6 +354,8 @@ fn refusal_bad_beams_are_named_with_a_remedy() {
             "rotat",
         ),
         (r#""elements": 12"#.to_owned(), "g.elements", "4 per mode"),
+        (r#""elements": 200, "modes": 51"#.to_owned(), "g.modes", "at most 50"),
+        (r#""shear_stiffness": 9.0, "modes": 26"#.to_owned(), "g.modes", "at most 25"),
         (r#""elements": 4000"#.to_owned(), "g.elements", "200"),
         (
             r#""sections": [{"length": 0.4}, {"length": 0.5}]"#.to_owned(),
