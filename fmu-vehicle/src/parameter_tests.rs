@@ -277,29 +277,3 @@ fn invariant_a_train_with_bending_cars_starts_at_rest() {
     }
     assert!(unit.real("car_1_vertical_acceleration_05").is_err());
 }
-
-/// The committed schema of vehicle files is that of the types, and the shipped layouts have its keys.
-#[test]
-fn golden_the_schema_of_vehicle_files_is_current() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/resources/schema.json");
-    let committed = std::fs::read_to_string(path).unwrap();
-    assert!(
-        committed == VehicleDescription::schema(),
-        "resources/schema.json is stale: cargo run -p multibody --example schema > {path}"
-    );
-    let schema: serde_json::Value = serde_json::from_str(&committed).unwrap();
-    let properties = |name: &str| schema["$defs"][name]["properties"].as_object().unwrap();
-    let layout = include_str!("../resources/two-car/vehicle.json");
-    let layout: serde_json::Value = serde_json::from_str(layout).unwrap();
-    for key in layout.as_object().unwrap().keys() {
-        assert!(properties("Vehicle").contains_key(key), "{key}");
-    }
-    // every key is documented
-    for (name, definition) in schema["$defs"].as_object().unwrap() {
-        let Some(keys) = definition["properties"].as_object() else { continue };
-        for (key, value) in keys {
-            let documented = value["description"].is_string() || value["$ref"].is_string();
-            assert!(documented, "{name}.{key} has no description");
-        }
-    }
-}

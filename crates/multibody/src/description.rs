@@ -5,6 +5,7 @@
 //! vehicle's nominal speed. The frame is inertial, so only the position along the track depends on
 //! that speed.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,72 +16,79 @@ use crate::error::Error;
 pub const GROUND: &str = "ground";
 
 /// A whole vehicle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct VehicleDescription {
+    /// Path or URL of the schema, for editors. Default: none.
+    #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
     /// Short name, for example `two-car`.
     pub name: String,
-    /// Description of the vehicle, for its users.
+    /// Description of the vehicle, for its users. Default: empty.
     #[serde(default)]
     pub description: String,
-    /// Gravity in m/s², for example `[0, 0, -9.81]`.
+    /// Acceleration of gravity (m/s²), for example `[0, 0, -9.81]`.
     pub gravity: [f64; 3],
-    /// Nominal air gap c0 in m: the gap of a magnet in its initial place under a track at z = 0.
+    /// Nominal air gap c0 (m): the gap of a magnet in its initial place under a track at z = 0.
     pub nominal_gap: f64,
     /// Rigid bodies; at least one.
     pub bodies: Vec<Body>,
-    /// Joints between two bodies, or a body and the ground.
+    /// Joints between two bodies, or a body and the ground. Default: none.
     #[serde(default)]
     pub joints: Vec<Joint>,
-    /// Bushings (air springs, traction rods, elastic joints).
+    /// Bushings (air springs, traction rods, elastic joints). Default: none.
     #[serde(default)]
     pub bushings: Vec<Bushing>,
-    /// Springs between two points.
+    /// Springs between two points. Default: none.
     #[serde(default)]
     pub springs: Vec<Spring>,
-    /// Spring-dampers in the free coordinate of translational and revolute joints.
+    /// Spring-dampers in the free coordinate of translational and revolute joints. Default: none.
     #[serde(default)]
     pub joint_forces: Vec<JointForce>,
-    /// What holds the speed.
+    /// What holds the speed. Default: nothing.
     #[serde(default)]
     pub drive: Option<Drive>,
-    /// Electromagnets, in the order of the signals.
+    /// Electromagnets, in the order of the signals. Default: none.
     #[serde(default)]
     pub magnets: Vec<MagnetPoint>,
-    /// Bodies whose motion is an output.
+    /// Bodies whose motion is an output. Default: none.
     #[serde(default)]
     pub observed: Vec<Observed>,
     /// Mechanical stops and landing skids at the magnets. Default: the standard ones, switched off.
     #[serde(default)]
     pub contact: Option<ContactDescription>,
-    /// Elements whose stiffness and damping are parameters of the vehicle unit, group by group.
+    /// Elements whose stiffness and damping are parameters of the vehicle unit, group by group. Default:
+    /// none.
     #[serde(default)]
     pub groups: Vec<ElementGroup>,
 }
 
 /// A rigid body.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Name, unique among the bodies.
     pub name: String,
-    /// Mass in kg.
+    /// Mass (kg).
     pub mass: f64,
-    /// Inertia about the centre of mass in the body's own axes, kg·m².
+    /// Inertia about the centre of mass in the body's own axes (kg·m²).
     pub inertia: Inertia,
-    /// Centre of mass, m.
+    /// Centre of mass (m).
     pub position: [f64; 3],
-    /// Attitude as a unit quaternion (w, x, y, z); default: the axes of the world.
+    /// Attitude as a unit quaternion (w, x, y, z). Default: the axes of the world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
     /// True for a body that represents the surroundings. Its mass does not count as mass of the
-    /// vehicle.
+    /// vehicle. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reference: bool,
 }
 
 /// Inertia: three principal moments, or the full symmetric matrix by rows.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected three principal moments [x, y, z], or a symmetric matrix as three rows of \
@@ -143,7 +151,8 @@ impl std::fmt::Display for JointKind {
 /// Its place is one world point (`position`, with `axis`), or one point on either body in that
 /// body's own coordinates (`local_a` and `local_b`, with `local_axis_a` and `local_axis_b`), which
 /// must then meet in the initial pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Joint {
     /// Name, unique among the joints.
@@ -154,29 +163,30 @@ pub struct Joint {
     pub body_a: String,
     /// Body b: moves relative to a.
     pub body_b: String,
-    /// The joint's point in the world, m.
+    /// The joint's point in the world (m). Default: `local_a` and `local_b` give it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
-    /// The joint's axis in the world (any length).
+    /// The joint's axis in the world (any length). Default: the local axes give it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[f64; 3]>,
-    /// The joint's point on a, from a's centre of mass in a's axes, m.
+    /// The joint's point on a, from a's centre of mass in a's axes (m). Default: `position` gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub local_a: Option<[f64; 3]>,
-    /// The joint's point on b, from b's centre of mass in b's axes, m.
+    /// The joint's point on b, from b's centre of mass in b's axes (m). Default: `position` gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub local_b: Option<[f64; 3]>,
-    /// The joint's axis in a's axes.
+    /// The joint's axis in a's axes (any length). Default: `axis` gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub local_axis_a: Option<[f64; 3]>,
-    /// The joint's axis in b's axes.
+    /// The joint's axis in b's axes (any length). Default: `axis` gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub local_axis_b: Option<[f64; 3]>,
 }
 
 /// Three translational and three rotational spring-dampers between two bodies, along axes that are
 /// fixed to a. Unloaded (up to the preload) in the initial pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Bushing {
     /// Name, unique among the bushings.
@@ -185,112 +195,118 @@ pub struct Bushing {
     pub body_a: String,
     /// Body that carries the point at which the force pair acts.
     pub body_b: String,
-    /// Place of both ends, m.
+    /// Place of both ends (m).
     pub position: [f64; 3],
-    /// Attitude of the bushing's axes (w, x, y, z); default: the axes of the world in the initial
+    /// Attitude of the bushing's axes (w, x, y, z). Default: the axes of the world in the initial
     /// pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
-    /// N/m along the three axes.
+    /// Stiffness along the three axes (N/m). Default: zeros.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub translational_stiffness: [f64; 3],
-    /// N·s/m along the three axes.
+    /// Damping along the three axes (N·s/m). Default: zeros.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub translational_damping: [f64; 3],
-    /// N·m/rad about the three axes.
+    /// Stiffness about the three axes (N·m/rad). Default: zeros.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rotational_stiffness: [f64; 3],
-    /// N·m·s/rad about the three axes.
+    /// Damping about the three axes (N·m·s/rad). Default: zeros.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rotational_damping: [f64; 3],
-    /// Force on a in the initial pose, along the bushing's axes, N.
+    /// Force on a in the initial pose, along the bushing's axes (N). Default: zeros.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub preload: [f64; 3],
 }
 
 /// A spring-damper on the line between two points.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
     /// Name, unique among the springs.
     pub name: String,
     /// Body at end a.
     pub body_a: String,
-    /// End a, m.
+    /// End a (m).
     pub position_a: [f64; 3],
     /// Body at end b.
     pub body_b: String,
-    /// End b, m.
+    /// End b (m).
     pub position_b: [f64; 3],
-    /// N/m.
+    /// Stiffness (N/m).
     pub stiffness: f64,
-    /// N·s/m.
+    /// Damping (N·s/m). Default: 0.
     #[serde(default)]
     pub damping: f64,
-    /// Length at which the spring exerts no force, m; default: the initial length.
+    /// Length at which the spring exerts no force (m). Default: the initial length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub free_length: Option<f64>,
 }
 
 /// Spring-damper and constant force in the free coordinate of a joint: the displacement along the
 /// axis (translational, m) or the angle about it (revolute, rad), both zero in the initial pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct JointForce {
     /// Name of a translational or revolute joint.
     pub joint: String,
-    /// N/m or N·m/rad.
+    /// Stiffness (N/m, or N·m/rad for a revolute joint).
     pub stiffness: f64,
-    /// N·s/m or N·m·s/rad.
+    /// Damping (N·s/m, or N·m·s/rad for a revolute joint). Default: 0.
     #[serde(default)]
     pub damping: f64,
-    /// Constant force along (moment about) the axis, positive on b, N or N·m: a drive.
+    /// Constant force along (moment about) the axis, positive on b (N or N·m): a drive. Default: 0.
     #[serde(default, skip_serializing_if = "is_nought")]
     pub preload: f64,
 }
 
 /// Holds bodies at their place along the track, which travels with the nominal speed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
     /// The bodies that are driven, each by a longitudinal force at its centre of mass.
     pub bodies: Vec<String>,
-    /// Stiffness relative to the nominal position along the track, N/m.
+    /// Stiffness relative to the nominal position along the track (N/m).
     pub stiffness: f64,
-    /// Damping relative to the nominal speed, N·s/m.
+    /// Damping relative to the nominal speed (N·s/m).
     pub damping: f64,
 }
 
 /// An electromagnet: a point that takes a vertical and a lateral force.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MagnetPoint {
     /// The body that carries it.
     pub body: String,
-    /// Point of the forces, m.
+    /// Point of the forces (m).
     pub position: [f64; 3],
 }
 
 /// A body whose motion is observed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Observed {
     /// Prefix of the outputs, for example `car_1`: lower-case letters, digits, underscores.
     pub name: String,
     /// Name of the observed body.
     pub body: String,
-    /// Further points whose accelerations are outputs (ride comfort), m.
+    /// Further points whose accelerations are outputs (ride comfort; m). Default: none.
     #[serde(default)]
     pub points: Vec<[f64; 3]>,
-    /// The body that carries each point; default: the observed body carries all.
+    /// The body that carries each point. Default: the observed body carries all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point_bodies: Vec<String>,
     /// Bodies that belong to the observed one, such as the other segments of a car body that bends. Its mass
-    /// as a parameter includes theirs, and a load is carried by the nearest of them.
+    /// as a parameter includes theirs, and a load is carried by the nearest of them. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
     /// Names of the bushings that level this body, with `*` for any letters: air springs with levelling valves.
-    /// Their preload follows if parameters change what they carry. Their end b is on this body's side.
+    /// Their preload follows if parameters change what they carry. Their end b is on this body's side. Default:
+    /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub levelled_by: Vec<String>,
 }
@@ -300,18 +316,19 @@ pub struct Observed {
 /// The vehicle unit has parameters for them, such as `air_spring_vertical_stiffness` in N/m; factors
 /// (`…_factor`) where the values differ within the group. In the lists `*` stands for any letters and `[1..4]`
 /// for numbers; one of the lists is given.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ElementGroup {
     /// Beginning of the parameters' names: lower-case letters, digits, underscores.
     pub name: String,
-    /// Names of bushings.
+    /// Names of bushings. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bushings: Vec<String>,
-    /// Names of springs.
+    /// Names of springs. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<String>,
-    /// Names of the joints whose forces belong to the group.
+    /// Names of the joints whose forces belong to the group. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_forces: Vec<String>,
 }
@@ -333,7 +350,11 @@ impl VehicleDescription {
     /// # Errors
     /// [`Error::Invalid`] where a number has no JSON form (NaN, infinity).
     pub fn to_json(&self) -> Result<String, Error> {
-        let mut fields = vec![
+        let mut fields = Vec::new();
+        if let Some(schema) = &self.schema {
+            fields.push(format!("\"$schema\": {}", json(schema)?));
+        }
+        fields.extend([
             format!("\"name\": {}", json(&self.name)?),
             format!("\"description\": {}", json(&self.description)?),
             format!("\"gravity\": {}", json(&self.gravity)?),
@@ -347,7 +368,7 @@ impl VehicleDescription {
             list("magnets", &self.magnets)?,
             list("observed", &self.observed)?,
             list("groups", &self.groups)?,
-        ];
+        ]);
         if let Some(contact) = &self.contact {
             fields.push(format!("\"contact\": {}", json(contact)?));
         }

@@ -91,6 +91,7 @@ mod reactions;
 mod resolve;
 mod saddle;
 mod sample;
+#[cfg(feature = "schema")]
 mod schema;
 mod scheme;
 mod shapes;

@@ -17,7 +17,7 @@ const PLAN: &[(&str, &[&str])] = &[
     // physics and analysis: no FMI
     ("magnet", &[]),
     ("guideway", &["strict-json"]),
-    ("multibody", &["strict-json"]),
+    ("multibody", &["patterns", "strict-json"]),
     ("analysis", &[]),
     // small tools
     ("patterns", &[]),

@@ -1,5 +1,6 @@
 //! Contact as data of the vehicle file: mechanical stops and landing skids.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,35 +15,38 @@ pub const MIN_SLIP_SPEED: f64 = 1e-4;
 
 /// Mechanical stops and landing skids at every magnet. What the file leaves out is available with the
 /// values of [`ContactDescription::standard`], switched off.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ContactDescription {
-    /// The stop, which touches the rail from below where the gap closes.
+    /// The stop, which touches the rail from below where the gap closes. Default: the standard one,
+    /// switched off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<ContactSide>,
-    /// The skid, which lands on the rail where the gap opens.
+    /// The skid, which lands on the rail where the gap opens. Default: the standard one, switched off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skid: Option<ContactSide>,
-    /// Speed of sliding at which friction reaches 71 % of its full value, m/s.
+    /// Speed of sliding at which friction reaches 71 % of its full value (m/s). Default: 0.01.
     #[serde(default = "slip_speed")]
     pub slip_speed: f64,
 }
 
 /// Data of a stop or a skid at one magnet.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ContactSide {
     /// Whether it is in force. Default: true.
     #[serde(default = "yes")]
     pub on: bool,
-    /// Air gap at which it touches, m.
+    /// Air gap at which it touches (m).
     pub gap: f64,
-    /// k of N = k d (1 + χ ḋ), N/m.
+    /// Stiffness k of N = k d (1 + χ ḋ) (N/m).
     pub stiffness: f64,
-    /// χ of N = k d (1 + χ ḋ), s/m.
+    /// Damping χ of N = k d (1 + χ ḋ) (s/m). Default: 0.
     #[serde(default)]
     pub damping: f64,
-    /// Coefficient of friction μ.
+    /// Coefficient of friction μ (1). Default: 0.
     #[serde(default)]
     pub friction: f64,
 }

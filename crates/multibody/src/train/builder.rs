@@ -25,6 +25,7 @@ impl<'a> Builder<'a> {
         Self {
             train,
             description: VehicleDescription {
+                schema: None,
                 name: name.to_owned(),
                 description: text.to_owned(),
                 gravity: [0.0, 0.0, -train.gravity],

@@ -11,6 +11,7 @@ pub const G: f64 = 9.81;
 /// A description without anything in it.
 pub fn empty(name: &str) -> VehicleDescription {
     VehicleDescription {
+        schema: None,
         name: name.to_owned(),
         description: String::new(),
         gravity: [0.0, 0.0, -G],
