@@ -145,9 +145,11 @@ fn girders() -> Result<String> {
 
 fn low_speed_spectra(rest: &Standstill) -> Result<String> {
     let (mut gap_lines, mut girder_lines) = (Vec::new(), Vec::new());
-    for (name, label) in
-        [("low-speed", "waves from 0.5 m"), ("low-speed-short-waves", "waves from 0.05 m")]
-    {
+    for (name, label) in [
+        ("low-speed", "waves from 0.5 m"),
+        (runs::SHORT_WAVES, "waves from 0.05 m"),
+        (runs::AT_CENTRES, "the same, felt at the magnets' centres"),
+    ] {
         let table = runs::table(name)?;
         let span = 10.0..65.0;
         let of_gaps = density(&table, &gaps(&table)?, 0.25, &span)?;

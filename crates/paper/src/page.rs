@@ -34,7 +34,7 @@ by one command:
 cargo xtask paper
 ```
 
-It runs the [scenarios](scenarios.md) of the figures anew (three minutes on two cores, after the build), measures, draws and writes this page and its numbers
+It runs the [scenarios](scenarios.md) of the figures anew (four minutes on two cores, after the build), measures, draws and writes this page and its numbers
 ([numbers.json](paper/numbers.json)). Verdicts follow from the numbers, and the command fails where the
 numbers no longer bear a reason given here. No parameter was fitted to a picture; the irregularity's amplitude
 was chosen for one number, as said there. What the paper leaves open and how it is read: [physics](physics.md).
