@@ -35,7 +35,7 @@ def test_crosstool_maglev_validates(unit):
 
 def test_there_are_units_of_every_kind():
     stems = {unit.stem.split("-")[0] for unit in units()}
-    assert stems == {"ems", "guideway", "vehicle"}
+    assert stems == {"controller", "ems", "guideway", "vehicle"}
 
 
 def test_analytic_poles_of_one_magnet_under_250_kg():

@@ -49,6 +49,8 @@ pub struct ControllerState {
     pub filter: [f64; 5],
     /// Memory of a sampled controller; its voltages are Δv.
     pub hold: Hold,
+    /// Whether a sampled controller takes its next sample now: at the start of the next step.
+    pub due: bool,
     /// The part of Δv, in V, that the gap's rate caused at the start.
     pub transient_voltage: f64,
 }
@@ -137,8 +139,14 @@ impl VoltageController {
 
     /// ∂Δv/∂q̈ between steps, in V·s²/m: zero while a sampled controller holds its voltage. The gap
     /// does not feed through.
-    pub fn voltage_by_acceleration(&self) -> f64 {
-        if self.is_sampled() { 0.0 } else { self.control_law.by_acceleration }
+    pub fn voltage_by_acceleration(&self, state: &ControllerState) -> f64 {
+        if self.follows_inputs(state) { self.control_law.by_acceleration } else { 0.0 }
+    }
+
+    /// Whether the voltage now follows from the inputs now: always without sampling, and at a sample
+    /// unless it acts one later.
+    fn follows_inputs(&self, state: &ControllerState) -> bool {
+        self.parameters.control.sampling.is_none_or(|it| state.due && !it.delayed)
     }
 
     /// The state to start from at `time` (s): the filter at [`Filter::rest`].
@@ -158,7 +166,7 @@ impl VoltageController {
         let voltage = self.control_law.voltage(&filter, inputs.acceleration);
         let lasting = self.control_law.voltage(&self.filter.rest(deviation, 0.0, 0.0), 0.0);
         let hold = Hold::new(time, voltage);
-        Ok(ControllerState { filter, hold, transient_voltage: voltage - lasting })
+        Ok(ControllerState { filter, hold, due: true, transient_voltage: voltage - lasting })
     }
 
     /// Advances the state over `size` (s) from `time` (s), while gap and acceleration follow
@@ -194,6 +202,8 @@ impl VoltageController {
                 }
             }
         }
+        let after = sampling::next(&state.hold, sampling.period, time + size, 0.0, size);
+        state.due = matches!(after, Next::Sample);
         Ok(())
     }
 
@@ -211,13 +221,17 @@ impl VoltageController {
         state.filter = workspace.0.step(&self.key, system, &state.filter, inputs, size);
     }
 
-    /// All outputs for a state and the inputs of the same instant.
+    /// All outputs for a state and the inputs of the same instant. Where a sample is due, the voltage is
+    /// the one that it sets: the value from this instant on.
     pub fn outputs(&self, state: &ControllerState, inputs: &ControllerInputs) -> ControllerOutputs {
         let ControllerInputs { gap, acceleration, .. } = *inputs;
-        let voltage = if self.is_sampled() {
-            state.hold.applied
-        } else {
+        let voltage = if self.follows_inputs(state) {
             self.control_law.voltage(&state.filter, acceleration)
+        } else if state.due {
+            // the sample before, which acts from now on
+            state.hold.pending
+        } else {
+            state.hold.applied
         };
         let deviation = gap - self.parameters.nominal_gap;
         let estimates = self.filter.estimates(&state.filter, deviation, acceleration);
@@ -235,13 +249,13 @@ impl VoltageController {
         let deviation = gap - self.parameters.nominal_gap;
         let filter = self.filter.rates(&state.filter, deviation, acceleration);
         ControllerRates {
-            voltage: if self.is_sampled() { 0.0 } else { self.control_law.voltage(&filter, jerk) },
+            voltage: if self.parameters.control.sampling.is_some() {
+                0.0
+            } else {
+                self.control_law.voltage(&filter, jerk)
+            },
             // The gap has no feed-through to the estimates, so its rate is not needed here.
             estimates: self.filter.estimates(&filter, 0.0, jerk),
         }
-    }
-
-    fn is_sampled(&self) -> bool {
-        self.parameters.control.sampling.is_some()
     }
 }

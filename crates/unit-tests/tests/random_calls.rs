@@ -301,6 +301,11 @@ fn survive(name: &str, layout: Option<&str>, share: u64) {
 }
 
 #[test]
+fn invariant_controller_survives_random_calls() {
+    survive("controller", None, 1);
+}
+
+#[test]
 fn invariant_ems_survives_random_calls() {
     survive("ems", None, 1);
 }

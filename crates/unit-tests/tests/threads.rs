@@ -62,6 +62,11 @@ fn threads_do_not_meet(name: &str, layout: Option<&str>) {
 }
 
 #[test]
+fn invariant_controller_in_threads() {
+    threads_do_not_meet("controller", None);
+}
+
+#[test]
 fn invariant_ems_in_threads() {
     threads_do_not_meet("ems", None);
 }

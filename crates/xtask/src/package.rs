@@ -30,13 +30,13 @@ pub struct Unit {
 }
 
 /// The packages of the units' libraries.
-const UNIT_CRATES: [&str; 3] = ["fmu-ems", "fmu-guideway", "fmu-vehicle"];
+const UNIT_CRATES: [&str; 4] = ["fmu-controller", "fmu-ems", "fmu-guideway", "fmu-vehicle"];
 
 /// Model identifiers, each with the layout whose unit has no suffix in its name.
-const CRATES: [(&str, &str); 3] =
-    [("ems", ""), ("guideway", "three-spans"), ("vehicle", "two-car")];
+const CRATES: [(&str, &str); 4] =
+    [("controller", ""), ("ems", ""), ("guideway", "three-spans"), ("vehicle", "two-car")];
 
-/// All units: one for `ems`, one for each resource folder of the other two.
+/// All units: one for `controller` and for `ems`, one for each resource folder of the others.
 pub fn units() -> Result<Vec<Unit>> {
     let mut units = Vec::new();
     for (identifier, default) in CRATES {

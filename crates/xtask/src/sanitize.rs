@@ -37,7 +37,13 @@ pub fn run(calls: u64) -> Result<()> {
         args.extend(["--".into(), "--nocapture".into()].into_iter().filter(|_| what[0] == "test"));
         workspace::run_with(workspace::cargo(), &args, &environment)
     };
-    cargo(&["build", "--package=fmu-ems", "--package=fmu-guideway", "--package=fmu-vehicle"])?;
+    cargo(&[
+        "build",
+        "--package=fmu-controller",
+        "--package=fmu-ems",
+        "--package=fmu-guideway",
+        "--package=fmu-vehicle",
+    ])?;
     // One of the kit's tests loads its example, which `--tests` leaves out.
     cargo(&["build", "--package=fmi2-export", "--examples"])?;
     cargo(&["test", "--package=fmi2-export", "--tests"])?;

@@ -33,6 +33,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmi2-derive", &["fmi2-import", "fmi2-package", "patterns", "strict-json"]),
     // the units
     ("controller-variables", &["fmi2-export", "magnet"]),
+    ("fmu-controller", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-ems", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),

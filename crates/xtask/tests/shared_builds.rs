@@ -13,6 +13,7 @@ const CALLS: [&[&str]; 4] = [
     &["--edges=normal,build", "--package=xtask"],
     &[
         "--edges=normal,build",
+        "--package=fmu-controller",
         "--package=fmu-ems",
         "--package=fmu-guideway",
         "--package=fmu-vehicle",
