@@ -37,6 +37,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmu-ems", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
+    ("state-feedback", &["fmi2-export"]),
     // co-simulation
     ("scenario", &["fmi2-derive", "fmi2-import", "patterns", "strict-json"]),
     ("results", &["patterns"]),
