@@ -1,8 +1,8 @@
 //! The unit's variables, declared once, and their dependencies.
 
 use controller_variables::{estimates, filter, gains};
-use fmi2_export::{BooleanVar, Info, Interface, RealVar, UnitOfMeasure, Values, VariableRow};
-use magnet::{Controller, ControllerParameters, Sampling};
+use fmi2_export::{Info, IntegerVar, Interface, RealVar, UnitOfMeasure, Values, VariableRow};
+use magnet::{Controller, ControllerParameters, MAX_DELAY, Sampling};
 
 /// Name, description and default experiment of the unit.
 pub(crate) fn info() -> Info {
@@ -38,7 +38,7 @@ pub(crate) struct ParameterHandles {
     gains: [RealVar; 5],
     filter: [RealVar; 5],
     sample_time: RealVar,
-    sample_delay: BooleanVar,
+    delay_samples: IntegerVar,
 }
 
 impl Signals {
@@ -171,10 +171,12 @@ impl ParameterHandles {
                      in between; 0 means a continuous controller",
                 )
                 .done(),
-            sample_delay: interface
-                .boolean("sample_delay")
-                .parameter(false)
-                .description("A sampled controller applies each voltage one sample later")
+            delay_samples: interface
+                .integer("delay_samples")
+                .parameter(0)
+                .min(0)
+                .max(MAX_DELAY as i32)
+                .description("Samples after which a sampled controller applies a voltage")
                 .done(),
         }
     }
@@ -182,12 +184,12 @@ impl ParameterHandles {
     /// The parameters of the physics, from the values of the variables.
     pub(crate) fn read(&self, values: &Values) -> ControllerParameters {
         let period = values.real(self.sample_time);
-        let delayed = values.boolean(self.sample_delay);
+        let delay = usize::try_from(values.integer(self.delay_samples)).unwrap_or(0);
         ControllerParameters {
             nominal_gap: values.real(self.nominal_gap),
             control: Controller {
                 gains: gains::read(values, &self.gains),
-                sampling: (period != 0.0).then_some(Sampling { period, delayed }),
+                sampling: (period != 0.0).then_some(Sampling { period, delay }),
             },
             filter: filter::read(values, &self.filter),
         }

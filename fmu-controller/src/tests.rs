@@ -77,7 +77,7 @@ fn other(sampled: bool) -> (ControllerParameters, TestInstance) {
         nominal_gap: 0.0082,
         control: Controller {
             gains,
-            sampling: sampled.then_some(Sampling { period: 7e-4, delayed: true }),
+            sampling: sampled.then_some(Sampling { period: 7e-4, delay: 2 }),
         },
         filter: FilterDesign {
             gap_cutoff: 900.0,
@@ -104,7 +104,7 @@ fn other(sampled: bool) -> (ControllerParameters, TestInstance) {
     ] {
         unit.set_real(name, value).unwrap();
     }
-    unit.set_boolean("sample_delay", sampled).unwrap();
+    unit.set_integer("delay_samples", if sampled { 2 } else { 0 }).unwrap();
     (parameters, started(unit))
 }
 

@@ -100,9 +100,9 @@ fn analytic_samples_act_when_those_of_ems_do() {
     }
     let held = json!({ "extends": base, "connections": connections });
     fs::write(&file, held.to_string()).unwrap();
-    for (delay, largest) in [("false", 2e-6), ("true", 5e-7)] {
+    for (delay, largest) in [(0, 2e-6), (1, 5e-7)] {
         let settings = |unit: &str| {
-            [format!("{unit}.sample_time=0.001"), format!("{unit}.sample_delay={delay}")]
+            [format!("{unit}.sample_time=0.001"), format!("{unit}.delay_samples={delay}")]
         };
         let at = |file: &Path, unit: &str| {
             let [time, delay] = settings(unit);

@@ -146,7 +146,7 @@ impl VoltageController {
     /// Whether the voltage now follows from the inputs now: always without sampling, and at a sample
     /// unless it acts one later.
     fn follows_inputs(&self, state: &ControllerState) -> bool {
-        self.parameters.control.sampling.is_none_or(|it| state.due && !it.delayed)
+        self.parameters.control.sampling.is_none_or(|it| state.due && it.delay == 0)
     }
 
     /// The state to start from at `time` (s): the filter at [`Filter::rest`].
@@ -227,9 +227,9 @@ impl VoltageController {
         let ControllerInputs { gap, acceleration, .. } = *inputs;
         let voltage = if self.follows_inputs(state) {
             self.control_law.voltage(&state.filter, acceleration)
-        } else if state.due {
-            // the sample before, which acts from now on
-            state.hold.pending
+        } else if let Some(sampling) = self.parameters.control.sampling.filter(|_| state.due) {
+            // an earlier sample, which acts from now on
+            state.hold.upcoming(sampling.delay)
         } else {
             state.hold.applied
         };

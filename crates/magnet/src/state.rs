@@ -45,10 +45,20 @@ impl Hold {
 
     /// Takes a sample: its voltage is applied `delay` samples later.
     pub(crate) fn take(&mut self, voltage: f64, delay: usize) {
-        let count = self.pending.len();
-        let place = (self.next % count as u64) as usize;
-        self.pending[place] = voltage;
-        self.applied = self.pending[(place + count - delay.min(MAX_DELAY)) % count];
+        self.pending[self.place(0)] = voltage;
+        self.applied = self.upcoming(delay);
         self.next += 1;
+    }
+
+    /// The voltage that the next sample applies, if it was computed `delay` samples before.
+    pub(crate) fn upcoming(&self, delay: usize) -> f64 {
+        self.pending[self.place(delay)]
+    }
+
+    /// Place of the sample `delay` samples before the next one.
+    fn place(&self, delay: usize) -> usize {
+        let count = self.pending.len();
+        let next = (self.next % count as u64) as usize;
+        (next + count - delay.min(MAX_DELAY)) % count
     }
 }
