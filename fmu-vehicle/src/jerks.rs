@@ -113,7 +113,7 @@ impl Jerks {
                 Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
             let rates = AppliedForces { magnets, external: &state.rates.external };
             let moving = track.map(|track| (track, &state.rates.track_rate[..]));
-            model.jerks_in_contact(&state.vehicle, forces, &rates, moving, [work, probe])?;
+            model.jerks_in_contact(&state.vehicle, *forces, rates, moving, [work, probe])?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
                 *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }

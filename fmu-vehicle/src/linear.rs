@@ -33,7 +33,7 @@ pub(crate) fn report(
     let linear = model
         .linearise_in_contact(
             state,
-            &AppliedForces {
+            AppliedForces {
                 magnets: inputs.loads(values),
                 external: external.memory().hold(external, values),
             },

@@ -261,7 +261,7 @@ impl Model for VehicleFmu {
         self.model
             .accelerations_in_contact(
                 &state.vehicle,
-                &AppliedForces { magnets: self.inputs.loads(values), external },
+                AppliedForces { magnets: self.inputs.loads(values), external },
                 self.contact.track(values, &self.inputs).as_ref(),
                 &mut self.work,
             )
@@ -297,7 +297,7 @@ impl Model for VehicleFmu {
                 &mut self.trial,
                 step.size,
                 max_step,
-                &course,
+                course,
                 track.as_ref(),
                 &mut self.work,
             )
@@ -388,7 +388,7 @@ impl Model for VehicleFmu {
         let rate = seed.reals(inputs.track_rate);
         let moved = track.as_ref().map(|track| (track, height, rate));
         self.model
-            .load_response_in_contact(&state.vehicle, &forces, moved, &mut self.probe)
+            .load_response_in_contact(&state.vehicle, forces, moved, &mut self.probe)
             .map_err(|e| Error::caused(&e))?;
         for k in 0..state.loads.len() {
             let slope = track.as_ref().map_or(0.0, |track| {

@@ -109,7 +109,7 @@ pub(crate) fn report(
 ) -> Result<String, Error> {
     let failed = |e: multibody::Error| Error::caused(&e).context("the report modes");
     let linearisation = model
-        .linearise_in_contact(state, forces, &options.springs(), track, &mut model.workspace())
+        .linearise_in_contact(state, *forces, &options.springs(), track, &mut model.workspace())
         .map_err(failed)?;
     let counts = model.counts();
     let modes = linearisation

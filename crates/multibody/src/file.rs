@@ -4,9 +4,11 @@ use serde_json::{Map, Value};
 use strict_json::{FormError, JsonError, PathStep, shown};
 
 use crate::description::VehicleDescription;
-use crate::error::Error;
+use crate::error::{Error, invalid};
 use crate::train::{KEY, TrainDescription};
 
+/// Keys that every whole vehicle has.
+const NEEDED: [&str; 4] = ["name", "gravity", "nominal_gap", "bodies"];
 /// Path of the whole document in messages.
 const WHOLE: &str = "$";
 
@@ -23,6 +25,7 @@ pub(crate) fn read(text: &str) -> Result<VehicleDescription, Error> {
         description.check()?;
         return Ok(description);
     };
+    check_changes(changes)?;
     let train: TrainDescription = typed(text, train, vec![PathStep::Key(KEY.to_owned())])?;
     let expanded = train.expand()?;
     if changes.is_empty() {
@@ -55,6 +58,20 @@ fn check_keys(text: &str, document: &Value) -> Result<(), Error> {
     let steps = [PathStep::Key(key.clone())];
     let error = FormError::new(format!("unknown field `{key}`; did you mean `{KEY}`?"));
     Err(Error::Read { path: path(&steps), message: error.located(text, &steps) })
+}
+
+/// A train beside a whole vehicle: what comes of patching a whole vehicle file with a train. Its bodies would
+/// silently take the places of the train's.
+fn check_changes(changes: &Map<String, Value>) -> Result<(), Error> {
+    if !NEEDED.iter().all(|key| changes.contains_key(*key)) {
+        return Ok(());
+    }
+    let message = format!(
+        "the file is a whole vehicle already: it has `{}`; a train cannot patch it, so write the train to a \
+         file of its own that replaces this one",
+        NEEDED.join("`, `")
+    );
+    Err(invalid(KEY, message))
 }
 
 /// A path in words.

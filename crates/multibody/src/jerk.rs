@@ -70,7 +70,7 @@ impl VehicleModel {
         let (forces, rates) = (forces.into(), rates.into());
         self.check_forces(state, &rates)?;
         let (loads, load_rates) = (forces.magnets, rates.magnets);
-        self.accelerations_in_contact(state, &forces, track.map(|(track, _)| track), ws)?;
+        self.accelerations_in_contact(state, forces, track.map(|(track, _)| track), ws)?;
         probe.forget();
         probe.touch.set(track.map(|(track, _)| track));
         for dt in [-DIFFERENCE, DIFFERENCE] {

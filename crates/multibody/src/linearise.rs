@@ -90,7 +90,7 @@ impl VehicleModel {
     ) -> Result<Linearisation, Error> {
         // checks the lengths and that the state can be evaluated
         let forces = forces.into();
-        self.accelerations_in_contact(state, &forces, track, ws)?;
+        self.accelerations_in_contact(state, forces, track, ws)?;
         let (free, rank) = self.free_motions(state, ws);
         let dof = free.ncols();
         let mut weighted = free.clone();
@@ -242,7 +242,7 @@ impl LinearisationProbe<'_> {
         let [vertical, lateral] = self.held(&beside);
         let magnets = Loads { vertical: &vertical, lateral: &lateral };
         let forces = AppliedForces { magnets, external: self.forces.external };
-        self.model.accelerations_in_contact(&beside, &forces, self.track, self.ws)?;
+        self.model.accelerations_in_contact(&beside, forces, self.track, self.ws)?;
         let mut result = DVector::zeros(direction.len());
         for (k, body) in beside.bodies.iter().enumerate() {
             let (v, w) = self.ws.acceleration(BodyIndex(k));

@@ -47,21 +47,9 @@ impl<'a> From<&Loads<'a>> for AppliedForces<'a> {
     }
 }
 
-impl From<&Self> for AppliedForces<'_> {
-    fn from(forces: &Self) -> Self {
-        *forces
-    }
-}
-
 impl<'a> From<&LoadCourse<'a>> for AppliedCourse<'a> {
     fn from(magnets: &LoadCourse<'a>) -> Self {
         Self { magnets: *magnets, external: &[] }
-    }
-}
-
-impl From<&Self> for AppliedCourse<'_> {
-    fn from(course: &Self) -> Self {
-        *course
     }
 }
 

@@ -1,5 +1,5 @@
 //! Quantities that are changed without another file: stiffness of groups, masses, loads, levelling.
-#![allow(clippy::unwrap_used)] // helpers outside the test functions
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers outside the test functions
 
 mod common;
 

@@ -159,6 +159,15 @@ fn golden_a_train_is_changed_by_name() {
     }
 }
 
+/// Patching a shipped file with a train would mix the bodies of both.
+#[test]
+fn refusal_of_a_train_beside_a_whole_vehicle() {
+    let mut whole = serde_json::to_value(train::two_car()).unwrap();
+    whole["train"] = serde_json::json!({"cars": 3});
+    let text = refusal(&whole.to_string());
+    assert!(text.contains("at `train`") && text.contains("replaces this one"), "{text}");
+}
+
 #[test]
 fn refusal_of_bad_groups_and_observed_bodies_has_path_and_reason() {
     for (change, parts) in [

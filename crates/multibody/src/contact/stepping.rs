@@ -45,7 +45,7 @@ impl VehicleModel {
     ) -> Result<(), Error> {
         let forces = forces.into();
         let Some(track) = track.filter(|track| track.contact.any()) else {
-            return self.step(state, size, max_step, &forces, ws);
+            return self.step(state, size, max_step, forces, ws);
         };
         self.check_course(state, &forces)?;
         self.check_track(track.height.len(), track.rate.len())?;

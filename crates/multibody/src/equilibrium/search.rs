@@ -162,7 +162,7 @@ impl Search<'_> {
     fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
         let magnets = Loads { vertical: &self.loads, lateral: &self.lateral };
         let forces = AppliedForces { magnets, external: self.external };
-        self.model.accelerations(state, &forces, ws)?;
+        self.model.accelerations(state, forces, ws)?;
         let n = 6 * self.model.composites.len();
         Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))
     }
