@@ -90,8 +90,7 @@ fn faulty() -> (MagnetParameters, Variables) {
 
 fn lifting() -> (MagnetParameters, Variables) {
     let mut parameters = MagnetParameters { law: Law::Nonlinear, ..MagnetParameters::default() };
-    parameters.limits =
-        PowerLimits { current: Some(Range { min: 0.0, max: 60.0 }), voltage: None };
+    parameters.limits = PowerLimits { current: Some(Range { min: 0.0, max: 60.0 }), voltage: None };
     parameters.conditions.sequence = Some(Sequence {
         lift_off: Some(0.0045),
         set_down: Some(0.02),

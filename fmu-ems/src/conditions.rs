@@ -1,8 +1,6 @@
 //! Sensors with faults, failure of the supply, lift-off and set-down: parameters and outputs.
 
-use fmi2_export::{
-    BooleanVar, IntegerVar, Interface, RealVar, UnitOfMeasure, Values, VariableRow,
-};
+use fmi2_export::{BooleanVar, IntegerVar, Interface, RealVar, UnitOfMeasure, Values, VariableRow};
 use magnet::{
     Conditions, FailedReading, MAX_DELAY, Noise, Sensor, SensorFailure, Sensors, Sequence,
     SupplyFailure,
@@ -174,9 +172,8 @@ impl ConditionHandles {
             failed: values.boolean(self.supply_failed),
             time: after_zero(self.supply_failure_time),
         };
-        let lift_off = values
-            .boolean(self.start_without_current)
-            .then_some(values.real(self.lift_off_time));
+        let lift_off =
+            values.boolean(self.start_without_current).then_some(values.real(self.lift_off_time));
         let set_down = after_zero(self.set_down_time);
         let sequence = Sequence {
             lift_off,
@@ -232,7 +229,9 @@ impl SensorHandles {
             .tunable(0.0)
             .unit(unit)
             .min(0.0)
-            .description(format!("RMS of the {quantity} sensor's noise, a function of time and seed"))
+            .description(format!(
+                "RMS of the {quantity} sensor's noise, a function of time and seed"
+            ))
             .done();
         let bandwidth = interface
             .real(name("bandwidth"))

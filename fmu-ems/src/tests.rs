@@ -3,8 +3,8 @@
 
 use fmi2_export::{sys::fmi2Status, testing::TestInstance};
 use magnet::{
-    Conditions, FilterDesign, Gains, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters, PowerLimits,
-    Range, Sampling, Workspace,
+    Conditions, FilterDesign, Gains, InputCourse, Law, Magnet, MagnetInputs, MagnetParameters,
+    PowerLimits, Range, Sampling, Workspace,
 };
 
 use crate::EmsFmu;

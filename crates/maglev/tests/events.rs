@@ -235,6 +235,10 @@ fn issue_values_that_are_no_items_are_refused() {
         scenario(json!([{ "from": ["e.count", "e.count"], "to": "a.n" }]), json!(["a.m"]));
     bench.scenario(&sum);
     bench.run(&["--quiet"]).fails(2, &["a.n is of type Integer", "sums need a Real"]);
+    sum["connections"] = json!([{ "from": "e.count", "to": "a.n", "kinks": true }]);
+    bench.scenario(&sum);
+    let expected = ["kinks is for connections of a Real to a Real", "e.count", "a.n"];
+    bench.run(&["--quiet"]).fails(2, &expected);
     sum["connections"] =
         json!([{ "from": "e.on", "to": "a.u" }, { "from": "e.count", "to": "a.u" }]);
     bench.scenario(&sum);

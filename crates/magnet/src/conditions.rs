@@ -260,11 +260,7 @@ impl Magnet {
     }
 
     /// The condition to start in, for true values of gap and acceleration.
-    pub(crate) fn first_condition(
-        &self,
-        time: f64,
-        values: [f64; 2],
-    ) -> Result<Condition, Error> {
+    pub(crate) fn first_condition(&self, time: f64, values: [f64; 2]) -> Result<Condition, Error> {
         let Conditions { sensors, supply, sequence } = &self.parameters().conditions;
         if let Some(begin) = sequence.and_then(|it| it.lift_off).filter(|&begin| begin < time) {
             return Err(Error::OutOfRange {
@@ -283,7 +279,8 @@ impl Magnet {
 
     /// Whether the coil starts without current.
     pub(crate) fn starts_without_current(&self, condition: &Condition) -> bool {
-        let lifts_off = self.parameters().conditions.sequence.is_some_and(|it| it.lift_off.is_some());
+        let lifts_off =
+            self.parameters().conditions.sequence.is_some_and(|it| it.lift_off.is_some());
         let failed = condition.supply_failed && self.electromagnet().law() == Law::Nonlinear;
         lifts_off || failed
     }

@@ -33,10 +33,10 @@ impl Magnet {
             let signals = course.signals(elapsed);
             let mut until =
                 self.take_events(state, [time, elapsed, size], tolerance, &signals, &knots);
-            if let Some(instant) = self.next_switch(time + elapsed + tolerance) {
-                if instant - time < size - tolerance {
-                    until = until.min(instant - time);
-                }
+            if let Some(instant) = self.next_switch(time + elapsed + tolerance)
+                && instant - time < size - tolerance
+            {
+                until = until.min(instant - time);
             }
             let held = match (state.condition.is_off(), self.is_sampled()) {
                 (true, _) => Some(0.0),

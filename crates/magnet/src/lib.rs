@@ -15,6 +15,7 @@
 //! - [`MagnetParameters`] and its parts: the description of a magnet, checked by [`Magnet::new`].
 //! - [`Electromagnet`]: force laws, inductance and coil (eqs 1 and 2).
 //! - [`Filter`]: the dynamic filter (eqs 4 and 5).
+//! - [`Conditions`]: sensors with faults, failure of the supply, lift-off and set-down; none by default.
 //! - [`lateral_force`]: the restoring force of a magnet displaced sideways.
 //! - [`Magnet`]: all of it together: initialise, step, outputs, derivatives. It can leave its
 //!   controller out, and [`VoltageController`] is that controller alone.

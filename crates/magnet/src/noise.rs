@@ -136,8 +136,7 @@ mod tests {
     #[test]
     fn analytic_noise_has_its_rms_and_is_gaussian() {
         let values = values(&NOISE, 100_000, 1e-3);
-        let moment =
-            |k: i32| values.iter().map(|v| v.powi(k)).sum::<f64>() / values.len() as f64;
+        let moment = |k: i32| values.iter().map(|v| v.powi(k)).sum::<f64>() / values.len() as f64;
         assert!(moment(1).abs() < 0.1, "{}", moment(1));
         assert!((moment(2).sqrt() / 2.0 - 1.0).abs() < 0.02, "{}", moment(2).sqrt());
         assert!((moment(4) / moment(2).powi(2) - 3.0).abs() < 0.3, "{}", moment(4));

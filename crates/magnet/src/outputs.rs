@@ -143,12 +143,7 @@ impl Magnet {
     }
 
     /// Readings of gap and acceleration, and the reference gap.
-    fn measured(
-        &self,
-        state: &State,
-        signals: &Signals,
-        knots: &SensorKnots,
-    ) -> ([f64; 2], f64) {
+    fn measured(&self, state: &State, signals: &Signals, knots: &SensorKnots) -> ([f64; 2], f64) {
         if !self.is_conditioned() {
             return (signals.values, self.electromagnet().nominal_gap);
         }
@@ -196,7 +191,12 @@ impl Magnet {
         Ok(self.smooth_rates(&self.after_events(state, inputs), inputs, rates))
     }
 
-    fn smooth_rates(&self, state: &State, inputs: &MagnetInputs, rates: &InputRates) -> OutputRates {
+    fn smooth_rates(
+        &self,
+        state: &State,
+        inputs: &MagnetInputs,
+        rates: &InputRates,
+    ) -> OutputRates {
         let mode = self.limits_at_work(state, inputs);
         let signals = Signals {
             values: [inputs.gap, inputs.acceleration],
@@ -218,12 +218,7 @@ impl Magnet {
     }
 
     /// x' of the filter and y' of its estimates.
-    fn filter_rates(
-        &self,
-        state: &State,
-        seen: &Seen,
-        jerk: f64,
-    ) -> ([f64; 5], [f64; 5]) {
+    fn filter_rates(&self, state: &State, seen: &Seen, jerk: f64) -> ([f64; 5], [f64; 5]) {
         if self.parameters().external_controller {
             return ([0.0; 5], [0.0; 5]);
         }

@@ -52,7 +52,8 @@ pub(crate) fn integrate(
     let off = state.condition.is_off();
     let limited = !off && !magnet.parameters().limits.none();
     let frozen = magnet.force_is_off(state);
-    let mut run = Integration { magnet, drive, begin: &begin, operating, limited, frozen, events: 0 };
+    let mut run =
+        Integration { magnet, drive, begin: &begin, operating, limited, frozen, events: 0 };
     let mut z = pack(state);
     // The small allowance keeps a span of exactly n steps at n in spite of rounding.
     let count = ((to - from) / magnet.parameters().integration_step - 1e-9).ceil().max(1.0);

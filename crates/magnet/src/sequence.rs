@@ -120,8 +120,9 @@ impl Sequence {
     /// The phase at `time` (s).
     pub(crate) fn phase(&self, time: f64) -> Phase {
         let first = if self.lift_off.is_some() { Phase::Off } else { Phase::Levitating };
-        let begun = |(begin, phase): (Option<f64>, Phase)| begin.filter(|t| *t <= time).map(|_| phase);
-        self.instants().into_iter().filter_map(begun).last().unwrap_or(first)
+        let begun =
+            |(begin, phase): (Option<f64>, Phase)| begin.filter(|t| *t <= time).map(|_| phase);
+        self.instants().into_iter().rev().find_map(begun).unwrap_or(first)
     }
 
     /// The reference at `time` (s), which is in `phase` up to rounding.

@@ -1,11 +1,7 @@
 //! A step of the magnet: exact where a closed form applies, otherwise by Runge-Kutta.
 
 use crate::{
-    Error,
-    exact::Workspace,
-    inputs::InputCourse,
-    parameters::positive,
-    state::State,
+    Error, exact::Workspace, inputs::InputCourse, parameters::positive, state::State,
     system::Magnet,
 };
 

@@ -138,7 +138,9 @@ fn analytic_resolution_rounds_at_samples() {
 #[test]
 fn analytic_failures_begin_at_their_time_within_a_step() {
     let failing = |reading| {
-        move |s: &mut Sensors| s.gap.failure = SensorFailure { failed: false, time: Some(3.7e-3), reading }
+        move |s: &mut Sensors| {
+            s.gap.failure = SensorFailure { failed: false, time: Some(3.7e-3), reading }
+        }
     };
     for reading in [FailedReading::Last, FailedReading::Value(0.0), FailedReading::Value(0.02)] {
         let magnet = with(|p| p.conditions = sensing(failing(reading)));
@@ -150,9 +152,11 @@ fn analytic_failures_begin_at_their_time_within_a_step() {
         // by hand: healthy up to there, then the switch
         let healthy = with(|p| p.conditions = sensing(|_| {}));
         let mut state = stepped(&healthy, &start, &lively(), 0.0, 3.7e-3);
-        let failed = with(|p| p.conditions = sensing(|s| {
-            s.gap.failure = SensorFailure { failed: true, time: None, reading };
-        }));
+        let failed = with(|p| {
+            p.conditions = sensing(|s| {
+                s.gap.failure = SensorFailure { failed: true, time: None, reading };
+            })
+        });
         failed.apply_changes(&mut state, &at(&lively(), 3.7e-3));
         let state = stepped(&failed, &state, &lively().after(3.7e-3), 3.7e-3, 4.3e-3);
         assert!(distance(&whole, &state) < 1e-12, "{reading:?}");
@@ -220,7 +224,8 @@ fn analytic_failed_supply_switches_the_linear_force_off() {
     state = stepped(&healthy, &state, &course, 0.0, 1e-3);
     failed.apply_changes(&mut state, &nominal());
     for n in 1..5 {
-        let now = failed.outputs(&state, &MagnetInputs { lateral_offset: 1e-3, ..nominal() }).unwrap();
+        let now =
+            failed.outputs(&state, &MagnetInputs { lateral_offset: 1e-3, ..nominal() }).unwrap();
         let off = [now.force, now.lateral_force, now.current, now.voltage];
         assert!(off.iter().all(|value| *value == 0.0), "{now:?}");
         let rates = InputRates { static_force_rate: 1.0, ..InputRates::default() };
@@ -266,7 +271,8 @@ fn analytic_derivatives_at_a_sample_are_those_after_it() {
     let state = stepped(&magnet, &start, &lively(), 0.0, 1e-3);
     let now = at(&lively(), 1e-3);
     let rates = magnet.rates(&state, &now, &InputRates::default()).unwrap();
-    let force = |state: &State, time: f64| magnet.outputs(state, &at(&lively(), time)).unwrap().force;
+    let force =
+        |state: &State, time: f64| magnet.outputs(state, &at(&lively(), time)).unwrap().force;
     let later = stepped(&magnet, &state, &lively().after(1e-3), 1e-3, 1e-6);
     let slope = (force(&later, 1e-3 + 1e-6) - force(&state, 1e-3)) / 1e-6;
     let earlier = stepped(&magnet, &start, &lively(), 0.0, 1e-3 - 1e-6);
@@ -279,7 +285,10 @@ fn analytic_derivatives_at_a_sample_are_those_after_it() {
 fn refusal_bad_sensors_say_which_and_why() {
     type Change = fn(&mut Sensors);
     let cases: [(Change, &str); 6] = [
-        (|s| s.gap.noise.rms = -1e-5, "noise of the gap sensor (m) is -0.00001, but must be at least 0"),
+        (
+            |s| s.gap.noise.rms = -1e-5,
+            "noise of the gap sensor (m) is -0.00001, but must be at least 0",
+        ),
         (
             |s| s.acceleration.noise = Noise { rms: 1.0, bandwidth: 0.0, ..s.acceleration.noise },
             "bandwidth of the acceleration sensor's noise (Hz) is 0, but must be positive",
@@ -290,7 +299,10 @@ fn refusal_bad_sensors_say_which_and_why() {
             |s| s.acceleration.failure.reading = FailedReading::Value(f64::INFINITY),
             "reading of the failed acceleration sensor (m/s²) is inf",
         ),
-        (|s| s.acceleration.resolution = 0.1, "acceleration sensor (m/s²) is 0.1, which needs a sampled"),
+        (
+            |s| s.acceleration.resolution = 0.1,
+            "acceleration sensor (m/s²) is 0.1, which needs a sampled",
+        ),
     ];
     for (change, expected) in cases {
         let text = refusal(|p| p.conditions = sensing(change));
@@ -321,8 +333,14 @@ fn refusal_lift_off_needs_the_nonlinear_law_and_a_positive_current() {
         (|p| p.external_controller = true, "with an external controller"),
         (|p| p.conditions.sequence.as_mut().unwrap().transition = 0.0, "transition time (s) is 0"),
         (|p| p.conditions.sequence.as_mut().unwrap().landing_gap = -1.0, "landing gap (m) is -1"),
-        (|p| p.conditions.sequence.as_mut().unwrap().set_down = Some(2.4), "lift_off_time + transition_time"),
-        (|p| p.conditions.sequence.as_mut().unwrap().lift_off = Some(f64::NAN), "lift-off time (s) is NaN"),
+        (
+            |p| p.conditions.sequence.as_mut().unwrap().set_down = Some(2.4),
+            "lift_off_time + transition_time",
+        ),
+        (
+            |p| p.conditions.sequence.as_mut().unwrap().lift_off = Some(f64::NAN),
+            "lift-off time (s) is NaN",
+        ),
     ];
     for (change, expected) in cases {
         let text = refusal(|p| {
@@ -418,7 +436,10 @@ fn analytic_magnet_lifts_off_and_sets_down() {
             let time = f64::from(n) * 1e-4;
             assert!(out.force >= 0.0 && out.current >= 0.0, "{time}: {out:?}");
             if time < 0.5 {
-                assert!(out.force == 0.0 && (it.gap - SKID_GAP - LOAD / 2e7).abs() < 1e-9, "{time}");
+                assert!(
+                    out.force == 0.0 && (it.gap - SKID_GAP - LOAD / 2e7).abs() < 1e-9,
+                    "{time}"
+                );
             }
             if (1.1..5.0).contains(&time) {
                 worst = worst.max((it.gap - out.reference_gap).abs());

@@ -12,6 +12,7 @@
 mod acceleration;
 mod control;
 mod implicit;
+mod kinks;
 mod signal;
 mod taylor;
 

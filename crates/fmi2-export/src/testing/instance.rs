@@ -46,8 +46,7 @@ impl TestInstance {
         let declared = VariableTable::declare::<M>(&Resources::new(folder));
         let (_, table) = declared.map_err(|error| CallFailure::new(call, &error))?;
         let location = folder.display().to_string();
-        let mut this =
-            Self::instantiate::<M>(name, &description::braced(&table.guid), &location)?;
+        let mut this = Self::instantiate::<M>(name, &description::braced(&table.guid), &location)?;
         this.names = names(&table);
         let variables = table.interface.variables.iter();
         let offering = variables.filter(|variable| variable.derivatives > 0);
