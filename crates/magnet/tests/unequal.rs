@@ -105,7 +105,7 @@ fn issue_14_each_gain_acts_in_an_exact_step() {
 /// Eqs 4 and 5 for a design in which no two constants are equal, entry by entry from the equations.
 #[test]
 fn issue_14_each_filter_constant_has_its_place() {
-    let filter = Magnet::new(parameters()).unwrap().filter().clone();
+    let filter = *Magnet::new(parameters()).unwrap().filter();
     let a = [
         [0.0, 100.0, 0.0, 0.0, 0.0],
         [-900.0 * 900.0 / 100.0, -2.0 * 0.6 * 900.0, 0.0, 0.0, 0.0],

@@ -1,5 +1,5 @@
 //! Redundant joints are a matter of geometry: masses, inertias and the unit of length change nothing.
-#![allow(clippy::unwrap_used)] // helpers outside the test functions
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers outside the test functions
 
 mod common;
 

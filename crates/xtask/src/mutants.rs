@@ -46,7 +46,7 @@ pub struct Selection {
     /// List the mutants and try none
     #[arg(long)]
     list: bool,
-    /// Options for `cargo test`, such as --lib [default: --tests]
+    /// Tests to build and run, such as --lib or --test=NAME [default: --tests]
     #[arg(last = true)]
     test_options: Vec<String>,
 }
@@ -176,11 +176,12 @@ pub fn run(selection: &Selection) -> Result<()> {
     }
     let out = workspace::target_dir();
     let mut command = mutants(selection);
-    command.args(["--no-times", "--colors", "never", "--output"]).arg(&out).arg("--");
-    if selection.test_options.is_empty() {
-        command.arg("--tests");
-    }
-    command.args(&selection.test_options);
+    command.args(["--no-times", "--colors", "never", "--output"]).arg(&out);
+    // as arguments of cargo, they also hold for the build, which takes most of the time
+    let tests = ["--tests".to_owned()];
+    let options =
+        if selection.test_options.is_empty() { &tests[..] } else { &selection.test_options };
+    command.args(options.iter().map(|option| format!("--cargo-arg={option}")));
     let status = command.status().context("cannot start cargo mutants")?;
     if !status.code().is_some_and(|code| FINISHED.contains(&code)) {
         bail!("cargo mutants ended with {status}; it found no results to compare");
