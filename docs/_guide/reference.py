@@ -1,4 +1,4 @@
-"""What is generated in the guide: docs/reference/*.md from scenarios/schema.json and modelDescription/*.xml, and the
+"""What is generated in the guide: docs/reference/*.md from the schemas of files and modelDescription/*.xml, and the
 passages of other pages that are copies of a file,
 
     <!-- copy of examples/levitate_mass.c -->
@@ -28,8 +28,9 @@ HEAD = "<!-- Made by `cargo xtask codegen` from {}; do not edit. -->\n\n"
 
 def pages(root):
     """File name and content of each reference page."""
-    schema = root / "scenarios" / "schema.json"
-    yield "scenario.md", HEAD.format("scenarios/schema.json") + schema_page.page(schema)
+    files = {"scenario": schema_page.SCENARIO, "vehicle-file": schema_page.VEHICLE, "guideway-file": schema_page.GUIDEWAY}
+    for name, file in files.items():
+        yield f"{name}.md", HEAD.format(file.schema) + schema_page.page(root, file)
     descriptions = sorted((root / "modelDescription").glob("*.xml"))
     kinds = sorted({re.split("[-.]", path.name)[0] for path in descriptions})
     for kind in kinds:

@@ -1,10 +1,25 @@
-"""The JSON schema of scenarios as a page: one table of keys for each kind of object."""
+"""The JSON schema of a kind of file as a page: one table of keys for each kind of object."""
 
 import json
+from typing import NamedTuple
 
 from markdown import code, table, text
 
-INTRODUCTION = """# Every key of a scenario
+
+class File(NamedTuple):
+    """A kind of file. `schema` is its path from the root, `sections` the definitions with which the page begins and their
+    headings; None is the schema itself. `hidden` definitions are
+    other forms of those that are shown."""
+
+    schema: str
+    introduction: str
+    sections: list
+    hidden: tuple = ()
+
+
+SCENARIO = File(
+    "scenarios/schema.json",
+    """# Every key of a scenario
 
 All keys of a scenario, from [scenarios/schema.json](../../scenarios/schema.json), which `maglev schema` prints. Editors
 that support JSON Schema complete and explain the keys if the file begins with `"$schema": "schema.json"`. The page
@@ -12,25 +27,64 @@ that support JSON Schema complete and explain the keys if the file begins with `
 
 An unknown key or a duplicate key is an error that names the key, its place and the nearest known key. **Bold** keys are
 required.
-"""
+""",
+    [("Scenario", "The scenario")],
+)
 
+VEHICLE = File(
+    "fmu-vehicle/resources/schema.json",
+    """# Every key of a vehicle file
+
+All keys of `vehicle.json`, the layout in the resources of the unit [vehicle](../units/vehicle.md), from
+[its schema](../../fmu-vehicle/resources/schema.json), which `maglev schema vehicle` prints. Editors that support JSON Schema
+complete and explain the keys if the file begins with `"$schema": "schema.json"`. `maglev derive` makes a unit of a file and checks
+it; a [scenario](../scenario-file.md#another-layout) does that for one run.
+
+A file describes a train in a few numbers (`train`), or all bodies, joints and elements. Beside `train`, the other keys change what
+the train expands to: lists of named items by name, with a list or with an object whose keys are names.
+
+An unknown key or a duplicate key is an error that names its place and the nearest known key. **Bold** keys are required, without
+`train`.
+""",
+    [("Train", "A train in a few numbers"), ("Vehicle", "The whole vehicle")],
+    ("TrainWithChanges",),
+)
+
+GUIDEWAY = File(
+    "fmu-guideway/resources/schema.json",
+    """# Every key of a guideway file
+
+All keys of `guideway.json`, the layout in the resources of the unit [guideway](../units/guideway.md), from
+[its schema](../../fmu-guideway/resources/schema.json), which `maglev schema guideway` prints. Editors that support JSON Schema
+complete and explain the keys if the file begins with `"$schema": "schema.json"`. `maglev derive` makes a unit of a file and checks
+it; a [scenario](../scenario-file.md#another-layout) does that for one run.
+
+An unknown key or a duplicate key is an error that names its place and the nearest known key. **Bold** keys are required.
+""",
+    [(None, "The guideway")],
+)
 
 # In all objects alike, so described once.
 REMARK = "$comment"
 REMARKED = f"Every object may have a `{REMARK}` too, which is ignored.\n"
 
 
-def page(path):
-    schema = json.loads(path.read_text(encoding="utf-8"))
-    whole = schema["$defs"].get("Scenario", schema)
-    parts = [INTRODUCTION, REMARKED if REMARK in whole["properties"] else "", "## The scenario\n", keys(whole)]
-    for name in ordered(whole, schema["$defs"]):
-        definition = schema["$defs"][name]
-        parts += [f"## {name}\n", text(definition.get("description", "")) + "\n", body(definition)]
+def page(root, file):
+    schema = json.loads((root / file.schema).read_text(encoding="utf-8"))
+    definitions = schema["$defs"]
+    wholes = [(definitions[name] if name else schema, heading) for name, heading in file.sections]
+    remarked = any(REMARK in whole["properties"] for whole, _ in wholes)
+    parts = [file.introduction, REMARKED if remarked else ""]
+    for whole, heading in wholes:
+        parts += [f"## {heading}\n", keys(whole)]
+    for name in ordered([whole for whole, _ in wholes], definitions):
+        if name in file.hidden or name in [section for section, _ in file.sections]:
+            continue
+        parts += [f"## {name}\n", text(definitions[name].get("description", "")) + "\n", body(definitions[name])]
     return "\n".join(part for part in parts if part)
 
 
-def ordered(whole, definitions):
+def ordered(wholes, definitions):
     """The definitions as the objects first name them, so that the page reads from the whole to its parts. Those of files
     that extend others are the same with nothing required, and are left out."""
     seen = []
@@ -48,8 +102,9 @@ def ordered(whole, definitions):
             for inner in value:
                 visit(inner)
 
-    visit({key: value for key, value in whole.items() if key != "$defs"})
-    return [name for name in seen if not name.endswith("Patch") and name != "Scenario"]
+    for whole in wholes:
+        visit({key: value for key, value in whole.items() if key != "$defs"})
+    return [name for name in seen if not name.endswith("Patch")]
 
 
 def body(definition):

@@ -59,6 +59,9 @@ GOOD = [
     changed(PATCH, ["plots"], None),
     changed(PATCH, ["algorithm"], {"iteration": {"sweeps": 3}, "order": None}),
     changed(PATCH, ["units"], {"$comment": "another vehicle", "vehicle": "../target/fmu/vehicle-one-magnet.fmu"}),
+    changed(WHOLE, ["units", "vehicle"], {"fmu": WHOLE["units"]["vehicle"]}),
+    changed(PATCH, ["units"], {"vehicle": {"resources": {"vehicle.json": {"bodies": {"mass": {"mass": 251.0}}}}}}),
+    changed(PATCH, ["units"], {"vehicle": {"resources": {"vehicle.json": [{"name": "x"}, {"$comment": "y"}]}}}),
 ]
 BAD = [
     changed(WHOLE, ["experiment"], ...),
@@ -69,6 +72,10 @@ BAD = [
     changed(WHOLE, ["experiment", "step"], "fast"),
     changed(WHOLE, ["$comment"], {"hidden": "object"}),
     changed(WHOLE, ["connections", 0, "to"], 3),
+    changed(WHOLE, ["units", "vehicle"], {"resources": {}}),
+    changed(WHOLE, ["units", "vehicle"], 3),
+    changed(PATCH, ["units"], {"vehicle": {"resources": {"vehicle.json": 3}}}),
+    changed(PATCH, ["units"], {"vehicle": {"resource": {}}}),
     changed(PATCH, ["extends"], 7),
     changed(PATCH, ["experiment", "stopp"], 2.0),
     changed(PATCH, ["instances"], {"vehicle": {"parameters": {"initial_position": [1.0]}}}),
@@ -81,7 +88,13 @@ def written(scenario, folder):
     """The scenario as a file beside a copy of the one that it extends."""
     def with_units(one):
         units = one.get("units", {})
-        units = {k: str((FOLDER / v).resolve()) if k != "$comment" else v for k, v in units.items()}
+
+        def place(unit):
+            if isinstance(unit, dict):
+                return unit | ({"fmu": place(unit["fmu"])} if "fmu" in unit else {})
+            return str((FOLDER / unit).resolve()) if isinstance(unit, str) else unit
+
+        units = {k: place(v) if k != "$comment" else v for k, v in units.items()}
         return one | ({"units": units} if units else {})
 
     (folder / "one-magnet.json").write_text(json.dumps(with_units(WHOLE)))

@@ -62,8 +62,8 @@ pub enum Command {
     /// Repeat the reference experiments that a unit contains, and compare
     #[command(arg_required_else_help = true)]
     Reference(commands::reference::Arguments),
-    /// Print the JSON schema of scenarios
-    Schema,
+    /// Print the JSON schema of scenarios, or of the layouts of vehicle and guideway
+    Schema(commands::schema::Arguments),
     /// Print completions for a shell
     #[command(arg_required_else_help = true)]
     Completions(commands::completions::Arguments),

@@ -35,7 +35,7 @@ fn main() -> ExitCode {
         Command::ConformanceResume(arguments) => Ok(commands::conformance::resume(&arguments)),
         Command::Completions(arguments) => commands::completions::run(&arguments),
         Command::Man(arguments) => commands::man::run(&arguments),
-        Command::Schema => commands::print(&scenario::Scenario::schema()),
+        Command::Schema(arguments) => commands::schema::run(&arguments),
     };
     let status = outcome.unwrap_or_else(|error| {
         commands::tell(&error);

@@ -219,3 +219,23 @@ fn issue_shares_of_the_wall_time_are_stated_only_if_they_are_known() {
         None => assert!(units > run, "{wall}"),
     }
 }
+
+#[test]
+fn golden_schemas_are_printed_by_kind_of_file() {
+    let bench = Bench::new();
+    let published = |name: &str| {
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../").to_owned() + name)
+    };
+    for (kind, file) in [
+        (vec![], "scenarios/schema.json"),
+        (vec!["scenario"], "scenarios/schema.json"),
+        (vec!["vehicle"], "fmu-vehicle/resources/schema.json"),
+        (vec!["guideway"], "fmu-guideway/resources/schema.json"),
+    ] {
+        let arguments: Vec<&str> = ["schema"].into_iter().chain(kind).collect();
+        let ran = bench.maglev(&arguments);
+        ran.succeeds();
+        assert_eq!(ran.stdout(), published(file).unwrap(), "{arguments:?}");
+    }
+    bench.maglev(&["schema", "train"]).fails(2, &["train", "scenario, vehicle, guideway"]);
+}

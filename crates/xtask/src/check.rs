@@ -117,6 +117,7 @@ pub fn codegen(check: bool) -> Result<()> {
     for unit in package::units()? {
         generated(&package::description_file(&unit), &package::describe(&unit)?, check)?;
     }
+    layout_schemas(check)?;
     workspace::build(&[workspace::COMMAND])?;
     let maglev = workspace::maglev();
     let output = std::process::Command::new(&maglev)
@@ -129,6 +130,15 @@ pub fn codegen(check: bool) -> Result<()> {
     let pages = ["docs/_guide/reference.py", "--check"];
     workspace::run(python::SYSTEM, if check { &pages } else { &pages[..1] })?;
     reference::codegen(check)
+}
+
+/// Writes, or with `check` compares, the schemas of the layouts. Tests do that, since the code that makes the schemas is
+/// compiled for tests only.
+fn layout_schemas(check: bool) -> Result<()> {
+    let test =
+        ["test", "--quiet", "-p", "guideway", "-p", "multibody", "--test", "schema", "golden_"];
+    let write: &[(&str, &OsStr)] = if check { &[] } else { &[("WRITE_SCHEMA", OsStr::new("1"))] };
+    workspace::run_with(workspace::cargo(), &test, write)
 }
 
 /// Generates the FMI bindings, in a separate program, so that only that needs bindgen.

@@ -14,6 +14,7 @@ pub mod reference;
 pub mod report;
 pub mod resume;
 pub mod run;
+pub mod schema;
 pub mod stdout;
 pub mod table;
 pub mod unit_modes;

@@ -1,0 +1,49 @@
+//! `maglev schema`
+
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use maglev::Error;
+use scenario::Scenario;
+
+const EXAMPLES: &str = "\
+Examples:
+  maglev schema > schema.json
+  maglev schema vehicle > vehicle.schema.json
+
+An editor that knows JSON Schema completes and explains the keys of a file that begins with
+  \"$schema\": \"schema.json\"";
+
+/// The schemas of the layouts, as the repository publishes them. Tests of `multibody` and `guideway` keep them current;
+/// so the command does without the code that makes them.
+const VEHICLE: &str = include_str!("../../../../fmu-vehicle/resources/schema.json");
+const GUIDEWAY: &str = include_str!("../../../../fmu-guideway/resources/schema.json");
+
+/// Arguments of `maglev schema`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The kind of file.
+    #[arg(default_value = "scenario")]
+    of: FileKind,
+}
+
+/// A kind of file that has a schema.
+#[derive(Clone, Copy, ValueEnum)]
+enum FileKind {
+    /// A scenario.
+    Scenario,
+    /// The layout of a vehicle, vehicle.json.
+    Vehicle,
+    /// The layout of a guideway, guideway.json.
+    Guideway,
+}
+
+/// Prints the schema.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    match arguments.of {
+        FileKind::Scenario => super::print(&Scenario::schema()),
+        FileKind::Vehicle => super::print(VEHICLE),
+        FileKind::Guideway => super::print(GUIDEWAY),
+    }
+}
