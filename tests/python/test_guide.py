@@ -144,6 +144,45 @@ def test_tutorials_modes_are_those_of_its_command():
     assert modes(shown) == [pytest.approx(row, abs=2e-4) for row in modes(done.stdout)] != []
 
 
+# how each recipe stands still on a smooth track
+STANDING = {
+    "own-girder": ["guideway.chirp_on=false"],
+    "two-fields": ["guideway.chirp_on=false"],
+    "three-cars": [],
+    "own-controller": ["vehicle.travel_speed=0", "vehicle.initial_position=12.5"],
+}
+
+
+def test_recipes_run_and_start_in_equilibrium(tmp_path):
+    """Their files as the page names them, their commands, and a second at rest in which no gap moves."""
+    for folder in ("scenarios", "examples"):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    shutil.copytree(UNITS, tmp_path / "target" / "fmu")
+    text = (DOCS / "recipes.md").read_text(encoding="utf-8")
+    files = re.findall(r"as\s`(scenarios/\S+)`:\n\n```json\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    assert len(files) == len(blocks("recipes.md", "json")), "a block of the page does not say its file"
+    for name, content in files:
+        (tmp_path / name).write_text(content)
+    done = []
+    for program, *options in shell("recipes.md"):
+        if program == "sh":
+            subprocess.run([program, *options], cwd=tmp_path, check=True, timeout=300)
+            continue
+        name, scenario = options
+        if name == "modes":
+            said = json.loads(maglev("modes", "--json", tmp_path / scenario).stdout)["modes"]
+            assert said["stable"], scenario
+            continue
+        out = tmp_path / "results" / Path(scenario).stem
+        settings = [f"--set={it}" for it in STANDING[Path(scenario).stem]]
+        maglev("run", tmp_path / scenario, "--stop", "1", "--no-report", "--out", out, *settings)
+        signals = json.loads((out / "summary.json").read_text())["signals"]
+        gaps = [it for signal, it in signals.items() if re.search(r"\.gap_\d+$", signal)]
+        assert len(gaps) >= 8 and max(it["max"] - it["min"] for it in gaps) < 1e-9, scenario
+        done.append(Path(scenario).stem)
+    assert done == list(STANDING)
+
+
 def test_fmpy_block_and_commands_run(tmp_path):
     code = blocks("units-elsewhere.md", "python")[0]
     assert "N before" in run_python(code, ROOT)
