@@ -65,6 +65,16 @@ pub(crate) struct Seen {
     pub base: f64,
 }
 
+/// What the control law sees, and the numbers that it comes from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Observation {
+    pub seen: Seen,
+    /// Readings of gap and acceleration, in m and m/s².
+    pub readings: [f64; 2],
+    /// Reference gap, in m.
+    pub reference_gap: f64,
+}
+
 /// True values of the signals that sensors measure, with their rates.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Signals {
@@ -146,7 +156,15 @@ impl SupplyFailure {
 impl Magnet {
     /// Whether a failed supply has switched the linear law's force off.
     pub fn force_is_off(&self, state: &State) -> bool {
-        state.condition.supply_failed && self.electromagnet().law() == Law::Linear
+        self.is_conditioned()
+            && state.condition.supply_failed
+            && self.electromagnet().law() == Law::Linear
+    }
+
+    /// Whether the coil gets no voltage.
+    #[inline]
+    pub(crate) fn is_off(&self, state: &State) -> bool {
+        self.is_conditioned() && state.condition.is_off()
     }
 
     /// What the control law sees at `time` (s).
@@ -159,33 +177,52 @@ impl Magnet {
         knots: &SensorKnots,
     ) -> Seen {
         if self.is_conditioned() {
-            return self.seen_by_sensors(state, time, signals, knots);
+            return self.observe_by_sensors(state, time, signals, knots).seen;
         }
         let [gap, acceleration] = signals.values;
-        Seen {
-            deviation: gap - self.electromagnet().nominal_gap,
-            direct: Direct { acceleration, command: signals.command[0] },
-            base: self.electromagnet().resistance * state.operating_current,
+        self.seen_directly(state, gap, Direct { acceleration, command: signals.command[0] })
+    }
+
+    /// What the control law sees at the state's time.
+    #[inline]
+    pub(crate) fn observe(&self, state: &State, inputs: &MagnetInputs) -> Observation {
+        if self.is_conditioned() {
+            let (signals, knots) = (inputs.signals(), SensorKnots::default());
+            return self.observe_by_sensors(state, state.time, &signals, &knots);
+        }
+        let MagnetInputs { gap, acceleration, voltage_command, .. } = *inputs;
+        Observation {
+            seen: self.seen_directly(state, gap, Direct { acceleration, command: voltage_command }),
+            readings: [gap, acceleration],
+            reference_gap: self.electromagnet().nominal_gap,
         }
     }
 
+    #[inline]
+    fn seen_directly(&self, state: &State, gap: f64, direct: Direct) -> Seen {
+        let coil = self.electromagnet();
+        let base = coil.resistance * state.operating_current;
+        Seen { deviation: gap - coil.nominal_gap, direct, base }
+    }
+
     #[cold]
-    fn seen_by_sensors(
+    fn observe_by_sensors(
         &self,
         state: &State,
         time: f64,
         signals: &Signals,
         knots: &SensorKnots,
-    ) -> Seen {
+    ) -> Observation {
         let [[gap, _], [acceleration, _]] = self.readings(state, time, signals, knots);
         let reference = self.reference(state, time);
-        Seen {
-            deviation: gap - reference.gap,
-            direct: Direct {
-                acceleration: acceleration - reference.acceleration,
-                command: signals.command[0],
-            },
-            base: reference.voltage[0],
+        let direct = Direct {
+            acceleration: acceleration - reference.acceleration,
+            command: signals.command[0],
+        };
+        Observation {
+            seen: Seen { deviation: gap - reference.gap, direct, base: reference.voltage[0] },
+            readings: [gap, acceleration],
+            reference_gap: reference.gap,
         }
     }
 

@@ -38,7 +38,7 @@ impl Magnet {
             {
                 until = until.min(instant - time);
             }
-            let held = match (state.condition.is_off(), self.is_sampled()) {
+            let held = match (self.is_off(state), self.is_sampled()) {
                 (true, _) => Some(0.0),
                 (false, true) => Some(state.hold.applied),
                 (false, false) => None,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Error,
-    conditions::{Seen, Signals},
+    conditions::{Observation, Seen, Signals},
     filter::ACCELERATION_SCALE,
     inputs::MagnetInputs,
     lateral::{lateral_force, lateral_gradient},
@@ -109,9 +109,7 @@ impl Magnet {
             (force, current) = (0.0, 0.0);
         }
         let width = self.parameters().pole_width;
-        let (signals, knots) = (inputs.signals(), SensorKnots::default());
-        let seen = self.seen(state, state.time, &signals, &knots);
-        let (readings, reference_gap) = self.measured(state, &signals, &knots);
+        let Observation { seen, readings, reference_gap } = self.observe(state, inputs);
         Ok(MagnetOutputs {
             force,
             lateral_force: width
@@ -126,7 +124,7 @@ impl Magnet {
 
     /// Voltage that the controller applies, in V.
     fn voltage(&self, state: &State, seen: &Seen) -> f64 {
-        if state.condition.is_off() {
+        if self.is_off(state) {
             0.0
         } else if self.is_sampled() {
             state.hold.applied
@@ -142,19 +140,10 @@ impl Magnet {
         self.filter().estimates(&state.filter, seen.deviation, seen.direct.acceleration)
     }
 
-    /// Readings of gap and acceleration, and the reference gap.
-    fn measured(&self, state: &State, signals: &Signals, knots: &SensorKnots) -> ([f64; 2], f64) {
-        if !self.is_conditioned() {
-            return (signals.values, self.electromagnet().nominal_gap);
-        }
-        let readings = self.readings(state, state.time, signals, knots);
-        (readings.map(|[value, _]| value), self.reference(state, state.time).gap)
-    }
-
     /// The active limits.
     pub fn limits_at_work(&self, state: &State, inputs: &MagnetInputs) -> LimitsAtWork {
         let MagnetInputs { gap, gap_rate, .. } = *inputs;
-        if state.condition.is_off() || self.parameters().limits.none() {
+        if self.is_off(state) || self.parameters().limits.none() {
             return LimitsAtWork::FREE;
         }
         let command = if self.is_sampled() {
@@ -206,7 +195,7 @@ impl Magnet {
         let seen = self.seen(state, state.time, &signals, &SensorKnots::default());
         let (direct, base_rate) = self.seen_rates(state, &signals);
         let (filter, estimates) = self.filter_rates(state, &seen, direct.acceleration);
-        let held = self.is_sampled() || mode.voltage_is_limited() || state.condition.is_off();
+        let held = self.is_sampled() || mode.voltage_is_limited() || self.is_off(state);
         let voltage_rate = if held { 0.0 } else { base_rate + self.deviation(&filter, direct) };
         let voltage = self.voltage(state, &seen);
         if self.force_is_off(state) {
@@ -287,7 +276,7 @@ impl Magnet {
             .parameters()
             .pole_width
             .map_or([0.0; 3], |width| lateral_gradient(outputs.force, gap, lateral_offset, width));
-        let held = self.is_sampled() || mode.voltage_is_limited() || state.condition.is_off();
+        let held = self.is_sampled() || mode.voltage_is_limited() || self.is_off(state);
         let (by_acceleration, by_command) = if held { (0.0, 0.0) } else { self.feed_through() };
         Ok(Partials {
             force_by_gap,

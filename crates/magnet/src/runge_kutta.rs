@@ -49,7 +49,7 @@ pub(crate) fn integrate(
 ) -> Result<(), Error> {
     let begin = *state;
     let operating = state.operating_current;
-    let off = state.condition.is_off();
+    let off = magnet.is_off(state);
     let limited = !off && !magnet.parameters().limits.none();
     let frozen = magnet.force_is_off(state);
     let mut run =

@@ -136,7 +136,7 @@ impl Magnet {
         let operating = state.operating_current;
         let flux = state.flux_deviation;
         let current = operating + self.electromagnet.current_of_flux(gap, operating, flux);
-        let limited = if state.condition.is_off() {
+        let limited = if self.is_off(state) {
             self.parameters.limits.freewheeling(current)
         } else {
             self.parameters.limits.clamp_current(current)
