@@ -74,7 +74,7 @@ fn invariant_derived_units_break_no_rule() {
     ] {
         let new = derived(folder.path(), &unit(name), layout, &patch).unwrap();
         assert_eq!(succeeds(&["validate", "--json", &new]).trim(), "[]", "{name}");
-        succeeds(&["validate", "--dynamic", "--only", "instantiate", &new]);
+        succeeds(&["validate", "--dynamic", "--only", "run", "--only", "guid-wrong", &new]);
         // reference results of the old layout would be wrong
         let reference = start(&["reference", &new]).unwrap();
         assert_eq!(reference.status.code(), Some(2), "{}", errors(&reference));

@@ -235,7 +235,8 @@ fn golden_schemas_are_printed_by_kind_of_file() {
         let arguments: Vec<&str> = ["schema"].into_iter().chain(kind).collect();
         let ran = bench.maglev(&arguments);
         ran.succeeds();
-        assert_eq!(ran.stdout(), published(file).unwrap(), "{arguments:?}");
+        // without the texts, which are long
+        assert!(ran.stdout() == published(file).unwrap(), "{arguments:?}: {file} is stale");
     }
     bench.maglev(&["schema", "train"]).fails(2, &["train", "scenario, vehicle, guideway"]);
 }
