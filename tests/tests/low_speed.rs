@@ -19,10 +19,11 @@ fn golden_the_low_speed_run_shows_the_papers_numbers() {
         assert!((deflection - 3.50e-3).abs() < 0.05e-3, "span {span}: {deflection} m");
     }
 
-    // 8.01 mm over all gaps and the whole run, irregularity as shipped
+    // 8.01 mm over all gaps and the whole run, irregularity as shipped: A = 7e-7 averaged over the pole
+    // gives 8.0102 mm. 6e-7 and 8e-7 would give some 1.4 µm less and more, 7e-7 at the magnets' centres 8.016 mm.
     let squares: f64 = gaps().map(|g| run.statistic(&g, "rms").unwrap().powi(2)).sum();
     let rms = (squares / 64.0).sqrt();
-    assert!((rms - 8.01e-3).abs() < 0.005e-3, "RMS of the gaps {rms} m");
+    assert!((rms - 8.01e-3).abs() < 0.001e-3, "RMS of the gaps {rms} m");
 
     // the train starts 2.3 m before the first span: nothing may move in the first second, in which
     // the front magnet comes to 0.6 m before it
