@@ -224,7 +224,7 @@ fn issue_shares_of_the_wall_time_are_stated_only_if_they_are_known() {
 fn golden_schemas_are_printed_by_kind_of_file() {
     let bench = Bench::new();
     let published = |name: &str| {
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../").to_owned() + name)
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../").to_owned() + name)
     };
     for (kind, file) in [
         (vec![], "scenarios/schema.json"),

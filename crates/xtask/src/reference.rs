@@ -252,6 +252,12 @@ mod tests {
         assert!(error.to_string().contains("RelTol"), "{error}");
     }
 
+    #[test]
+    fn issue_15_a_layout_needs_no_reference() {
+        let unit = Unit { name: "guideway-mine".into(), identifier: "guideway", resources: None };
+        assert!(Reference::of(&unit).unwrap().is_none());
+    }
+
     /// Steps, jumps and rows fall on times that are exact in binary, so every importer steps to the
     /// very same ones, whether it counts or adds up.
     #[test]
