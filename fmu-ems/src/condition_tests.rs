@@ -212,6 +212,18 @@ fn invariant_noise_differs_by_name_and_seed() {
     assert_ne!(reading("ems_01", 1), reading("ems_01", 2));
 }
 
+/// Values that do not fit the others yet can be set and read back one by one; what the model computes
+/// from them cannot be read.
+#[test]
+fn invariant_values_read_back_before_they_fit() {
+    let mut unit = new();
+    unit.enter_initialization(0.0).unwrap();
+    unit.set_real("gap_sensor_resolution", 1e-6).unwrap();
+    assert_eq!(unit.real("gap_sensor_resolution").unwrap(), 1e-6);
+    assert!(!unit.boolean("nonlinear").unwrap());
+    assert!(unit.real("force").unwrap_err().to_string().contains("needs a sampled controller"));
+}
+
 #[test]
 fn refusal_bad_conditions_say_why() {
     let refused = |reals: &[(&str, f64)], integers: &[(&str, i32)], on: &[&str]| {

@@ -7,13 +7,33 @@ use crate::per_type::VariableType;
 use crate::values::CText;
 
 impl ExportedInstance {
+    /// Brings values up to date before they are read, unless all are set by the importer: those are
+    /// read back as they were set, also while the other values do not fit them yet.
+    #[inline]
+    pub(crate) fn refresh_for(
+        &mut self,
+        kind: VariableType,
+        references: &[u32],
+    ) -> Result<(), Error> {
+        let rules = &self.table.rules;
+        let others = self.table.other_rules(kind);
+        let computed = |&it: &u32| match kind {
+            VariableType::Real => rules.reals.get(it as usize).map(|it| it.settable),
+            _ => others.get(it as usize).map(|it| it.settable),
+        };
+        if references.iter().any(|it| computed(it).is_none_or(|settable| settable == 0)) {
+            self.refresh()?;
+        }
+        Ok(())
+    }
+
     /// Copies real values out. `out` is C's memory, which need not be initialised.
     pub(crate) fn get_reals(
         &mut self,
         references: &[u32],
         out: &mut [std::mem::MaybeUninit<f64>],
     ) -> Result<(), Error> {
-        self.refresh()?;
+        self.refresh_for(VariableType::Real, references)?;
         for (&reference, out) in references.iter().zip(out) {
             let Some(&value) = self.values.arrays.reals.get(reference as usize) else {
                 return Err(unknown(VariableType::Real, reference));

@@ -290,7 +290,7 @@ unsafe fn get<T>(
         // SAFETY: the importer guarantees the arrays.
         let (references, out) =
             unsafe { (slice(references, count, "vr")?, slice_out(out, count, "value")?) };
-        instance.refresh()?;
+        instance.refresh_for(kind, references)?;
         for (&reference, out) in references.iter().zip(out) {
             let value = read(instance, reference as usize);
             out.write(value.ok_or_else(|| unknown(kind, reference))?);
