@@ -207,12 +207,7 @@ fn compare(bench: &Bench, moved: bool, of: &[u32]) -> CheckResult {
 }
 
 /// First derivatives of outputs; 0 where the FMU discards the call, which is noted unless `quiet`.
-fn first_derivatives(
-    bench: &Bench,
-    unit: &Raw,
-    of: &[u32],
-    quiet: bool,
-) -> Result<Vec<f64>, Stop> {
+fn first_derivatives(bench: &Bench, unit: &Raw, of: &[u32], quiet: bool) -> Result<Vec<f64>, Stop> {
     let mut discarded = 0;
     let slopes = of.iter().map(|&reference| {
         let mut slope = [0.0];

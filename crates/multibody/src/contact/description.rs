@@ -14,7 +14,7 @@ pub const MAX_CONTACT_STIFFNESS: f64 = 1e11;
 pub const MIN_SLIP_SPEED: f64 = 1e-4;
 
 /// Mechanical stops and landing skids at every magnet. What the file leaves out is available with the
-/// values of [`ContactDescription::standard`], switched off.
+/// values of [`ContactDescription::default`], switched off.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
