@@ -21,6 +21,8 @@ include_patterns = [
     "CONTRIBUTING.md",
     "SECURITY.md",
     "examples/README.md",
+    "examples/*/README.md",
+    "examples/*/*/README.md",
     "fmu-*/README.md",
     "master/README.md",
     "tests/README.md",
