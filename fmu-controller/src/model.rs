@@ -70,7 +70,7 @@ impl Model for ControllerFmu {
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
-        let parameters = self.parameters.read(values);
+        let parameters = self.parameters.read(values).map_err(|error| Error::caused(&error))?;
         let inputs = self.read(values);
         let controller = self
             .controller(&parameters)?
@@ -107,7 +107,7 @@ impl Model for ControllerFmu {
     }
 
     fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
-        let parameters = self.parameters.read(values);
+        let parameters = self.parameters.read(values).map_err(|error| Error::caused(&error))?;
         self.controller(&parameters)?;
         state.parameters = parameters;
         Ok(())

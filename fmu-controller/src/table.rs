@@ -182,16 +182,16 @@ impl ParameterHandles {
     }
 
     /// The parameters of the physics, from the values of the variables.
-    pub(crate) fn read(&self, values: &Values) -> ControllerParameters {
+    pub(crate) fn read(&self, values: &Values) -> Result<ControllerParameters, magnet::Error> {
         let period = values.real(self.sample_time);
         let delay = usize::try_from(values.integer(self.delay_samples)).unwrap_or(0);
-        ControllerParameters {
+        Ok(ControllerParameters {
             nominal_gap: values.real(self.nominal_gap),
             control: Controller {
                 gains: gains::read(values, &self.gains),
-                sampling: (period != 0.0).then_some(Sampling { period, delay }),
+                sampling: Sampling::if_any(period, delay)?,
             },
             filter: filter::read(values, &self.filter),
-        }
+        })
     }
 }

@@ -253,6 +253,11 @@ fn issue_15_bad_parameters_are_named() {
         assert!(failure.contains(reason), "{failure}");
     }
     let mut unit = TestInstance::new::<ControllerFmu>("resources").unwrap();
+    unit.set_integer("delay_samples", 5).unwrap();
+    let failure = unit.initialize(0.0).unwrap_err().to_string();
+    let reason = "delay (samples) is 5, which needs a sampled controller, whose samples it counts";
+    assert!(failure.contains(reason) && failure.contains("set sample_time"), "{failure}");
+    let mut unit = TestInstance::new::<ControllerFmu>("resources").unwrap();
     assert!(unit.set_real("nominal_gap", -0.001).is_err());
     assert!(unit.set_real("gain_gap", f64::NAN).is_err());
 }

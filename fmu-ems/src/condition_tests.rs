@@ -260,10 +260,14 @@ fn refusal_bad_conditions_say_why() {
             vec!["external_controller"],
             "sensors with an external controller",
         ),
+        (vec![], vec!["sample_delay"], "delay (samples) is 1, which needs a sampled controller"),
     ] {
         let text = refused(&reals, &[], &on);
         assert!(text.contains(expected), "{text}");
     }
+    let text = refused(&[], &[("delay_samples", 15)], &["external_controller"]);
+    assert!(text.contains("delay (samples) is 15, which needs a sampled controller"), "{text}");
+    assert!(text.contains("set sample_time") && text.contains("set both there"), "{text}");
     let mut unit = new();
     for (name, value) in [("delay_samples", 16), ("gap_sensor_failure_mode", 4), ("noise_seed", -1)]
     {

@@ -55,8 +55,9 @@ impl EmsFmu {
     }
 
     /// The parameters' values now.
-    fn parameters(&self, values: &Values) -> MagnetParameters {
-        self.parameters.read(values, &self.command, &self.conditions, self.salt)
+    fn parameters(&self, values: &Values) -> Result<MagnetParameters, Error> {
+        let read = self.parameters.read(values, &self.command, &self.conditions, self.salt);
+        read.map_err(|error| Error::caused(&error))
     }
 
     /// The magnet with the given parameters.
@@ -99,7 +100,7 @@ impl Model for EmsFmu {
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
-        let parameters = self.parameters(values);
+        let parameters = self.parameters(values)?;
         let inputs = self.read(values);
         let derived = self.derived;
         let magnet = self.magnet(&parameters)?;
@@ -153,7 +154,7 @@ impl Model for EmsFmu {
     }
 
     fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
-        let parameters = self.parameters(values);
+        let parameters = self.parameters(values)?;
         let inputs = self.read(values);
         self.magnet(&parameters)?.apply_changes(&mut state.magnet, &inputs);
         state.parameters = parameters;

@@ -116,7 +116,7 @@ impl ParameterHandles {
         command: &CommandHandles,
         conditions: &ConditionHandles,
         salt: u64,
-    ) -> MagnetParameters {
+    ) -> Result<MagnetParameters, magnet::Error> {
         let range = |on: BooleanVar, [min, max]: [RealVar; 2]| {
             let range = Range { min: values.real(min), max: values.real(max) };
             values.boolean(on).then_some(range)
@@ -124,7 +124,7 @@ impl ParameterHandles {
         let period = values.real(self.sample_time);
         let samples = values.integer(conditions.delay_samples).unsigned_abs() as usize;
         let delay = samples.max(usize::from(values.boolean(self.sample_delay)));
-        MagnetParameters {
+        Ok(MagnetParameters {
             turns: values.real(self.turns),
             pole_area: values.real(self.pole_area),
             resistance: values.real(self.resistance),
@@ -133,7 +133,7 @@ impl ParameterHandles {
             law: if values.boolean(self.nonlinear) { Law::Nonlinear } else { Law::Linear },
             control: Controller {
                 gains: gains::read(values, &self.gains),
-                sampling: (period != 0.0).then_some(Sampling { period, delay }),
+                sampling: Sampling::if_any(period, delay)?,
             },
             external_controller: values.boolean(command.external_controller),
             filter: filter::read(values, &self.filter),
@@ -146,7 +146,7 @@ impl ParameterHandles {
                 .then_some(values.real(self.pole_width)),
             integration_step: values.real(self.integration_step),
             conditions: conditions.read(values, salt),
-        }
+        })
     }
 
     /// Parameters that determine the constants of force and coil.

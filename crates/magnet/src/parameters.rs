@@ -244,6 +244,26 @@ impl MagnetParameters {
 }
 
 impl Sampling {
+    /// Sampling with a period (s), or none if it is 0.
+    ///
+    /// # Errors
+    /// [`Error::Needs`] for a delay without samples that it could count.
+    pub fn if_any(period: f64, delay: usize) -> Result<Option<Self>, Error> {
+        if period != 0.0 {
+            return Ok(Some(Self { period, delay }));
+        }
+        if delay == 0 {
+            return Ok(None);
+        }
+        Err(Error::Needs {
+            name: "delay (samples)",
+            value: delay as f64,
+            needs: "a sampled controller, whose samples it counts: set sample_time, or set \
+                    delay_samples to 0 and sample_delay to false; with an external controller, \
+                    set both there",
+        })
+    }
+
     pub(crate) fn check(&self) -> Result<(), Error> {
         long_enough("sample time (s)", self.period)?;
         if self.delay <= MAX_DELAY {
