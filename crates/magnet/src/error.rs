@@ -42,6 +42,23 @@ pub enum Error {
         /// The longest step accepted, in s.
         longest: f64,
     },
+    /// The Runge-Kutta step is too long for a sensor's noise.
+    #[error(
+        "{name} is {bandwidth}, which the integration step of {step} s does not resolve: take an \
+         integration_step of at most {longest} s or a bandwidth of at most {highest} Hz"
+    )]
+    CoarseNoise {
+        /// Name of the bandwidth, with its unit.
+        name: &'static str,
+        /// The bandwidth, in Hz.
+        bandwidth: f64,
+        /// The integration step, in s.
+        step: f64,
+        /// The longest step accepted with this bandwidth, in s.
+        longest: f64,
+        /// The highest bandwidth accepted with this step, in Hz.
+        highest: f64,
+    },
     /// The magnet touches the rail: the force laws end at a gap of zero, and contact is not part
     /// of this model.
     #[error(

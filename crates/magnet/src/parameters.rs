@@ -167,11 +167,11 @@ impl MagnetParameters {
     ///
     /// Where it is used, the integration step is held below half a radian of the fastest rate: a fourth-order
     /// Runge-Kutta step then errs by less than 0.5⁵/5! ≈ 3e-4 of the fastest mode's amplitude, far
-    /// from its limit of stability at 2.6-2.8.
+    /// from its limit of stability at 2.6-2.8. Noise of a sensor that is read continuously has at most a
+    /// tenth of a cycle of its bandwidth per step.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] or [`Error::CoarseIntegration`] for the first value that is not
-    /// acceptable.
+    /// [`Error::OutOfRange`] or another one for the first value that is not acceptable.
     pub fn check(&self) -> Result<(), Error> {
         positive("turns", self.turns)?;
         positive("pole area (m²)", self.pole_area)?;
@@ -224,7 +224,8 @@ impl MagnetParameters {
             let step = self.integration_step;
             return Err(Error::CoarseIntegration { step, rate, longest });
         }
-        Ok(())
+        let sensors = &self.conditions.sensors;
+        sensors.map_or(Ok(()), |sensors| sensors.check_step(self.integration_step))
     }
 }
 

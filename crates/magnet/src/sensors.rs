@@ -93,6 +93,17 @@ impl Sensors {
         self.acceleration.check(&ACCELERATION, sampled)
     }
 
+    /// Whether an integration in steps of `step` (s) resolves the noise. A sensor with a resolution
+    /// is read at samples only, where any noise has its value.
+    pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
+        for (sensor, [_, bandwidth, ..]) in self.both().into_iter().zip([GAP, ACCELERATION]) {
+            if sensor.is_analog() {
+                sensor.noise.check_step(bandwidth, step)?;
+            }
+        }
+        Ok(())
+    }
+
     pub(crate) fn both(&self) -> [&Sensor; 2] {
         [&self.gap, &self.acceleration]
     }

@@ -86,6 +86,58 @@ fn invariant_noise_does_not_depend_on_the_steps() {
     }
 }
 
+/// Courses of the same noise with steps of `step` and of a 20th of it, up to the method's error of 4e-5
+/// of the force's RMS: three times that. At 2.5 times the bandwidth, where it would be far more, it
+/// is refused, and each of the two remedies that the message names is accepted.
+#[test]
+fn issue_15_noise_that_the_integration_does_not_resolve_is_refused() {
+    let noisy = |bandwidth: f64, step: f64| MagnetParameters {
+        integration_step: step,
+        conditions: sensing(|s| {
+            s.gap.noise = Noise { rms: 1e-5, bandwidth, ..s.gap.noise };
+            s.acceleration.noise = Noise { rms: 0.1, bandwidth, ..s.acceleration.noise };
+        }),
+        ..MagnetParameters::default()
+    };
+    let forces = |step: f64| {
+        let magnet = Magnet::new(noisy(2000.0, step)).unwrap();
+        let mut state = magnet.initialise(&nominal(), 0.0).unwrap();
+        (0..100)
+            .map(|n| {
+                let course = InputCourse::constant(&nominal());
+                state = stepped(&magnet, &state, &course, f64::from(n) * 1e-3, 1e-3);
+                magnet.outputs(&state, &nominal()).unwrap().force - LOAD
+            })
+            .collect::<Vec<_>>()
+    };
+    let rms = |all: &[f64]| (all.iter().map(|it| it * it).sum::<f64>() / all.len() as f64).sqrt();
+    let [coarse, fine] = [5e-5, 2.5e-6].map(forces);
+    let error: Vec<f64> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
+    assert!(rms(&fine) > 1.0 && rms(&error) < 1.2e-4 * rms(&fine), "{}", rms(&error));
+
+    let text = Magnet::new(noisy(5000.0, 5e-5)).unwrap_err().to_string();
+    assert_eq!(
+        text,
+        "bandwidth of the gap sensor's noise (Hz) is 5000, which the integration step of 0.00005 s \
+         does not resolve: take an integration_step of at most 0.00002 s or a bandwidth of at most \
+         2000 Hz"
+    );
+    assert!(noisy(5000.0, 2e-5).check().is_ok());
+    // a sampled controller's filter is continuous; what is read at samples only need not be resolved
+    let mut sampled = noisy(5000.0, 5e-5);
+    sampled.control.sampling = Some(Sampling { period: 1e-3, delay: 0 });
+    assert!(sampled.check().is_err());
+    let mut sensors = sampled.conditions.sensors.unwrap();
+    sensors.gap.resolution = 1e-6;
+    sensors.acceleration.resolution = 1e-3;
+    sampled.conditions.sensors = Some(sensors);
+    assert!(sampled.check().is_ok());
+    sensors.gap.noise.bandwidth = 1e300;
+    sampled.conditions.sensors = Some(sensors);
+    let text = sampled.check().unwrap_err().to_string();
+    assert!(text.contains("but must be at most 1e9"), "{text}");
+}
+
 /// The filter cannot tell a bias of the gap from a gap: at rest a sensor that reads 0.1 mm too much
 /// acts like a gap that is 0.1 mm larger, so that the voltage is that of Δc = 0.1 mm.
 #[test]
