@@ -245,7 +245,11 @@ fn issue_15_bad_parameters_are_named() {
     for (name, value, reason) in [
         ("nominal_gap", 0.0, "nominal gap (m) is 0, but must be positive"),
         ("filter_gap_cutoff", 0.0, "cut-off of the gap filter (rad/s) is 0"),
-        ("sample_time", 1e-12, "sample time (s) is 0.000000000001, but must be at least 1e-9"),
+        (
+            "sample_time",
+            1e-7,
+            "sample time (s) is 0.0000001, but must be at least 1e-6: each sample",
+        ),
     ] {
         let mut unit = TestInstance::new::<ControllerFmu>("resources").unwrap();
         unit.set_real(name, value).unwrap();

@@ -260,6 +260,7 @@ fn refusal_bad_conditions_say_why() {
             vec!["external_controller"],
             "sensors with an external controller",
         ),
+        (vec![("sample_time", 9e-7)], vec![], "sample time (s) is 0.0000009, but must be at least"),
         (vec![], vec!["sample_delay"], "delay (samples) is 1, which needs a sampled controller"),
     ] {
         let text = refused(&reals, &[], &on);

@@ -162,6 +162,9 @@ pub const fn filter_design_of_eq_4() -> FilterDesign {
 /// The longest Runge-Kutta step times the fastest rate; see [`MagnetParameters::check`].
 const MAX_STEP_ANGLE: f64 = 0.5;
 
+/// The shortest sample time, in s. A million samples take about a second.
+const SHORTEST_PERIOD: f64 = 1e-6;
+
 impl MagnetParameters {
     /// Checks that the model is defined for these values.
     ///
@@ -266,7 +269,14 @@ impl Sampling {
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
-        long_enough("sample time (s)", self.period)?;
+        if self.period > 0.0 && self.period < SHORTEST_PERIOD {
+            return Err(Error::OutOfRange {
+                name: "sample time (s)",
+                value: self.period,
+                must: "at least 1e-6: each sample is computed (0 is a continuous controller)",
+            });
+        }
+        positive("sample time (s)", self.period)?;
         if self.delay <= MAX_DELAY {
             return Ok(());
         }
