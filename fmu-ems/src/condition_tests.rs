@@ -171,6 +171,29 @@ fn issue_15_failures_can_be_switched_during_a_run() {
     assert_eq!(linear.derivative("force", "static_force").unwrap(), 0.0);
 }
 
+/// Times of lift-off and set-down can be changed before they are reached, and not afterwards.
+#[test]
+fn issue_15_times_that_would_make_the_reference_jump_are_refused() {
+    let (_, (reals, integers, on)) = lifting();
+    let changed = |steps: u32, name: &str, time: f64| {
+        let mut unit = started(&reals, &integers, &on);
+        (0..steps).for_each(|n| step(&mut unit, n));
+        unit.set_real(name, time)?;
+        unit.step(f64::from(steps) * 1e-3, 1e-3)
+    };
+    changed(3, "lift_off_time", 0.0046).unwrap();
+    changed(18, "set_down_time", 0.018).unwrap();
+    changed(18, "set_down_time", 0.0).unwrap();
+    for (steps, name, time, reason) in [
+        (18, "set_down_time", 0.017, "set-down time (s) cannot change from 0.02 s to 0.017 s"),
+        (25, "set_down_time", 0.0, "set-down time (s) cannot change from 0.02 s to never"),
+        (7, "lift_off_time", 0.009, "lift-off time (s) cannot change from 0.0045 s to 0.009 s"),
+    ] {
+        let text = changed(steps, name, time).unwrap_err().to_string();
+        assert!(text.contains(reason) && text.contains("would jump"), "{text}");
+    }
+}
+
 /// A saved state holds noise, failures and phases: the run after it repeats bit for bit, here and in
 /// an instance of another name.
 #[test]
@@ -261,6 +284,16 @@ fn refusal_bad_conditions_say_why() {
             "sensors with an external controller",
         ),
         (vec![("sample_time", 9e-7)], vec![], "sample time (s) is 0.0000009, but must be at least"),
+        (
+            vec![("lift_off_time", 15.0)],
+            vec![],
+            "lift-off time (s) is 15, which needs a magnet that starts without current",
+        ),
+        (
+            vec![("set_down_time", 2.0), ("landing_gap", 0.004)],
+            vec!["nonlinear", "limit_current"],
+            "landing gap (m) is 0.004, but must be above the nominal gap",
+        ),
         (vec![], vec!["sample_delay"], "delay (samples) is 1, which needs a sampled controller"),
     ] {
         let text = refused(&reals, &[], &on);

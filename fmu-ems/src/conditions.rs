@@ -2,7 +2,7 @@
 
 use fmi2_export::{BooleanVar, IntegerVar, Interface, RealVar, UnitOfMeasure, Values, VariableRow};
 use magnet::{
-    Conditions, FailedReading, MAX_DELAY, Noise, Sensor, SensorFailure, Sensors, Sequence,
+    Conditions, Error, FailedReading, MAX_DELAY, Noise, Sensor, SensorFailure, Sensors, Sequence,
     SupplyFailure,
 };
 
@@ -159,7 +159,7 @@ impl ConditionHandles {
     }
 
     /// The conditions, from the values of the variables; `salt` is added to the seed.
-    pub(crate) fn read(&self, values: &Values, salt: u64) -> Conditions {
+    pub(crate) fn read(&self, values: &Values, salt: u64) -> Result<Conditions, Error> {
         let after_zero = |variable| Some(values.real(variable)).filter(|time| *time != 0.0);
         let seed = salt.wrapping_add(values.integer(self.noise_seed).unsigned_abs().into());
         let [gap, acceleration] = &self.sensors;
@@ -172,8 +172,15 @@ impl ConditionHandles {
             failed: values.boolean(self.supply_failed),
             time: after_zero(self.supply_failure_time),
         };
-        let lift_off =
-            values.boolean(self.start_without_current).then_some(values.real(self.lift_off_time));
+        let value = values.real(self.lift_off_time);
+        let lift_off = values.boolean(self.start_without_current).then_some(value);
+        if lift_off.is_none() && value != 0.0 {
+            return Err(Error::Needs {
+                name: "lift-off time (s)",
+                value,
+                needs: "a magnet that starts without current: set start_without_current to true",
+            });
+        }
         let set_down = after_zero(self.set_down_time);
         let sequence = Sequence {
             lift_off,
@@ -181,11 +188,11 @@ impl ConditionHandles {
             transition: values.real(self.transition_time),
             landing_gap: values.real(self.landing_gap),
         };
-        Conditions {
+        Ok(Conditions {
             sensors: (!ideal).then_some(sensors),
             supply: (supply.failed || supply.time.is_some()).then_some(supply),
             sequence: (lift_off.is_some() || set_down.is_some()).then_some(sequence),
-        }
+        })
     }
 
     /// Parameters that determine the readings at the start.

@@ -156,6 +156,10 @@ impl Model for EmsFmu {
     fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
         let parameters = self.parameters(values)?;
         let inputs = self.read(values);
+        let conditions = &state.parameters.conditions;
+        conditions
+            .check_change(&parameters.conditions, state.magnet.time)
+            .map_err(|error| Error::caused(&error))?;
         self.magnet(&parameters)?.apply_changes(&mut state.magnet, &inputs);
         state.parameters = parameters;
         Ok(())

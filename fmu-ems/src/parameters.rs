@@ -145,7 +145,7 @@ impl ParameterHandles {
                 .boolean(self.lateral_guidance)
                 .then_some(values.real(self.pole_width)),
             integration_step: values.real(self.integration_step),
-            conditions: conditions.read(values, salt),
+            conditions: conditions.read(values, salt)?,
         })
     }
 

@@ -102,7 +102,7 @@ impl Conditions {
             }
         }
         let Some(sequence) = &self.sequence else { return Ok(()) };
-        sequence.check()?;
+        sequence.check(magnet.nominal_gap)?;
         if magnet.external_controller {
             return Err(Error::Unsupported {
                 what: "lift-off and set-down with an external controller, which has to do them \
@@ -123,6 +123,14 @@ impl Conditions {
                    magnet attracts whatever the current's sign: set limit_current to true and \
                    current_min to 0",
         })
+    }
+
+    /// Whether `new` conditions can replace these at `time` (s), while stepping.
+    ///
+    /// # Errors
+    /// [`Error::LateChange`] where the reference would jump.
+    pub fn check_change(&self, new: &Self, time: f64) -> Result<(), Error> {
+        Sequence::check_change(self.sequence, new.sequence, time)
     }
 
     /// The next instant of an event after `time` (s), if there is one.
@@ -299,12 +307,11 @@ impl Magnet {
     /// The condition to start in, for true values of gap and acceleration.
     pub(crate) fn first_condition(&self, time: f64, values: [f64; 2]) -> Result<Condition, Error> {
         let Conditions { sensors, supply, sequence } = &self.parameters().conditions;
-        if let Some(begin) = sequence.and_then(|it| it.lift_off).filter(|&begin| begin < time) {
-            return Err(Error::OutOfRange {
-                name: "lift-off time (s)",
-                value: begin,
-                must: "at or after the time at which the run starts",
-            });
+        for (name, begin) in sequence.iter().flat_map(Sequence::begins) {
+            if let Some(value) = begin.filter(|&begin| begin < time) {
+                let must = "at or after the time at which the run starts";
+                return Err(Error::OutOfRange { name, value, must });
+            }
         }
         Ok(Condition {
             phase: sequence.map(|it| it.phase(time)).unwrap_or_default(),

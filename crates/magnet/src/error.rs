@@ -59,6 +59,22 @@ pub enum Error {
         /// The highest bandwidth accepted with this step, in Hz.
         highest: f64,
     },
+    /// A change of the lift-off or the set-down while stepping, at which the reference would jump.
+    #[error(
+        "at t = {time} s the {name} cannot change from {} to {}: the reference gap and the voltage \
+         would jump; a time can be changed before it is reached only, and not to one that has passed",
+        shown(.from), shown(.to)
+    )]
+    LateChange {
+        /// What was changed.
+        name: &'static str,
+        /// Time so far, in s.
+        from: Option<f64>,
+        /// New time, in s.
+        to: Option<f64>,
+        /// Time of the change, in s.
+        time: f64,
+    },
     /// The magnet touches the rail: the force laws end at a gap of zero, and contact is not part
     /// of this model.
     #[error(
@@ -84,4 +100,8 @@ pub enum Error {
         /// Number of switches allowed in one step.
         events: usize,
     },
+}
+
+fn shown(time: &Option<f64>) -> String {
+    time.map_or_else(|| String::from("never"), |time| format!("{time} s"))
 }

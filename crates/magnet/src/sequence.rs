@@ -24,6 +24,12 @@ use crate::{
 /// Fraction of a transition in which the flux changes; in the rest the gap does.
 const FLUX_FRACTION: f64 = 0.25;
 
+/// Largest gap at which a set-down may end, in m: a larger one is a mistake in the unit.
+const LARGEST_LANDING_GAP: f64 = 1.0;
+
+/// Times this close, relative to the time or 1 s, are the same: the reference has not moved by then.
+const SIMULTANEOUS: f64 = 1e-9;
+
 /// When a magnet lifts off and sets down. The nonlinear law with the current limited to 0 and above
 /// is required.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -86,7 +92,7 @@ pub(crate) struct Resting {
 }
 
 impl Sequence {
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self, nominal_gap: f64) -> Result<(), Error> {
         positive("transition time (s)", self.transition)?;
         positive("landing gap (m)", self.landing_gap)?;
         if let Some(time) = self.lift_off {
@@ -94,6 +100,13 @@ impl Sequence {
         }
         let Some(down) = self.set_down else { return Ok(()) };
         finite("set-down time (s)", down)?;
+        if !(nominal_gap < self.landing_gap && self.landing_gap <= LARGEST_LANDING_GAP) {
+            return Err(Error::OutOfRange {
+                name: "landing gap (m)",
+                value: self.landing_gap,
+                must: "above the nominal gap, from which the magnet moves down, and at most 1",
+            });
+        }
         match self.lift_off {
             Some(up) if down < up + self.transition => Err(Error::OutOfRange {
                 name: "set-down time (s)",
@@ -102,6 +115,29 @@ impl Sequence {
             }),
             _ => Ok(()),
         }
+    }
+
+    /// Whether a sequence can be replaced by another one at `time` (s) without a jump of the reference:
+    /// what has begun stays as it is, and nothing begins in the past.
+    pub(crate) fn check_change(
+        from: Option<Self>,
+        to: Option<Self>,
+        time: f64,
+    ) -> Result<(), Error> {
+        let now = time - SIMULTANEOUS * time.abs().max(1.0);
+        let none = Self { lift_off: None, set_down: None, transition: 0.0, landing_gap: 0.0 };
+        let [from, to] = [from, to].map(|it| it.unwrap_or(none).begins());
+        for ((name, from), (_, to)) in from.into_iter().zip(to) {
+            if from != to && [from, to].into_iter().flatten().any(|begin| begin < now) {
+                return Err(Error::LateChange { name, from, to, time });
+            }
+        }
+        Ok(())
+    }
+
+    /// The times of lift-off and set-down, with their names.
+    pub(crate) fn begins(&self) -> [(&'static str, Option<f64>); 2] {
+        [("lift-off time (s)", self.lift_off), ("set-down time (s)", self.set_down)]
     }
 
     /// The instants at which a phase begins, and that phase, in order.

@@ -378,13 +378,18 @@ fn sequenced(sequence: Sequence) -> Conditions {
 #[test]
 fn refusal_lift_off_needs_the_nonlinear_law_and_a_positive_current() {
     type Change = fn(&mut MagnetParameters);
-    let cases: [(Change, &str); 8] = [
+    let cases: [(Change, &str); 10] = [
         (|p| p.law = Law::Linear, "lift-off and set-down with the linear law"),
         (|p| p.limits.current = None, "set limit_current to true and current_min to 0"),
         (|p| p.limits.current = Some(Range { min: -1.0, max: 60.0 }), "current_min to 0"),
         (|p| p.external_controller = true, "with an external controller"),
         (|p| p.conditions.sequence.as_mut().unwrap().transition = 0.0, "transition time (s) is 0"),
         (|p| p.conditions.sequence.as_mut().unwrap().landing_gap = -1.0, "landing gap (m) is -1"),
+        (
+            |p| p.conditions.sequence.as_mut().unwrap().landing_gap = 0.0079,
+            "landing gap (m) is 0.0079, but must be above the nominal gap",
+        ),
+        (|p| p.conditions.sequence.as_mut().unwrap().landing_gap = 17.0, "landing gap (m) is 17"),
         (
             |p| p.conditions.sequence.as_mut().unwrap().set_down = Some(2.4),
             "lift_off_time + transition_time",
@@ -406,6 +411,52 @@ fn refusal_lift_off_needs_the_nonlinear_law_and_a_positive_current() {
     let late = nonlinear(sequenced(sequence()));
     let text = late.initialise(&nominal(), 0.6).unwrap_err().to_string();
     assert!(text.contains("lift-off time (s) is 0.5"), "{text}");
+    let down = nonlinear(sequenced(Sequence { lift_off: None, ..sequence() }));
+    let text = down.initialise(&nominal(), 5.1).unwrap_err().to_string();
+    assert!(text.contains("set-down time (s) is 5, but must be at or after the time"), "{text}");
+}
+
+/// A change that is accepted leaves reference gap and voltage where they are at its instant, to the last
+/// bit; all that would move them is refused.
+#[test]
+fn issue_15_a_reference_that_would_jump_is_refused() {
+    let (up, down) = (0.5, 5.0);
+    let magnet =
+        |lift_off, set_down| nonlinear(sequenced(Sequence { lift_off, set_down, ..sequence() }));
+    let old = magnet(Some(up), Some(down));
+    let (mut accepted, mut refused) = (0, 0);
+    for time in [0.25, 0.5, 0.7, 1.6, 3.0, 5.0, 5.5, 6.9, 7.5] {
+        let mut state = old.initialise(&nominal(), 0.0).unwrap();
+        state.time = time;
+        old.apply_changes(&mut state, &nominal());
+        let shown = |magnet: &Magnet, state: &State| {
+            let now = magnet.outputs(state, &nominal()).unwrap();
+            [now.reference_gap, now.voltage]
+        };
+        let before = shown(&old, &state);
+        let others = [0.1, 0.45, 0.6, 1.0, 2.0].map(|it| (Some(it), Some(down)));
+        let later = [None, Some(2.6), Some(4.0), Some(4.9), Some(5.1), Some(9.0)];
+        for (lift_off, set_down) in others.into_iter().chain(later.map(|it| (Some(up), it))) {
+            let new = magnet(lift_off, set_down);
+            let change =
+                old.parameters().conditions.check_change(&new.parameters().conditions, time);
+            let mut changed = state;
+            new.apply_changes(&mut changed, &nominal());
+            let after = shown(&new, &changed);
+            let case = format!("{time}: {lift_off:?} {set_down:?} {before:?} {after:?}");
+            match change {
+                Ok(()) => {
+                    accepted += 1;
+                    assert_eq!(before, after, "{case}");
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert!(error.to_string().contains("would jump"), "{error}");
+                }
+            }
+        }
+    }
+    assert!(accepted > 20 && refused > 20, "{accepted} {refused}");
 }
 
 /// A magnet of 250 kg under its share of a car, which soft springs pass on as a constant force, and a
