@@ -21,7 +21,7 @@ pub struct EmsFmu {
     parameters: ParameterHandles,
     command: CommandHandles,
     conditions: ConditionHandles,
-    /// Of the instance's name, for the seed of its noise.
+    /// Of the instance's name, for the seed of the noise of a state that starts here.
     salt: u64,
     /// A cache: rebuilt if a state was computed with other parameters.
     magnet: Magnet,
@@ -38,6 +38,8 @@ pub struct State {
     parameters: MagnetParameters,
     /// Derivatives of the inputs at the end of the last step: for the outputs' derivatives.
     rates: InputRates,
+    /// Of the name of the instance in which the run began, whose noise this state keeps.
+    salt: u64,
 }
 
 impl EmsFmu {
@@ -54,9 +56,9 @@ impl EmsFmu {
         }
     }
 
-    /// The parameters' values now.
-    fn parameters(&self, values: &Values) -> Result<MagnetParameters, Error> {
-        let read = self.parameters.read(values, &self.command, &self.conditions, self.salt);
+    /// The parameters' values now, with the noise of an instance whose name has this salt.
+    fn parameters(&self, values: &Values, salt: u64) -> Result<MagnetParameters, Error> {
+        let read = self.parameters.read(values, &self.command, &self.conditions, salt);
         read.map_err(|error| Error::caused(&error))
     }
 
@@ -100,7 +102,8 @@ impl Model for EmsFmu {
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
-        let parameters = self.parameters(values)?;
+        let salt = self.salt;
+        let parameters = self.parameters(values, salt)?;
         let inputs = self.read(values);
         let derived = self.derived;
         let magnet = self.magnet(&parameters)?;
@@ -110,7 +113,7 @@ impl Model for EmsFmu {
         values.set_real(derived.current_stiffness, constants.current_stiffness);
         values.set_real(derived.gap_stiffness, constants.gap_stiffness);
         values.set_real(derived.nominal_force, constants.nominal_force);
-        Ok(State { magnet: state, parameters, rates: InputRates::default() })
+        Ok(State { magnet: state, parameters, rates: InputRates::default(), salt })
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
@@ -154,7 +157,7 @@ impl Model for EmsFmu {
     }
 
     fn parameters_changed(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
-        let parameters = self.parameters(values)?;
+        let parameters = self.parameters(values, state.salt)?;
         let inputs = self.read(values);
         let conditions = &state.parameters.conditions;
         conditions
