@@ -118,6 +118,8 @@ pub enum Misfit {
     OwnSteps,
     /// The signals between the units.
     Signals,
+    /// Events, conditions, or files with signals for inputs.
+    Story,
     /// The recorded signals.
     Recorded,
     /// The units.
@@ -130,6 +132,7 @@ impl std::fmt::Display for Misfit {
             Self::Instances => "instances or steps",
             Self::OwnSteps => "own steps of a unit",
             Self::Signals => "signals between the units",
+            Self::Story => "events, conditions or signals of inputs",
             Self::Recorded => "recorded signals",
             Self::Units => "units",
         })

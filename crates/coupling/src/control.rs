@@ -37,6 +37,8 @@ pub struct Control {
     signals: Vec<SignalIndex>,
     /// size of the next step in ticks
     next: f64,
+    /// the span whose ticks these are (s)
+    span: f64,
     last_error: f64,
     before: ExchangeState,
     long: Vec<f64>,
@@ -60,6 +62,7 @@ impl Control {
             long: vec![0.0; signals.len()],
             signals,
             next: FIRST * f64::from(TICKS),
+            span: 0.0,
             last_error: 1.0,
             before: ExchangeState::default(),
             report: ControlReport {
@@ -78,15 +81,15 @@ impl Control {
         &self.report
     }
 
-    /// What it remembers from step to step, for a checkpoint: the next size and the last estimate.
+    /// What it remembers from step to step, for a checkpoint: the next size, the last estimate, and the last span.
     #[must_use]
-    pub fn state(&self) -> [f64; 2] {
-        [self.next, self.last_error]
+    pub fn state(&self) -> [f64; 3] {
+        [self.next, self.last_error, self.span]
     }
 
     /// Restores such a state.
-    pub fn restore(&mut self, [next, last_error]: [f64; 2]) {
-        (self.next, self.last_error) = (next, last_error);
+    pub fn restore(&mut self, [next, last_error, span]: [f64; 3]) {
+        (self.next, self.last_error, self.span) = (next, last_error, span);
     }
 
     /// Steps all units over a span, given by begin and length, in as many steps as needed. `after`
@@ -103,6 +106,11 @@ impl Control {
         (begin, span): (f64, f64),
         after: &mut dyn FnMut(&Exchange, f64, f64),
     ) -> Result<(), U::Error> {
+        // spans differ by more than rounding where an event cuts one
+        if self.span > 0.0 && (span - self.span).abs() > 1e-6 * span {
+            self.next *= self.span / span;
+        }
+        self.span = span;
         let able = units.iter().all(|unit| unit.capabilities().restore);
         let (mut time, end) = (begin, begin + span);
         let at = |ticks: u32| match ticks {

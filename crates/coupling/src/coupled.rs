@@ -54,6 +54,7 @@ impl<U: Unit> Coupling<U> {
         size: f64,
     ) -> Result<(), U::Error> {
         exchange.extrapolate(size);
+        exchange.fill_given(time, size);
         let last = self.algorithms.len().saturating_sub(1);
         for (n, algorithm) in self.algorithms.iter_mut().enumerate() {
             algorithm.step(exchange, units, time, size)?;

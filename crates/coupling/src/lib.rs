@@ -33,7 +33,7 @@ mod workers;
 pub use algorithm::Algorithm;
 pub use control::Control;
 pub use coupled::Coupling;
-pub use exchange::{Exchange, ExchangeState};
+pub use exchange::{Course, Exchange, ExchangeState};
 pub use gauss_seidel::GaussSeidel;
 pub use index::{InputIndex, OutputIndex, SignalIndex, UnitIndex};
 pub use iterated::Iterated;

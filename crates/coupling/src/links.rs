@@ -155,6 +155,8 @@ pub struct Links {
     pub booleans: Vec<HeldLink>,
     /// One source per String input.
     pub strings: Vec<HeldLink>,
+    /// Real inputs that follow functions of time instead of outputs.
+    pub given: Vec<InputIndex>,
     /// Highest derivative that the unit provides, per Real output.
     pub offered: Vec<usize>,
     /// Sizes of the Real outputs. Missing ones have the default.
@@ -188,7 +190,7 @@ impl Links {
     #[must_use]
     pub fn real_inputs(&self) -> usize {
         let reals = self.reals.iter().map(|link| link.input);
-        let all = reals.chain(self.wholes.iter().map(|link| link.input));
+        let all = reals.chain(self.wholes.iter().map(|link| link.input)).chain(self.given.iter().copied());
         all.max().map_or(0, |last| last.0 + 1)
     }
 

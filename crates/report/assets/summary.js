@@ -4,6 +4,7 @@ const STATUS = {
   finished: "finished",
   failed: "failed",
   interrupted: "interrupted",
+  stopped: "ended by a stop condition",
   terminated: "ended by a unit",
 };
 
@@ -15,6 +16,7 @@ function statusLine(run) {
   const line = element("p", { class: "status" },
     element("span", { class: `badge ${summary.status ?? "open"}` }, name),
     data.runs.length > 1 ? element("strong", {}, ` ${run.name}: `) : " ", data.runs.length > 1 ? `${run.title},${reached}` : reached);
+  if (!summary.error && summary.ended_by) return element("div", {}, line, element("p", {}, summary.ended_by));
   if (!summary.error) return line;
   const causes = (summary.error.causes ?? []).map((text) => element("li", {}, text));
   return element("div", {}, line, element("div", { class: "error", role: "alert" }, element("ol", {}, causes),

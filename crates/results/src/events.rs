@@ -22,6 +22,8 @@ pub enum EventKind {
     Warning,
     /// A remark of the master, about loops or imperfect units.
     Note,
+    /// An event of the scenario.
+    Event,
     /// A step that was rejected and undone.
     Rejected,
     /// A step that was repeated in smaller steps.
@@ -34,6 +36,8 @@ pub enum EventKind {
     Overrun,
     /// The user stopped the run.
     Interrupted,
+    /// A stop condition of the scenario ended the run.
+    Stopped,
     /// A unit terminated the run.
     Terminated,
     /// The run failed.
@@ -48,12 +52,14 @@ impl EventKind {
             Self::Message => "message",
             Self::Warning => "warning",
             Self::Note => "note",
+            Self::Event => "event",
             Self::Rejected => "rejected",
             Self::Retry => "retry",
             Self::Checkpoint => "checkpoint",
             Self::Resumed => "resumed",
             Self::Overrun => "overrun",
             Self::Interrupted => "interrupted",
+            Self::Stopped => "stopped",
             Self::Terminated => "terminated",
             Self::Failed => "failed",
         }

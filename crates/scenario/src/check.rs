@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use crate::events::Span;
 use crate::{InstanceSettings, Recorded, Scenario, ScenarioError};
 
 impl Scenario {
@@ -72,6 +73,7 @@ impl Scenario {
                 return Err(range(&what, number.to_string(), "a finite number"));
             }
         }
+        self.check_story()?;
         let tolerance = self.initialization.tolerance;
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let value = tolerance.to_string();
@@ -114,6 +116,24 @@ impl Scenario {
         for (k, point) in self.ride_quality.iter().enumerate() {
             if let Some((what, value, allowed)) = point.out_of_range() {
                 return Err(range(&format!("ride_quality[{k}].{what}"), value, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks inputs over time, events and stop conditions.
+    fn check_story(&self) -> Result<(), ScenarioError> {
+        let span = Span::of(&self.experiment);
+        let numbered = |list: &str, k: usize| format!("{list}[{k}]");
+        let inputs = self.inputs.iter().enumerate();
+        let inputs = inputs.map(|(k, it)| (numbered("inputs", k), it.out_of_range()));
+        let events = self.events.iter().enumerate();
+        let events = events.map(|(k, it)| (numbered("events", k), it.out_of_range(span)));
+        let stops = self.stop_when.iter().enumerate();
+        let stops = stops.map(|(k, it)| (numbered("stop_when", k), it.out_of_range(span)));
+        for (place, fault) in inputs.chain(events).chain(stops) {
+            if let Some((key, value, range)) = fault {
+                return Err(ScenarioError::Range { what: format!("{place}.{key}"), value, range });
             }
         }
         Ok(())

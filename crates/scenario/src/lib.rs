@@ -10,11 +10,14 @@ pub mod algorithm;
 mod alone;
 mod check;
 mod comment;
+mod condition;
 mod conditions;
 mod connection;
 mod error;
+mod events;
 mod experiment;
 mod file;
+mod inputs;
 mod instance;
 mod log;
 mod overrides;
@@ -36,11 +39,17 @@ pub use algorithm::{
     JacobianSource, OnDiscard, PowerPair, VariableStep,
 };
 pub use alone::alone;
+pub use condition::{Comparison, Condition};
 pub use conditions::{Checkpoints, Initialization, IsolationSettings};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
 pub use error::ScenarioError;
+pub use events::{Event, StopCondition};
 pub use experiment::Experiment;
 pub use fmi2_derive::UnitSource;
+pub use inputs::{
+    ChirpSignal, CsvSignal, InputSignal, Interpolation, NoiseSignal, PulseSignal, RampSignal, SignalOverTime, SineSignal,
+    StepSignal, TableSignal,
+};
 pub use instance::{FileSetting, InstanceSettings, Setting};
 pub use log::{DebugLog, LogLevel};
 pub use overrides::Override;
@@ -70,6 +79,15 @@ pub struct Scenario {
     /// Connections from outputs to inputs.
     #[serde(default)]
     pub connections: Vec<Connection>,
+    /// Signals over time for inputs without a connection.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<InputSignal>,
+    /// What changes during the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
+    /// Conditions that end the run early, as a result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stop_when: Vec<StopCondition>,
     /// Start, stop and communication step.
     pub experiment: Experiment,
     /// How the units are coupled.

@@ -7,7 +7,7 @@ use strict_json::{FormError, PathStep, merge};
 
 use crate::file::{ScenarioFile, chain};
 use crate::suggestions::{GivenTimes, LeftOut};
-use crate::{InstanceSettings, Scenario, ScenarioError, Setting, units};
+use crate::{InstanceSettings, Scenario, ScenarioError, Setting, SignalOverTime, inputs, units};
 
 impl Scenario {
     /// Reads a scenario file and the files that it extends. Paths of units become relative to the working directory.
@@ -39,6 +39,11 @@ impl Scenario {
             };
             chain.iter().find(given).and_then(|source| source.path.parent())
         });
+        for input in &mut scenario.inputs {
+            if let SignalOverTime::Csv(csv) = &mut input.signal {
+                csv.file = absolute(&csv.file).unwrap_or(std::mem::take(&mut csv.file));
+            }
+        }
         left_out.complete(&mut scenario, given)?;
         Ok(scenario)
     }
@@ -90,7 +95,9 @@ fn whole(chain: &[ScenarioFile], units: Units) -> Value {
     for (k, source) in chain.iter().rev().enumerate() {
         let mut value = source.value.clone();
         if units == Units::Located {
-            units::locate(&mut value, source.path.parent().unwrap_or(Path::new("")));
+            let folder = source.path.parent().unwrap_or(Path::new(""));
+            units::locate(&mut value, folder);
+            inputs::locate(&mut value, folder);
         }
         if k == 0 {
             whole = value;

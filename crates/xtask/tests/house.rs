@@ -41,6 +41,7 @@ const PLAN: &[(&str, &[&str])] = &[
     // co-simulation
     ("scenario", &["fmi2-derive", "fmi2-import", "patterns", "strict-json"]),
     ("results", &["patterns"]),
+    ("sources", &["patterns", "scenario"]),
     ("coupling", &["fmi2-import", "results", "scenario"]),
     (
         "master",
@@ -52,6 +53,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "patterns",
             "results",
             "scenario",
+            "sources",
         ],
     ),
     (

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use super::happenings::SNAP;
 use super::setup::Setup;
 use super::wiring::Wiring;
 use crate::error::Error;
 use crate::participant::Participant;
 use crate::system::{InstanceSetup, System};
-use coupling::Exchange;
+use coupling::{Course, Exchange, Taylor};
 use fmi2_import::instance::{FmuError, Instance, InstanceOptions};
 use fmi2_import::isolate::Isolation;
 use fmi2_import::library::Functions;
@@ -85,10 +86,12 @@ pub(super) fn connect(
     setup: &Setup,
     instances: Vec<Instance>,
 ) -> Result<(Vec<Participant>, Exchange), FmuError> {
-    let Setup { scenario, system, selection, coupling, .. } = setup;
+    let Setup { scenario, system, selection, coupling, story, .. } = setup;
     let experiment = scenario.experiment;
-    let Wiring { mut variables, mut links, .. } = Wiring::new(scenario, system, coupling);
-    for port in &selection.ports {
+    let wiring = Wiring::new(scenario, system, coupling, &story.inputs);
+    let Wiring { mut variables, mut links, given, .. } = wiring;
+    let watched = story.watches.iter().flat_map(|watch| &watch.ports);
+    for port in selection.ports.iter().chain(watched) {
         variables[port.instance].watched.push(port.variable);
     }
     let (saved, differentiated) = (coupling.saved(scenario), coupling.differentiated());
@@ -112,5 +115,15 @@ pub(super) fn connect(
         }
         participants.push(participant);
     }
-    Ok((participants, Exchange::new(links, scenario.algorithm.degree())))
+    let mut exchange = Exchange::new(links, scenario.algorithm.degree());
+    for (driven, (input, limit)) in story.inputs.iter().zip(given) {
+        let slack = SNAP * experiment.step;
+        let (source, held) = (Arc::clone(&driven.source), driven.is_held(system));
+        let course: Course = Box::new(move |time, size| {
+            let p = Taylor(source.course(time, size, slack));
+            if held { Taylor::constant(p[0]) } else { p }
+        });
+        exchange.give(driven.port.instance.into(), input, limit, course);
+    }
+    Ok((participants, exchange))
 }

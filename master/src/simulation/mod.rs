@@ -4,12 +4,14 @@
 
 mod attempts;
 mod coupling_setup;
+mod happenings;
 mod instantiate;
 mod limits;
 mod loops;
 mod selection;
 mod setup;
 mod stepper;
+mod story;
 mod wiring;
 
 use std::time::Instant;
@@ -17,6 +19,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use self::attempts::Attempts;
+use self::happenings::{Happenings, HappeningsState};
 pub use self::coupling_setup::CouplingSetup;
 pub use self::loops::AlgebraicLoop;
 pub use self::selection::{Selection, base_unit, to_base};
@@ -36,6 +39,7 @@ use scenario::Setting;
 pub struct Simulation<'a> {
     setup: &'a Setup,
     stepper: Stepper,
+    happenings: Happenings<'a>,
     participants: Vec<Participant>,
     /// places of the selected signals
     slots: Vec<(InstanceIndex, Slot)>,
@@ -51,6 +55,7 @@ pub struct SimulationState {
     done: u64,
     units: Vec<UnitState>,
     stepper: StepperState,
+    happenings: HappeningsState,
 }
 
 /// The serialized FMU state of one instance.
@@ -107,9 +112,14 @@ impl<'a> Simulation<'a> {
         let tolerance = scenario.initialization.tolerance;
         let late = late::find(system, &coupling.signals, &initialized.outputs, tolerance, now);
         stepper.expect_jumps(&participants, &late.stale);
+        let step = scenario.experiment.step;
+        let mut happenings = Happenings::new(&setup.story, system, &participants, step);
+        happenings.observe(time, &participants);
+        stepper.add_limits(happenings.limit(time).into_iter().collect());
         let slots = selection.slots(&participants);
         let loops = initialized.loops;
-        Ok(Self { setup, stepper, participants, slots, loops, notes: late.notes, done: 0 })
+        let notes = late.notes;
+        Ok(Self { setup, stepper, happenings, participants, slots, loops, notes, done: 0 })
     }
 
     /// The units, the signals between them, and which algorithm steps which unit.
@@ -125,10 +135,15 @@ impl<'a> Simulation<'a> {
     pub fn step(&mut self) -> Result<(), Error> {
         let time = self.time();
         let size = self.setup.scenario.experiment.size(self.done);
-        self.stepper
-            .step(&mut self.participants, time, size)
-            .map_err(|source| self.failed(time, source))?;
+        if self.happenings.is_quiet(time, time + size) {
+            self.stepper
+                .step(&mut self.participants, time, size)
+                .map_err(|source| self.failed(time, source))?;
+        } else {
+            self.eventful_step(time, size)?;
+        }
         self.done += 1;
+        self.happenings.observe(self.time(), &self.participants);
         Ok(())
     }
 
@@ -208,7 +223,7 @@ impl<'a> Simulation<'a> {
     pub fn set(&mut self, name: &str, value: &Setting) -> Result<(), Error> {
         let time = self.time();
         let system = &self.setup.system;
-        for (port, value) in system.changes(name, value)? {
+        for (port, value) in system.changes(&format!("set {name}"), name, value)? {
             let instance = self.participants[port.instance].instance_mut();
             let set = instance.set(port.variable.0, &value);
             set.map_err(|source| Error::Step { time, source })?;
@@ -284,7 +299,8 @@ impl<'a> Simulation<'a> {
             let (held, between) = (participant.holds_inputs(), participant.between());
             units.push(UnitState { instance, held, bytes, between });
         }
-        Ok(SimulationState { done: self.done, units, stepper: self.stepper.state() })
+        let (stepper, happenings) = (self.stepper.state(), self.happenings.state());
+        Ok(SimulationState { done: self.done, units, stepper, happenings })
     }
 
     /// Restores an earlier or later state of the same scenario.
@@ -309,6 +325,9 @@ impl<'a> Simulation<'a> {
             if !fits {
                 return Err(StateError::Misfit { what: Misfit::OwnSteps });
             }
+        }
+        if !self.happenings.restore(&state.happenings) {
+            return Err(StateError::Misfit { what: Misfit::Story });
         }
         if !self.stepper.restore(&state.stepper) {
             return Err(StateError::Misfit { what: Misfit::Signals });

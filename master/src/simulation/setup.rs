@@ -2,6 +2,7 @@
 
 use super::coupling_setup::CouplingSetup;
 use super::selection::Selection;
+use super::story::Story;
 use crate::error::Error;
 use crate::system::System;
 use scenario::Scenario;
@@ -13,6 +14,7 @@ pub struct Setup {
     pub(super) system: System,
     pub(super) selection: Selection,
     pub(super) coupling: CouplingSetup,
+    pub(super) story: Story,
     pub(super) steps: u64,
 }
 
@@ -23,11 +25,12 @@ impl Setup {
     /// The first error found.
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
         scenario.check()?;
-        let system = System::new(scenario)?;
+        let mut system = System::new(scenario)?;
+        let story = Story::new(scenario, &mut system)?;
         let selection = Selection::new(scenario, &system)?;
         let coupling = CouplingSetup::new(scenario, &system)?;
         let steps = scenario.experiment.steps()?;
-        Ok(Self { scenario: scenario.clone(), system, selection, coupling, steps })
+        Ok(Self { scenario: scenario.clone(), system, selection, coupling, story, steps })
     }
 
     /// The scenario that was checked.

@@ -33,7 +33,7 @@ pub(super) struct Stepper {
 pub(super) struct StepperState {
     exchange: ExchangeState,
     algorithms: Vec<Vec<u8>>,
-    control: Option<[f64; 2]>,
+    control: Option<[f64; 3]>,
 }
 
 impl Stepper {
@@ -45,6 +45,7 @@ impl Stepper {
     ) -> Result<Self, FmuError> {
         let Setup { scenario, system, coupling: layout, .. } = setup;
         exchange.start(scenario.experiment.start, participants)?;
+        exchange.fill_given(scenario.experiment.start, 0.0);
         exchange.preset_inputs(participants)?;
         let limits = Limits::of(setup, participants);
         let settings = &scenario.algorithm;
@@ -127,6 +128,24 @@ impl Stepper {
             self.handle_refusals(participants);
         }
         Ok(())
+    }
+
+    /// Steps all units by a size that is not controlled.
+    pub(super) fn short_step(
+        &mut self,
+        participants: &mut [Participant],
+        time: f64,
+        size: f64,
+    ) -> Result<(), FmuError> {
+        let Self { coupling, exchange, power, .. } = self;
+        coupling.step(exchange, participants, time, size)?;
+        power.add(exchange, time + size, size);
+        Ok(())
+    }
+
+    /// Discards the history of all signals: values have jumped.
+    pub(super) fn begin_anew(&mut self) {
+        self.exchange.begin_anew();
     }
 
     #[cold]

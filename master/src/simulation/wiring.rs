@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::coupling_setup::CouplingSetup;
 use super::loops::CutLoops;
+use super::story::DrivenInput;
 use crate::participant::{ExchangedVariables, ItemCheck};
 use crate::system::{InstanceSetup, Link, Port, System, Transfer, VariableIndex};
 use coupling::{
@@ -22,6 +23,8 @@ pub(super) struct Wiring<'a> {
     coupling: &'a CouplingSetup,
     pub(super) variables: Vec<ExchangedVariables>,
     pub(super) links: Vec<Links>,
+    /// per driven input, its position and the highest derivative that it takes
+    pub(super) given: Vec<(InputIndex, usize)>,
     cut: CutLoops,
     /// positions of outputs and Real inputs in their lists
     places: HashMap<Port, usize>,
@@ -32,6 +35,7 @@ impl<'a> Wiring<'a> {
         scenario: &'a Scenario,
         system: &'a System,
         coupling: &'a CouplingSetup,
+        inputs: &[DrivenInput],
     ) -> Self {
         let variables = |setup: &InstanceSetup| {
             let one_call = setup.description().derivatives.is_some();
@@ -43,11 +47,15 @@ impl<'a> Wiring<'a> {
             coupling,
             variables: system.instances.iter().map(variables).collect(),
             links: vec![Links::default(); system.instances.len()],
+            given: Vec::with_capacity(inputs.len()),
             cut: CutLoops::of(&coupling.loops),
             places: HashMap::new(),
         };
         for link in &system.links {
             wiring.connect(link);
+        }
+        for input in inputs {
+            wiring.drive(input);
         }
         wiring.find_direct();
         wiring
@@ -135,6 +143,18 @@ impl<'a> Wiring<'a> {
             held,
             kinks: link.kinks && !held,
         });
+    }
+
+    /// Adds an input that follows a signal over time.
+    fn drive(&mut self, driven: &DrivenInput) {
+        let port = driven.port;
+        let setup = &self.system.instances[port.instance];
+        let taken = if driven.is_held(self.system) { 0 } else { setup.input_derivative_order() };
+        let whole = setup.every > 1 || setup.steps > 1;
+        let input = self.real_input(port, taken);
+        self.links[port.instance].given.push(input);
+        // a unit with steps of its own gets the whole polynomial and reduces it
+        self.given.push((input, if whole { 3 } else { taken }));
     }
 
     fn connect_integers(&mut self, link: &Link, items: Option<&Arc<[(i32, i32)]>>) {

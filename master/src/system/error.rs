@@ -11,6 +11,7 @@ use fmi2_import::archive::ArchiveError;
 use fmi2_import::description::{Causality, Type, UnitMismatch};
 use fmi2_import::package::PackageError;
 use patterns::PatternError;
+use sources::SourceError;
 
 /// A kind of thing that a scenario names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -251,6 +252,15 @@ pub enum SystemError {
         /// Why not.
         why: String,
     },
+    /// A signal over time that cannot be used.
+    #[error("{place}")]
+    Source {
+        /// JSON path.
+        place: String,
+        /// What is wrong with it.
+        #[source]
+        source: SourceError,
+    },
     /// A value for a connected input.
     #[error("{place}: the value has no effect, because {port} is connected to {from}")]
     Unused {
@@ -324,6 +334,7 @@ impl SystemError {
                 "set the variables that the output is computed from, or remove the connection or \
                  the value"
             }
+            Self::Source { source, .. } => return source.help(),
             Self::DrivenTwice { .. } => {
                 "remove one of the connections, or use one connection whose \"from\" is a list, \
                  which is a sum"

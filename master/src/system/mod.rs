@@ -13,7 +13,7 @@ mod settings;
 mod signals;
 mod transfer;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -64,6 +64,8 @@ pub struct System {
     pub links: Vec<Link>,
     /// The values that `--set` gives, in its order.
     pub overridden: Vec<Overridden>,
+    /// Inputs that follow signals over time.
+    pub driven: HashSet<Port>,
     by_name: HashMap<String, InstanceIndex>,
     /// remarks about connections, and about values for connected inputs
     notes: Vec<String>,
@@ -86,6 +88,7 @@ impl System {
             instances: Vec::new(),
             links: Vec::new(),
             overridden: Vec::new(),
+            driven: HashSet::new(),
             by_name: HashMap::new(),
             notes: Vec::new(),
         };

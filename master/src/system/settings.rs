@@ -194,21 +194,29 @@ impl System {
     }
 
     /// The variables of that name with their new values, for a change while stepping.
-    pub(crate) fn changes(&self, name: &str, setting: &Setting) -> Result<Vec<(Port, Value)>> {
-        let place = format!("set {name}");
-        let ports = self.select(&place, name)?;
+    pub(crate) fn changes(
+        &self,
+        place: &str,
+        name: &str,
+        setting: &Setting,
+    ) -> Result<Vec<(Port, Value)>> {
+        let ports = self.select(place, name)?;
         let fed: HashSet<Port> = self.links.iter().map(|link| link.to).collect();
         let change = |port: Port| {
             let variable = self.variable(port);
             let free = variable.causality == Causality::Input && !fed.contains(&port);
-            if !free && variable.variability != Variability::Tunable {
-                return Err(SystemError::NotSettable {
-                    place: place.clone(),
-                    port: self.port_name(port),
-                    why: "it is neither tunable nor an unconnected input".to_owned(),
-                });
+            let refuse = |why: &str| SystemError::NotSettable {
+                place: place.to_owned(),
+                port: self.port_name(port),
+                why: why.to_owned(),
+            };
+            if self.driven.contains(&port) {
+                return Err(refuse("it follows a signal under \"inputs\""));
             }
-            Ok((port, self.value(&place, port, setting)?))
+            if !free && variable.variability != Variability::Tunable {
+                return Err(refuse("it is neither tunable nor an unconnected input"));
+            }
+            Ok((port, self.value(place, port, setting)?))
         };
         ports.into_iter().map(change).collect()
     }

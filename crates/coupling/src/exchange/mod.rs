@@ -1,13 +1,16 @@
 //! All signals between the units with their history, and the inputs and outputs of each unit.
 
+mod given;
 mod jumps;
 mod layout;
 mod state;
 
 use std::ops::Range;
 
+pub use given::Course;
 pub use state::ExchangeState;
 
+use given::Given;
 use layout::{Form, Source, lay_out, most_inputs, sources, whole_inputs};
 
 use super::index::{InputIndex, OutputIndex, SignalIndex, UnitIndex};
@@ -43,6 +46,7 @@ pub struct Exchange {
     /// per unit, whether jumps can reach it
     reachable: Vec<bool>,
     jumped: Vec<(Input, Effect)>,
+    given: Vec<Given>,
 }
 
 impl Exchange {
@@ -79,6 +83,7 @@ impl Exchange {
             whole_inputs: links.iter().map(whole_inputs).collect(),
             reachable: jumps::reachable(&links),
             jumped: Vec::with_capacity(most_inputs(&links)),
+            given: Vec::new(),
             links,
         }
     }
@@ -174,6 +179,7 @@ impl Exchange {
     /// Sends values only, without derivatives, to a unit from now on.
     pub fn hold_inputs(&mut self, k: UnitIndex) {
         self.sources[k].iter_mut().for_each(|source| source.limit = 0);
+        self.hold_given(k);
     }
 
     /// Represents every signal over the next step by data up to its beginning.

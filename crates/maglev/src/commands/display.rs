@@ -90,7 +90,7 @@ pub fn watch(
         super::print(&closing::text(&summary, folder, report.as_deref()))?;
     }
     Ok(match summary.status {
-        Status::Finished | Status::Terminated => ExitCode::SUCCESS,
+        Status::Finished | Status::Stopped | Status::Terminated => ExitCode::SUCCESS,
         Status::Interrupted | Status::Failed => ExitCode::FAILURE,
     })
 }

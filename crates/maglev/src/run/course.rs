@@ -62,12 +62,21 @@ pub(super) struct Progress {
     pub(super) loops: Vec<SolvedLoop>,
     /// who interrupted the run, and during which call
     pub(super) interruption: String,
+    /// why the run ended before its stop time, if it did as a result
+    pub(super) ended_by: Option<String>,
 }
 
 impl Default for Progress {
     fn default() -> Self {
         let (start, run) = (Duration::ZERO, Duration::ZERO);
-        Self { done: 0, start, run, loops: Vec::new(), interruption: "by the user".to_owned() }
+        Self {
+            done: 0,
+            start,
+            run,
+            loops: Vec::new(),
+            interruption: "by the user".to_owned(),
+            ended_by: None,
+        }
     }
 }
 
@@ -166,6 +175,9 @@ impl<'a> Course<'a> {
     ) -> Result<Status, Halt> {
         let mut clock =
             Watch { begin, reported: begin, done: simulation.done(), time: simulation.time() };
+        if shared.with(|course| course.stop(simulation))? {
+            return Ok(Status::Stopped);
+        }
         while simulation.remaining() > 0 {
             let before = simulation.rejected();
             let stepped = simulation.step();
@@ -192,6 +204,7 @@ impl<'a> Course<'a> {
         match error {
             master::Error::Step { time, source } if source.asks_to_end() => {
                 self.observer.notice(&source.to_string());
+                self.progress.ended_by = Some(source.to_string());
                 let noted = self.journal.note(time, EventKind::Terminated, source.to_string());
                 noted.map(|()| Next::End(Status::Terminated)).map_err(|e| self.failed(e))
             }
@@ -209,6 +222,10 @@ impl<'a> Course<'a> {
         let (done, time) = (simulation.done(), simulation.time());
         self.progress.done = done;
         self.output.take(simulation).map_err(|e| self.failed(e))?;
+        for (time, text) in simulation.take_news() {
+            self.observer.notice(&format!("at {time} s: {text}"));
+            self.journal.note(time, EventKind::Event, text).map_err(|e| self.failed(e))?;
+        }
         if self.journal.has_news() {
             self.listen(simulation).map_err(|e| self.failed(e))?;
             let ended = self.journal.ended(simulation.participants());
@@ -217,6 +234,9 @@ impl<'a> Course<'a> {
         if rejected > 0 {
             let text = format!("{rejected} steps were repeated: their error was too large");
             self.journal.note(time, EventKind::Rejected, text).map_err(|e| self.failed(e))?;
+        }
+        if self.stop(simulation)? {
+            return Ok(Next::End(Status::Stopped));
         }
         self.hold(time).map_err(|e| self.failed(e))?;
         if self.observer.interrupted() {
@@ -231,6 +251,17 @@ impl<'a> Course<'a> {
         let keeps = self.setup.scenario().checkpoint_stride();
         let due = keeps.is_some_and(|stride| done.is_multiple_of(stride));
         Ok(if due && simulation.remaining() > 0 { Next::Checkpoint } else { Next::Step })
+    }
+
+    /// Whether a stop condition ends the run here. Logs it.
+    fn stop(&mut self, simulation: &Simulation<'_>) -> Result<bool, Error> {
+        let Some(text) = simulation.stopped() else { return Ok(false) };
+        let time = simulation.time();
+        self.observer.notice(&format!("the run ends at {time} s: {text}"));
+        self.progress.ended_by = Some(text.to_owned());
+        let noted = self.journal.note(time, EventKind::Stopped, text);
+        let noted = noted.and(self.output.take_last(simulation));
+        noted.map(|()| true).map_err(|e| self.failed(e))
     }
 
     pub(super) fn listen(&mut self, simulation: &mut Simulation<'_>) -> io::Result<()> {

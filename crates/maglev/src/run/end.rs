@@ -42,7 +42,8 @@ impl<'a> Course<'a> {
             None => Err(error),
         });
         let noted = self.note_end(&result, simulation.as_deref_mut());
-        let keeps_checkpoint = self.origin.is_some() && !matches!(result, Ok(Status::Finished));
+        let complete = matches!(result, Ok(status) if is_complete(status));
+        let keeps_checkpoint = self.origin.is_some() && !complete;
         let (mut end, files, mut written) = self.write(&result, simulation.as_deref());
         if written.is_ok() {
             written = end.settle(files, keeps_checkpoint);
@@ -116,6 +117,7 @@ impl<'a> Course<'a> {
             scenario: job.name.to_owned(),
             title: scenario.title.clone(),
             status: *result.as_ref().unwrap_or(&Status::Failed),
+            ended_by: progress.ended_by,
             error: result.as_ref().err().map(failure),
             start: experiment.start,
             stop: experiment.stop,
@@ -161,7 +163,7 @@ impl RunEnd<'_> {
         } else {
             files.spare.map_or(Ok(()), fs::remove_file)
         };
-        let finished = self.summary.status == Status::Finished;
+        let finished = is_complete(self.summary.status);
         let cleared = if finished { remove_checkpoint(self.job.folder) } else { Ok(()) };
         let listed = self.folder.complete(&[&log_name(self.job)]);
         removed.and(cleared).and(listed).map_err(|e| self.failed(e))
@@ -201,6 +203,11 @@ impl RunEnd<'_> {
         let noted = noted.and(self.folder.complete(&[])).map_err(|e| self.failed(e));
         terminated.and(noted)
     }
+}
+
+/// Whether there is nothing to resume.
+fn is_complete(status: Status) -> bool {
+    matches!(status, Status::Finished | Status::Stopped)
 }
 
 /// File name of the event log.

@@ -127,6 +127,17 @@ impl<'a> RunOutput<'a> {
         self.table.take(simulation.done(), time, values, |signal| simulation.text(signal))
     }
 
+    /// Writes the row of the last communication point of a run that ends early, if none of its signals was due there.
+    pub(super) fn take_last(&mut self, simulation: &Simulation<'_>) -> io::Result<()> {
+        let done = simulation.done();
+        if self.columns.iter().any(|column| done.is_multiple_of(column.stride)) {
+            return Ok(());
+        }
+        let values = &self.values[..self.gatherers.len()];
+        // all signals are due in the row of step 0
+        self.table.take(0, simulation.time(), values, |signal| simulation.text(signal))
+    }
+
     /// Completes the table, copies it and draws the plots. Continues after an error, and returns the first one
     /// together with the files that were written.
     pub(super) fn finish(self, draw: bool) -> (Files, Result<(), Error>) {

@@ -26,6 +26,8 @@ pub enum Status {
     Finished,
     /// The user stopped it.
     Interrupted,
+    /// A stop condition of the scenario ended it.
+    Stopped,
     /// A unit terminated it: `fmi2Discard` with `fmi2Terminated`.
     Terminated,
     /// An error stopped it.
@@ -154,6 +156,9 @@ pub struct Summary {
     pub title: String,
     /// How the run ended.
     pub status: Status,
+    /// Why the run ended before its stop time: the stop condition, or what the unit that terminated it reported.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended_by: Option<String>,
     /// The error if the run failed, or if a unit failed when it was terminated after a complete run.
     pub error: Option<RunFailure>,
     /// Start time (s).
