@@ -15,6 +15,7 @@ mod conditions;
 mod connection;
 mod error;
 mod events;
+mod exceptions;
 mod experiment;
 mod file;
 mod inputs;
@@ -47,8 +48,8 @@ pub use events::{Event, StopCondition};
 pub use experiment::Experiment;
 pub use fmi2_derive::UnitSource;
 pub use inputs::{
-    ChirpSignal, CsvSignal, InputSignal, Interpolation, NoiseSignal, PulseSignal, RampSignal, SignalOverTime, SineSignal,
-    StepSignal, TableSignal,
+    ChirpSignal, CsvSignal, InputSignal, Interpolation, NoiseSignal, PulseSignal, RampSignal,
+    SignalOverTime, SineSignal, StepSignal, TableSignal,
 };
 pub use instance::{FileSetting, InstanceSettings, Setting};
 pub use log::{DebugLog, LogLevel};

@@ -7,7 +7,9 @@ use strict_json::{FormError, PathStep, merge};
 
 use crate::file::{ScenarioFile, chain};
 use crate::suggestions::{GivenTimes, LeftOut};
-use crate::{InstanceSettings, Scenario, ScenarioError, Setting, SignalOverTime, inputs, units};
+use crate::{
+    InstanceSettings, Scenario, ScenarioError, Setting, SignalOverTime, exceptions, inputs, units,
+};
 
 impl Scenario {
     /// Reads a scenario file and the files that it extends. Paths of units become relative to the working directory.
@@ -34,8 +36,20 @@ impl Scenario {
             *trace = folder.join(&*trace);
         }
         scenario.resolve_files(|instance, list, variable| {
+            // of a range, which may have been divided, the first name stands for all
+            let name = patterns::expand(instance).ok().and_then(|names| names.into_iter().next());
+            let covers = |key: &str| {
+                key == instance
+                    || patterns::expand(key)
+                        .ok()
+                        .zip(name.as_ref())
+                        .is_some_and(|(k, it)| k.contains(it))
+            };
             let given = |source: &&ScenarioFile| {
-                source.value["instances"][instance][list][variable]["path"].is_string()
+                let instances = source.value["instances"].as_object();
+                instances.into_iter().flatten().any(|(key, settings)| {
+                    settings[list][variable]["path"].is_string() && covers(key)
+                })
             };
             chain.iter().find(given).and_then(|source| source.path.parent())
         });
@@ -110,7 +124,8 @@ fn whole(chain: &[ScenarioFile], units: Units) -> Value {
 }
 
 /// The scenario of the merged files.
-fn scenario(chain: &[ScenarioFile], whole: Value) -> Result<Scenario, ScenarioError> {
+fn scenario(chain: &[ScenarioFile], mut whole: Value) -> Result<Scenario, ScenarioError> {
+    exceptions::divide(&mut whole);
     strict_json::from_value(whole).map_err(|(steps, error)| blame(chain, &steps, &error))
 }
 
@@ -234,6 +249,32 @@ mod tests {
         let error = refused(&wrong, "top.json");
         assert!(error.contains("top.json: at units.v.resources.a.json: invalid type"), "{error}");
         assert!(error.contains("line 3"), "{error}");
+    }
+
+    /// A file of its own, or of the one that it extends, gives one of a row another value.
+    #[test]
+    fn issue_16_a_patch_changes_one_of_a_range() {
+        let base = BASE.replace("\"x\": { \"unit\": \"a\" }", "\"m_[1..4]\": { \"unit\": \"a\", \"parameters\": { \"gain\": 1, \"file\": { \"path\": \"t.csv\" } } }");
+        let middle = r#"{ "extends": "../base.json", "instances": { "m_2": { "parameters": { "gain": 2 } } } }"#;
+        let top = r#"{ "extends": "sub/middle.json", "instances": { "m_2": { "parameters": { "on": true } },
+            "m_4": { "unit": "b" } } }"#;
+        let folder =
+            folder(&[("base.json", &base), ("sub/middle.json", middle), ("top.json", top)]);
+        let scenario = Scenario::load(&folder.path().join("top.json")).unwrap();
+        let names: Vec<_> = scenario.instances.keys().map(String::as_str).collect();
+        assert_eq!(names, ["z", "y", "m_1", "m_2", "m_3", "m_4"]);
+        let of = |name: &str, key: &str| scenario.instances[name].parameters.get(key).cloned();
+        assert_eq!(
+            ["m_1", "m_2", "m_3"].map(|it| of(it, "gain")),
+            [1.0, 2.0, 1.0].map(|x| Some(Setting::Number(x)))
+        );
+        assert_eq!((of("m_2", "on"), of("m_3", "on")), (Some(Setting::Boolean(true)), None));
+        assert_eq!(scenario.instances["m_4"].unit, "b");
+        let Some(Setting::File(file)) = of("m_2", "file") else { panic!("not a file") };
+        assert_eq!(file.path, folder.path().join("t.csv"));
+        let alone = r#"{ "extends": "base.json", "instances": { "m_5": { "parameters": { "gain": 2 } } } }"#;
+        fs::write(folder.path().join("alone.json"), alone).unwrap();
+        assert!(refused(&folder, "alone.json").contains("missing field `unit`"));
     }
 
     #[test]
