@@ -145,7 +145,7 @@ impl Model for EmsFmu {
         self.magnet(&state.parameters)?;
         self.magnet
             .step(&mut state.magnet, &course, step.time, step.size, &mut self.workspace)
-            .map_err(|error| refused(step, &error))?;
+            .map_err(|error| refused(&error))?;
         state.rates = InputRates {
             gap_acceleration: slope(values.taylor(self.inputs.gap_rate), step.size),
             jerk: slope(&course.acceleration, step.size),
@@ -264,11 +264,11 @@ fn at(time: f64, error: &magnet::Error) -> Error {
     Error::caused(error).context(format_args!("at t = {time} s"))
 }
 
-/// A smaller step does not help against a failure at the start of the step, but may against a later
-/// one.
-fn refused(step: Step, error: &magnet::Error) -> Error {
+/// A closed gap is the end of what the unit describes: the run ends there, as a result. A smaller step may help against
+/// limits that switch too often.
+fn refused(error: &magnet::Error) -> Error {
     match error {
-        magnet::Error::GapClosed { time, .. } if *time > step.time => Error::discard(error),
+        magnet::Error::GapClosed { .. } => Error::terminated(error),
         magnet::Error::Chattering { .. } => Error::discard(error),
         _ => Error::caused(error),
     }

@@ -369,8 +369,7 @@ fn analytic_initial_values_follow_the_inputs() {
     }
 }
 
-/// A gap that closes on the way is a step that a smaller one may replace; parameters that cannot be
-/// are an error that names them.
+/// A gap that closes on the way ends the run as a result; parameters that cannot be are an error that names them.
 #[test]
 fn analytic_refusals_say_why() {
     let mut levitating = unit(&[], &[]);
@@ -379,6 +378,10 @@ fn analytic_refusals_say_why() {
     let failure = levitating.step(0.0, 0.01).unwrap_err();
     assert_eq!(failure.status, fmi2Status::fmi2Discard);
     assert!(failure.to_string().contains("reached the rail"), "{failure}");
+    let (kind, mut ended) = (fmi2_export::sys::fmi2StatusKind::fmi2Terminated, 0);
+    // SAFETY: the component is alive and the place is there.
+    unsafe { fmi2_export::ffi::get_boolean_status(levitating.component(), kind, &raw mut ended) };
+    assert_eq!(ended, 1);
 
     let mut impossible = TestInstance::new::<EmsFmu>("resources").unwrap();
     impossible.set_real("pole_area", 0.0).unwrap();

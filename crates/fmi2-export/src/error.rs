@@ -9,6 +9,8 @@ pub enum ErrorKind {
     Invalid,
     /// `fmi2Discard`: not possible now; a smaller step or another value may work.
     Discard,
+    /// `fmi2Discard` with `fmi2Terminated`: the simulation has come to its end, as a result.
+    Terminated,
     /// `fmi2Fatal`: every instance of the unit is unusable from now on.
     Fatal,
 }
@@ -36,6 +38,15 @@ impl Error {
     /// beginning of the step.
     pub fn discard(message: impl Display) -> Self {
         Self { kind: ErrorKind::Discard, message: message.to_string() }
+    }
+
+    /// The end of the simulation as a result, such as a contact that the model does not describe. The importer sees
+    /// `fmi2Discard`, and true for `fmi2Terminated`.
+    ///
+    /// A [`Model::step`](crate::Model::step) that returns it must leave its state as it was at the beginning of the
+    /// step.
+    pub fn terminated(message: impl Display) -> Self {
+        Self { kind: ErrorKind::Terminated, message: message.to_string() }
     }
 
     /// A failure that corrupted every instance in the process (`fmi2Fatal`). Rarely appropriate.

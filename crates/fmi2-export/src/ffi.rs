@@ -628,19 +628,19 @@ pub unsafe extern "C" fn get_integer_status(
     unsafe { enter(component, &state::GET_INTEGER_STATUS, |_| Err(no_status())) }
 }
 
-/// `fmi2GetBooleanStatus`: whether the unit requests the end of the simulation, which it never
-/// does.
+/// `fmi2GetBooleanStatus`: whether the unit has ended the simulation ([`Error::terminated`]).
 pub unsafe extern "C" fn get_boolean_status(
     component: fmi2Component,
     kind: fmi2StatusKind,
     out: *mut fmi2Boolean,
 ) -> fmi2Status {
-    let body = |_: &mut ExportedInstance| {
+    let body = |instance: &mut ExportedInstance| {
         if kind != fmi2StatusKind::fmi2Terminated {
             return Err(no_status());
         }
         // SAFETY: null or a place for a number.
-        *unsafe { out.as_mut() }.ok_or_else(|| null("value"))? = 0;
+        *unsafe { out.as_mut() }.ok_or_else(|| null("value"))? =
+            fmi2Boolean::from(instance.progress.ended);
         Ok(())
     };
     // SAFETY: the importer guarantees the component.

@@ -89,7 +89,7 @@ fn conclude(instance: &mut ExportedInstance, call: &FmiCall, outcome: CallOutcom
 fn classify(kind: ErrorKind) -> (fmi2Status, Category) {
     match kind {
         ErrorKind::Invalid => (ERROR, Category::Error),
-        ErrorKind::Discard => (fmi2Status::fmi2Discard, Category::Discard),
+        ErrorKind::Discard | ErrorKind::Terminated => (fmi2Status::fmi2Discard, Category::Discard),
         ErrorKind::Fatal => (fmi2Status::fmi2Fatal, Category::Fatal),
     }
 }

@@ -27,6 +27,8 @@ pub(crate) struct InstanceProgress {
     pub(crate) outputs_stale: bool,
     /// Some input has derivatives.
     pub(crate) derivatives_set: bool,
+    /// The model has ended the simulation.
+    pub(crate) ended: bool,
 }
 
 impl InstanceProgress {
@@ -38,6 +40,7 @@ impl InstanceProgress {
         parameters_stale: false,
         outputs_stale: true,
         derivatives_set: false,
+        ended: false,
     };
 }
 

@@ -23,6 +23,11 @@ impl ExportedInstance {
             return Err(self.wrong_step(time, size));
         }
         self.advance(Step { time, size }).map_err(|error| {
+            if error.kind() == ErrorKind::Terminated {
+                self.progress.ended = true;
+                self.progress.mode = InstanceMode::StepFailed;
+                return error;
+            }
             if error.kind() != ErrorKind::Discard {
                 self.progress.mode = InstanceMode::Error;
                 return error;

@@ -109,6 +109,31 @@ fn issue_a_discarded_step_can_be_tried_smaller_from_a_saved_state() {
 }
 
 #[test]
+fn issue_16_a_model_can_end_the_simulation() {
+    let mut one = troubled(trouble::END_IN_STEP);
+    one.save().unwrap();
+    let terminated = |one: &mut TestInstance| {
+        let mut ended = 7;
+        let kind = fmi2_export::sys::fmi2StatusKind::fmi2Terminated;
+        // SAFETY: the component is alive and the place is there.
+        let status = unsafe { ffi::get_boolean_status(one.component(), kind, &raw mut ended) };
+        (status, ended)
+    };
+    assert_eq!(terminated(&mut one), (fmi2Status::fmi2OK, 0));
+    let failure = failed_step(&mut one, 0.1);
+    assert_eq!(failure.status, fmi2Status::fmi2Discard);
+    assert!(failure.to_string().contains("the end is reached"), "{failure}");
+    assert_eq!(terminated(&mut one), (fmi2Status::fmi2OK, 1));
+    assert!(one.step(0.1, 0.1).is_err() && one.real("y").is_ok());
+    // an earlier state is before the end
+    one.restore().unwrap();
+    assert_eq!(terminated(&mut one), (fmi2Status::fmi2OK, 0));
+    one.set_integer("trouble", 0).unwrap();
+    one.step(0.1, 0.1).unwrap();
+    assert_eq!(one.real("y").unwrap(), reference());
+}
+
+#[test]
 fn issue_outputs_that_fail_after_the_step_are_no_discard() {
     let mut one = troubled(trouble::DISCARD_IN_OUTPUTS);
     let failure = failed_step(&mut one, 0.1);

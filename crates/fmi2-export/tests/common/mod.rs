@@ -16,6 +16,7 @@ pub mod trouble {
     pub const PANIC_IN_INITIALISE: i32 = 7;
     pub const ERROR_IN_INITIALISE: i32 = 8;
     pub const DISCARD_IN_OUTPUTS: i32 = 9;
+    pub const END_IN_STEP: i32 = 10;
 }
 
 /// ẋ = u, y = x + gain·u² + offset, z_k = x·v_k, and one variable of everything else.
@@ -171,6 +172,9 @@ impl Model for Everything {
         let trouble = values.integer(self.trouble);
         if trouble == trouble::DISCARD_LONG_STEPS && step.size > 0.1 {
             return Err(Error::discard("the step is longer than 0.1 s"));
+        }
+        if trouble == trouble::END_IN_STEP {
+            return Err(Error::terminated("the end is reached"));
         }
         // As a real model would leave things when it fails in the middle.
         state.steps += 1;
