@@ -190,7 +190,9 @@ impl Links {
     #[must_use]
     pub fn real_inputs(&self) -> usize {
         let reals = self.reals.iter().map(|link| link.input);
-        let all = reals.chain(self.wholes.iter().map(|link| link.input)).chain(self.given.iter().copied());
+        let all = reals
+            .chain(self.wholes.iter().map(|link| link.input))
+            .chain(self.given.iter().copied());
         all.max().map_or(0, |last| last.0 + 1)
     }
 

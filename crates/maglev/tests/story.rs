@@ -124,7 +124,11 @@ fn analytic_conditions_fire_once_and_end_the_run() {
     let reason = "far enough: d.y has risen above 1.65 m: it is 1.700000 m";
     assert_eq!(summary["ended_by"], reason);
     let events = bench.result("events.csv");
-    assert!(events.contains("0.30000000000000004,event,,slower: d.u = 1 (d.y is above 0.5 m: it is 0.6"), "{events}");
+    assert!(
+        events
+            .contains("0.30000000000000004,event,,slower: d.u = 1 (d.y is above 0.5 m: it is 0.6"),
+        "{events}"
+    );
     assert!(events.contains(&format!("1.1,stopped,,{reason}")), "{events}");
     assert_eq!((summary["events"]["event"].as_u64(), summary["error"].is_null()), (Some(2), true));
     assert!(ran.stderr().contains("the run ends at 1.1 s: far enough"), "{}", ran.stderr());
@@ -135,7 +139,11 @@ fn analytic_conditions_fire_once_and_end_the_run() {
 fn analytic_inputs_over_time_are_integrated() {
     for (signal, integral, tolerance) in [
         (json!({ "type": "step", "time": 0.33, "before": 1, "after": 5 }), 0.33 + 5.0 * 1.67, 1e-5),
-        (json!({ "type": "ramp", "start": 0.33, "end": 1.27, "to": 4 }), 4.0 * 0.47 + 4.0 * 0.73, 1e-12),
+        (
+            json!({ "type": "ramp", "start": 0.33, "end": 1.27, "to": 4 }),
+            4.0 * 0.47 + 4.0 * 0.73,
+            1e-12,
+        ),
         (json!({ "type": "pulse", "start": 0.33, "end": 1.27, "height": 4 }), 2.0 * 0.94, 1e-3),
         (
             json!({ "type": "sine", "amplitude": 3, "frequency": 1, "phase": 0.5, "mean": 1 }),
@@ -148,11 +156,7 @@ fn analytic_inputs_over_time_are_integrated() {
             0.55 + 2.0 * 0.45 + 4.0,
             1e-5,
         ),
-        (
-            json!({ "type": "table", "times": [0.0, 1.0, 2.0], "values": [1, 3, 2] }),
-            4.5,
-            1e-12,
-        ),
+        (json!({ "type": "table", "times": [0.0, 1.0, 2.0], "values": [1, 3, 2] }), 4.5, 1e-12),
         (json!({ "type": "csv", "file": "wind.csv", "column": "force", "factor": 2 }), 9.0, 1e-12),
     ] {
         let all = json!({ "unit": "unit", "input_derivatives": 3 });
@@ -200,7 +204,14 @@ fn invariant_a_resumed_run_has_the_same_story() {
         assert!(stop > 1.3 && stop < 3.0, "{stop}");
         let out = bench.path("part");
         let mut child = bench.start(&[
-            "run", "scenario.json", "--out", "part", "--checkpoint-every", "0.31", "--real-time", "1",
+            "run",
+            "scenario.json",
+            "--out",
+            "part",
+            "--checkpoint-every",
+            "0.31",
+            "--real-time",
+            "1",
             "--quiet",
         ]);
         std::thread::sleep(std::time::Duration::from_millis(1900));
@@ -282,7 +293,11 @@ fn refusal_bad_stories_say_where_and_why() {
     for (key, value, texts) in [
         ("events", json!([{ "at": 0.1, "set": {} }]), vec!["events[0].set is empty"]),
         ("events", json!([{ "set": set }]), vec!["events[0].at is missing"]),
-        ("events", json!([{ "at": 2.0, "set": set }]), vec!["events[0].at is 2", "before its stop"]),
+        (
+            "events",
+            json!([{ "at": 2.0, "set": set }]),
+            vec!["events[0].at is 2", "before its stop"],
+        ),
         ("events", json!([{ "at": -1, "set": set }]), vec!["events[0].at is -1", "within the run"]),
         ("events", json!([{ "at": 1, "sett": set }]), vec!["events[0]", "`sett`"]),
         (
@@ -323,7 +338,11 @@ fn refusal_bad_stories_say_where_and_why() {
             vec!["stop_when[0].when.signal", "q*.y"],
         ),
         ("stop_when", json!([{ "when": { "signal": "d.y" } }]), vec!["stop_when[0].when is given"]),
-        ("inputs", input("d.y", sine.clone()), vec!["inputs[0].to", "d.y is an output, not an input"]),
+        (
+            "inputs",
+            input("d.y", sine.clone()),
+            vec!["inputs[0].to", "d.y is an output, not an input"],
+        ),
         ("inputs", input("a.u", sine.clone()), vec!["inputs[0].to", "a.u", "c.z"]),
         ("inputs", input("d.b", sine.clone()), vec!["d.b", "Real inputs", "Boolean"]),
         ("inputs", input("d.uu", sine.clone()), vec!["inputs[0].to", "did you mean"]),

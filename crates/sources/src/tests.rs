@@ -108,7 +108,8 @@ fn refusal_files_say_where_they_are_wrong() {
     let path = folder.path().join("track.csv");
     let read = |content: &str, column: &str| {
         fs::write(&path, content).unwrap();
-        let signal = serde_json::json!({ "type": "csv", "file": path, "column": column, "delay": 1 });
+        let signal =
+            serde_json::json!({ "type": "csv", "file": path, "column": column, "delay": 1 });
         Source::new(&serde_json::from_value::<SignalOverTime>(signal).unwrap())
     };
     let good = read("\u{feff}time, y\n0, 2\n1,\n2, 6\n", "y").unwrap();

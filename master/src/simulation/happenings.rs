@@ -117,7 +117,8 @@ impl<'a> Happenings<'a> {
     #[inline]
     pub(super) fn is_quiet(&self, time: f64, end: f64) -> bool {
         let snap = SNAP * self.step;
-        let later = if self.divides { self.next() >= end - snap } else { self.next() > time + snap };
+        let later =
+            if self.divides { self.next() >= end - snap } else { self.next() > time + snap };
         later && self.state.pending.is_empty()
     }
 
@@ -158,8 +159,7 @@ impl<'a> Happenings<'a> {
                     met = Some((watch.ports[place], now));
                 }
             }
-            let Some((port, value)) = met.filter(|_| time >= watch.after - SNAP * self.step)
-            else {
+            let Some((port, value)) = met.filter(|_| time >= watch.after - SNAP * self.step) else {
                 continue;
             };
             if std::mem::replace(&mut state.over[k], true) {
@@ -253,8 +253,7 @@ impl Simulation<'_> {
         let mut now = time;
         for k in 1..=SHORT_STEPS {
             let next = time + f64::from(k) * SHORT * self.happenings.step;
-            let stepped =
-                self.stepper.short_step(&mut self.participants, now, between(now, next));
+            let stepped = self.stepper.short_step(&mut self.participants, now, between(now, next));
             stepped.map_err(|source| self.failed(now, source))?;
             now = next;
         }

@@ -19,8 +19,8 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use self::attempts::Attempts;
-use self::happenings::{Happenings, HappeningsState};
 pub use self::coupling_setup::CouplingSetup;
+use self::happenings::{Happenings, HappeningsState};
 pub use self::loops::AlgebraicLoop;
 pub use self::selection::{Selection, base_unit, to_base};
 pub use self::setup::Setup;

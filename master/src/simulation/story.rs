@@ -80,8 +80,12 @@ pub(super) struct DrivenInput {
 impl Story {
     /// Checks everything, and gives driven inputs their values at the start.
     pub(super) fn new(scenario: &Scenario, system: &mut System) -> Result<Self, Error> {
-        let mut story =
-            Self { agenda: Vec::new(), events: Vec::new(), watches: Vec::new(), inputs: Vec::new() };
+        let mut story = Self {
+            agenda: Vec::new(),
+            events: Vec::new(),
+            watches: Vec::new(),
+            inputs: Vec::new(),
+        };
         story.add_inputs(scenario, system)?;
         story.add_events(scenario, system)?;
         for (k, stop) in scenario.stop_when.iter().enumerate() {
