@@ -64,6 +64,20 @@ An unknown key or a duplicate key is an error that names its place and the neare
     [(None, "The guideway")],
 )
 
+CRITERIA = File(
+    "criteria/schema.json",
+    """# Every key of a criteria file
+
+All keys of the files by which `maglev check` judges runs, from [criteria/schema.json](../../criteria/schema.json), which
+`maglev schema criteria` prints. The entries of `objectives` and `limits` in a scenario have the same keys. Editors that support
+JSON Schema complete and explain the keys if the file begins with `"$schema": "schema.json"`. The page
+[does my design keep its limits?](../criteria.md) explains how they work.
+
+An unknown key or a duplicate key is an error that names its place and the nearest known key. **Bold** keys are required.
+""",
+    [(None, "The file")],
+)
+
 # In all objects alike, so described once.
 REMARK = "$comment"
 REMARKED = f"Every object may have a `{REMARK}` too, which is ignored.\n"

@@ -24,6 +24,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("strict-json", &["patterns"]),
     ("figure", &[]),
     ("shared-features", &[]),
+    ("criteria", &["patterns", "strict-json"]),
     // FMI, for any FMU
     ("fmi2-sys", &[]),
     ("fmi2-export", &["fmi2-sys"]),
@@ -39,8 +40,8 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
     ("state-feedback", &["fmi2-export"]),
     // co-simulation
-    ("scenario", &["fmi2-derive", "fmi2-import", "patterns", "strict-json"]),
-    ("results", &["patterns"]),
+    ("scenario", &["criteria", "fmi2-derive", "fmi2-import", "patterns", "strict-json"]),
+    ("results", &["criteria", "patterns"]),
     ("sources", &["patterns", "scenario"]),
     ("coupling", &["fmi2-import", "results", "scenario"]),
     (
@@ -58,12 +59,22 @@ const PLAN: &[(&str, &[&str])] = &[
     ),
     (
         "report",
-        &["analysis", "figure", "fmi2-derive", "fmi2-import", "guideway", "multibody", "results"],
+        &[
+            "analysis",
+            "criteria",
+            "figure",
+            "fmi2-derive",
+            "fmi2-import",
+            "guideway",
+            "multibody",
+            "results",
+        ],
     ),
     (
         "maglev-cli",
         &[
             "analysis",
+            "criteria",
             "figure",
             "fmi2-conformance",
             "fmi2-derive",
