@@ -3,6 +3,7 @@
 document.title = data.runs.map((run) => run.title).join(" · ") || "Report";
 main.append(element("h1", {}, data.runs.length === 1 ? data.runs[0].title : `${data.runs.length} runs compared`));
 main.append(...data.runs.map(statusLine), keyFigures() ?? "");
+verdictSection();
 sceneSection();
 historySection();
 spectraSection();

@@ -1,5 +1,6 @@
 //! The data of one run in the page.
 
+use criteria::Verdict;
 use rayon::prelude::*;
 use results::modes::{CoupledMode, CoupledModes, Eigenvalue};
 use results::{PlotAsRun, RunResults, ScenarioAsRun};
@@ -52,6 +53,8 @@ pub(crate) struct RunData<'a> {
     frequencies: Frequencies,
     signals: Vec<SignalData<'a>>,
     plots: Vec<PlotAsRun>,
+    /// verdicts by limits or criteria
+    verdicts: &'a [Verdict],
     irregularity: Option<RecordedIrregularity>,
     scene: Option<Scene>,
     /// why the scene is missing, if the run has a vehicle
@@ -112,6 +115,7 @@ impl<'a> RunData<'a> {
             frequencies,
             signals,
             plots,
+            verdicts: &run.verdicts,
             irregularity: RecordedIrregularity::of(run, guideway.as_ref(), arrays),
             guideway,
             scene,

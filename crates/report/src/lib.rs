@@ -15,6 +15,8 @@
 mod data;
 pub mod embed;
 mod error;
+pub mod evidence;
+mod girders;
 mod irregularity;
 pub mod knowledge;
 mod layout_fmu;
@@ -32,6 +34,7 @@ use std::path::Path;
 use results::RunResults;
 
 pub use error::ReportError;
+pub use evidence::{RunEvidence, judge, own_metrics};
 
 /// Makes the report of some runs and writes it.
 ///

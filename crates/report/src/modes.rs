@@ -7,7 +7,7 @@ const PEAKED: f64 = 0.25;
 /// Participation of the guideway from which a mode is called one of the girders.
 const SHARE: f64 = 0.1;
 /// Participation of the guideway from which only a girder moves.
-const ALONE: f64 = 0.99;
+pub(crate) const ALONE: f64 = 0.99;
 /// Most marks in a plot.
 const MARKS: usize = 8;
 

@@ -3,6 +3,8 @@
 //! Signals with other names are drawn, but not recognised as gaps or deflections. The test below compares the
 //! names with the descriptions of the units.
 
+/// Output of the vehicle.
+pub(crate) const SPEED: &str = "speed";
 /// Outputs of the vehicle, one per magnet.
 pub(crate) const GAP: &str = "gap";
 pub(crate) const POSITION: &str = "position";
@@ -95,6 +97,7 @@ mod tests {
         let of_cars = ["car_1", "car_2"];
         let of_cars = of_cars.iter().flat_map(|car| observed.map(|what| format!("{car}_{what}")));
         assert_known("vehicle", Causality::Output, &of_cars.collect::<Vec<_>>());
+        assert_known("vehicle", Causality::Output, &owned(&[SPEED]));
         assert_known("vehicle", Causality::Parameter, &owned(&[INITIAL_POSITION, TRAVEL_SPEED]));
         assert_known("guideway", Causality::Output, &of_row(&[MIDSPAN, QUARTER], 3));
         assert_known("guideway", Causality::Output, &of_row(&[IRREGULARITY], 64));

@@ -15,13 +15,14 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Scripts in the order in which they run, in one scope.
-const SCRIPTS: [&str; 16] = [
+const SCRIPTS: [&str; 17] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/axis.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/history.js"),
     include_str!("../assets/tables.js"),
     include_str!("../assets/summary.js"),
+    include_str!("../assets/verdicts.js"),
     include_str!("../assets/spectra.js"),
     include_str!("../assets/spectrogram.js"),
     include_str!("../assets/track.js"),

@@ -12,6 +12,7 @@ mod file_list;
 mod folder;
 mod growing;
 mod keeper;
+mod metrics;
 pub mod modes;
 mod names;
 mod parquet;
@@ -32,7 +33,10 @@ pub use file::{Fingerprint, causes, fingerprint, write_whole};
 pub use folder::{Folder, FolderError, add_files};
 pub use growing::Position;
 pub use keeper::write_now;
-pub use names::{AS_RUN, CHECKPOINT, EVENTS, FILES, MODES, PARQUET, REPORT, SUMMARY, TABLE};
+pub use metrics::write_metrics;
+pub use names::{
+    AS_RUN, CHECKPOINT, EVENTS, FILES, METRICS, MODES, PARQUET, REPORT, SUMMARY, TABLE,
+};
 pub use parquet::{ParquetError, copy_to_parquet};
 pub use read_error::ReadError;
 pub use run_results::RunResults;

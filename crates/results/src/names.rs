@@ -8,6 +8,8 @@ pub const PARQUET: &str = "results.parquet";
 pub const EVENTS: &str = "events.csv";
 /// Which scenario ran, how the run ended, and the statistics of the signals.
 pub const SUMMARY: &str = "summary.json";
+/// Named figures of the run, flat.
+pub const METRICS: &str = "metrics.json";
 /// The scenario with the changes of the command line.
 pub const AS_RUN: &str = "scenario-as-run.json";
 /// The state from which a stopped run can be resumed.

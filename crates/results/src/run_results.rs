@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use criteria::Verdict;
 use indexmap::IndexMap;
 use serde::Deserialize as _;
 use serde_json::Value;
@@ -28,6 +29,8 @@ pub struct RunResults {
     pub scenario: Option<ScenarioAsRun>,
     /// Modes of the coupled system, if `maglev modes` was run for the folder.
     pub modes: Option<CoupledModes>,
+    /// Verdicts by the limits of the scenario, from summary.json.
+    pub verdicts: Vec<Verdict>,
     /// Recorded signals over time.
     pub table: Table,
 }
@@ -57,6 +60,10 @@ impl RunResults {
             Some(signals) => IndexMap::deserialize(signals).map_err(|e| damaged(&path, &e))?,
             None => IndexMap::new(),
         };
+        let verdicts = match summary.get("metrics") {
+            Some(verdicts) => Vec::deserialize(verdicts).map_err(|e| damaged(&path, &e))?,
+            None => Vec::new(),
+        };
         let path = folder.join(AS_RUN);
         let scenario = text(&path)?.map(ScenarioAsRun::parse).transpose();
         Ok(Self {
@@ -64,6 +71,7 @@ impl RunResults {
             summary,
             signals,
             scenario: scenario.map_err(|error| damaged(&path, &error))?,
+            verdicts,
             modes: json(&folder.join(MODES))?.map(|file: ModesFile| file.modes),
             table: table.unwrap_or_default(),
         })

@@ -118,7 +118,7 @@ impl Scenario {
                 return Err(range(&format!("ride_quality[{k}].{what}"), value, allowed));
             }
         }
-        Ok(())
+        self.check_metrics()
     }
 
     /// Checks inputs over time, events and stop conditions.

@@ -37,6 +37,14 @@ pub enum ScenarioError {
         /// What is wrong, with line and column.
         message: String,
     },
+    /// A figure or its bounds are invalid.
+    #[error("{place}: {problem}")]
+    Metric {
+        /// Its JSON path.
+        place: String,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
     /// The file that a scenario extends cannot be read.
     #[error("{path}: at extends: cannot read {base}")]
     Base {
@@ -157,6 +165,7 @@ impl ScenarioError {
             Self::NotJson { .. } => {
                 "correct the syntax there, or give the path of a scenario file (.json)"
             }
+            Self::Metric { .. } => "docs/criteria.md explains figures and their bounds",
             Self::Json { .. } => "`maglev schema` prints what a scenario may contain",
             Self::Base { .. } => {
                 "\"extends\" is the path of a scenario file, relative to the file that contains it"

@@ -21,6 +21,7 @@ mod file;
 mod inputs;
 mod instance;
 mod log;
+mod objectives;
 mod overrides;
 mod read;
 mod record;
@@ -43,6 +44,7 @@ pub use alone::alone;
 pub use condition::{Comparison, Condition};
 pub use conditions::{Checkpoints, Initialization, IsolationSettings};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};
+pub use criteria::Metric;
 pub use error::ScenarioError;
 pub use events::{Event, StopCondition};
 pub use experiment::Experiment;
@@ -116,6 +118,12 @@ pub struct Scenario {
     /// Points at which ride quality is evaluated after the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ride_quality: Vec<RidePoint>,
+    /// Figures of signals that are computed after the run, by name. They go to metrics.json.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub objectives: IndexMap<String, Metric>,
+    /// Figures with bounds, by name. They go to metrics.json, and `maglev check` judges the run by them.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub limits: IndexMap<String, Metric>,
     /// Refuse units in which `maglev validate` finds an error. Otherwise such units run with a warning.
     #[serde(default)]
     pub strict: bool,

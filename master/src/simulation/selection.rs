@@ -13,7 +13,7 @@ use scenario::{Recorded, Scenario};
 /// The signals to record and to plot.
 #[derive(Debug)]
 pub struct Selection {
-    /// The recorded signals, then those that are only plotted.
+    /// The recorded signals, those of figures included, then those that are only plotted.
     pub ports: Vec<Port>,
     /// Per recorded signal, the number of steps between two of its values.
     pub strides: Vec<u64>,
@@ -40,6 +40,16 @@ impl Selection {
                         ports.push(port);
                         strides.push(scenario.stride(k)?);
                     }
+                }
+            }
+        }
+        for (place, pattern) in scenario.metric_signals() {
+            for port in Self::select(system, &place, pattern, Strings::Refused)? {
+                if let Entry::Vacant(entry) = known.entry(port) {
+                    entry.insert(ports.len());
+                    ports.push(port);
+                    // at the interval of the record
+                    strides.push(scenario.stride(scenario.record.signals.len())?);
                 }
             }
         }

@@ -20,8 +20,12 @@ pub fn text(summary: &Summary, folder: &Path, report: Option<&Path>) -> String {
             seconds(real_time.worst_seconds)
         );
     }
+    if !summary.metrics.is_empty() {
+        text += &super::verdicts::text(&summary.metrics);
+    }
+    let metrics = (!summary.metrics.is_empty()).then_some(results::METRICS);
     let files = summary.tables.iter().chain(&summary.pictures).map(String::as_str);
-    for name in files.chain([results::EVENTS, results::SUMMARY]) {
+    for name in files.chain([results::EVENTS, results::SUMMARY]).chain(metrics) {
         text += &format!("{}\n", folder.join(name).display());
     }
     if let Some(report) = report {

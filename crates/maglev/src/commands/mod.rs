@@ -19,6 +19,7 @@ pub mod stdout;
 pub mod table;
 pub mod unit_modes;
 pub mod validate;
+pub mod verdicts;
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;

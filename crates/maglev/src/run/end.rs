@@ -8,7 +8,7 @@ use super::course::Course;
 use super::journal::Journal;
 use super::output::Files;
 use super::pace::Pacer;
-use super::{Job, Observer, remove_checkpoint, ride, totals};
+use super::{Job, Observer, metrics, remove_checkpoint, ride, totals};
 use crate::error::Error;
 use master::participant::Participant;
 use master::{Setup, Simulation};
@@ -98,6 +98,23 @@ impl<'a> Course<'a> {
             observer.notice(&text);
             noted = noted.and(journal.note(reached, EventKind::Note, text));
         }
+        let ended = result.as_ref().ok();
+        let judged = ended.map(|_| metrics::judge(setup, job.folder, ride_quality.as_ref()));
+        let (metrics, listed) = match judged.transpose() {
+            Ok(None) => (Vec::new(), Ok(())),
+            Ok(Some(verdicts)) if verdicts.is_empty() => (verdicts, Ok(())),
+            Ok(Some(verdicts)) => {
+                let written = results::write_metrics(job.folder, &verdicts);
+                (verdicts, written)
+            }
+            Err(error) => {
+                let text =
+                    format!("figures are not computed: {}", results::causes(&error).join(": "));
+                observer.warning(&text);
+                (Vec::new(), journal.note(reached, EventKind::Warning, text))
+            }
+        };
+        noted = noted.and(listed);
         let logged = journal.publish();
         let parts = journal.summary();
         let experiment = scenario.experiment;
@@ -138,6 +155,7 @@ impl<'a> Course<'a> {
             events: parts.events,
             signals: signals(setup, participants, &gatherers),
             ride_quality,
+            metrics,
             messages: parts.messages,
             omitted_messages: parts.omitted,
             tables: files.tables.clone(),

@@ -20,6 +20,7 @@ mod checkpoint;
 mod course;
 mod end;
 mod journal;
+mod metrics;
 mod output;
 mod pace;
 mod ride;
@@ -202,7 +203,11 @@ fn planned_files(setup: &Setup) -> Vec<String> {
     let scenario = setup.scenario();
     let parquet = scenario.record.format.contains(&ResultFormat::Parquet);
     let pictures = scenario.plots.iter().map(|plot| plot.file.clone());
-    pictures.chain(parquet.then(|| results::PARQUET.to_owned())).collect()
+    let metrics = !(scenario.objectives.is_empty() && scenario.limits.is_empty());
+    pictures
+        .chain(parquet.then(|| results::PARQUET.to_owned()))
+        .chain(metrics.then(|| results::METRICS.to_owned()))
+        .collect()
 }
 
 /// Checks that all units can serialize their states.

@@ -65,6 +65,7 @@ fn run_on(
         columns: signals.iter().map(|it| it.1.to_vec()).collect(),
     };
     RunResults {
+        verdicts: Vec::new(),
         folder: folder.to_owned(),
         summary: Value::Null,
         signals: Default::default(),

@@ -7,6 +7,7 @@ mod ride;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use criteria::Verdict;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -201,6 +202,9 @@ pub struct Summary {
     /// Ride quality at the points of the scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ride_quality: Option<RideQuality>,
+    /// Named figures of the scenario, and the verdicts on those with limits.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub metrics: Vec<Verdict>,
     /// The first messages of the units.
     pub messages: Vec<FmuMessage>,
     /// Number of further messages of the units.
