@@ -13,11 +13,12 @@ Examples:
 
 Exit statuses:
   0  success: the run reached its stop time, or a unit ended it with
-     fmi2Terminated; all modes decay; validate finds no error; reference
-     results are within tolerance
+     fmi2Terminated; all modes decay; check finds no limit exceeded;
+     validate finds no error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
-     until then are kept); a mode grows; validate finds an error; reference
-     results are outside their tolerance; a report cannot be written
+     until then are kept); a mode grows; a run does not pass check; validate
+     finds an error; reference results are outside their tolerance; a report
+     cannot be written
   2  bad usage or input: unknown option, invalid scenario or layout, a unit or
      file that cannot be read, a folder that is in use or has no results";
 
@@ -47,6 +48,9 @@ pub enum Command {
     /// Make an HTML report of results: plots, spectra, tables
     #[command(arg_required_else_help = true)]
     Report(commands::report::Arguments),
+    /// Judge runs by criteria: figures, limits, margins
+    #[command(arg_required_else_help = true)]
+    Check(commands::check::Arguments),
     /// Show parameters, signals and capabilities of a unit
     #[command(arg_required_else_help = true)]
     Inspect(commands::inspect::Arguments),
@@ -62,7 +66,7 @@ pub enum Command {
     /// Repeat the reference experiments that a unit contains, and compare
     #[command(arg_required_else_help = true)]
     Reference(commands::reference::Arguments),
-    /// Print the JSON schema of scenarios, or of the layouts of vehicle and guideway
+    /// Print the JSON schema of scenarios, layouts of vehicle and guideway, or criteria
     Schema(commands::schema::Arguments),
     /// Print completions for a shell
     #[command(arg_required_else_help = true)]

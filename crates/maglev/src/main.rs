@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => commands::run::run(&arguments),
         Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Report(arguments) => commands::report::run(&arguments),
+        Command::Check(arguments) => commands::check::run(&arguments),
         Command::Modes(arguments) => commands::modes::run(&arguments),
         Command::Derive(arguments) => commands::derive::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),

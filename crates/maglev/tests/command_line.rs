@@ -229,6 +229,7 @@ fn golden_schemas_are_printed_by_kind_of_file() {
     for (kind, file) in [
         (vec![], "scenarios/schema.json"),
         (vec!["scenario"], "scenarios/schema.json"),
+        (vec!["criteria"], "criteria/schema.json"),
         (vec!["vehicle"], "fmu-vehicle/resources/schema.json"),
         (vec!["guideway"], "fmu-guideway/resources/schema.json"),
     ] {
@@ -238,5 +239,7 @@ fn golden_schemas_are_printed_by_kind_of_file() {
         // without the texts, which are long
         assert!(ran.stdout() == published(file).unwrap(), "{arguments:?}: {file} is stale");
     }
-    bench.maglev(&["schema", "train"]).fails(2, &["train", "scenario, vehicle, guideway"]);
+    bench
+        .maglev(&["schema", "train"])
+        .fails(2, &["train", "scenario, criteria, vehicle, guideway"]);
 }

@@ -120,12 +120,14 @@ pub fn codegen(check: bool) -> Result<()> {
     layout_schemas(check)?;
     workspace::build(&[workspace::COMMAND])?;
     let maglev = workspace::maglev();
-    let output = std::process::Command::new(&maglev)
-        .arg("schema")
-        .output()
-        .with_context(|| format!("cannot start {}", maglev.display()))?;
-    let schema = String::from_utf8(output.stdout)?;
-    generated(&workspace::root().join("scenarios").join("schema.json"), &schema, check)?;
+    for (kind, folder) in [("scenario", "scenarios"), ("criteria", "criteria")] {
+        let output = std::process::Command::new(&maglev)
+            .args(["schema", kind])
+            .output()
+            .with_context(|| format!("cannot start {}", maglev.display()))?;
+        let schema = String::from_utf8(output.stdout)?;
+        generated(&workspace::root().join(folder).join("schema.json"), &schema, check)?;
+    }
     // these pages are made from the schema and the descriptions
     let pages = ["docs/_guide/reference.py", "--check"];
     workspace::run(python::SYSTEM, if check { &pages } else { &pages[..1] })?;

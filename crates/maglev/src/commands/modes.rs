@@ -107,8 +107,17 @@ fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error
     Ok(super::at_home(|| master::modes::find(&setup))?)
 }
 
+/// Computes the modes of the runs in results folders that have no modes.json yet. Folders without results are left to
+/// those who read them.
+pub(super) fn of_folders(folders: &[PathBuf]) -> Result<(), Error> {
+    let without = |folder: &&PathBuf| {
+        results::RunResults::exist_in(folder) && !folder.join(results::MODES).exists()
+    };
+    folders.iter().filter(without).try_for_each(|folder| of_results(folder))
+}
+
 /// Computes the modes of the scenario that ran and writes them to its results folder.
-pub(super) fn of_results(folder: &Path) -> Result<(), Error> {
+fn of_results(folder: &Path) -> Result<(), Error> {
     let mut scenario = Scenario::load(&folder.join(results::AS_RUN))?;
     let modes = find(&mut scenario, None)?;
     write(&modes, &scenario, folder)

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use criteria::Metric;
+use indexmap::IndexMap;
 use maglev::Error;
 use report::{ReportError, pictures};
 use results::RunResults;
 
-use super::modes;
+use super::{check, modes};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -32,6 +34,9 @@ pub struct Arguments {
     /// Compute the modes of the coupled system first, if modes.json is missing (4 s for a train).
     #[arg(long)]
     modes: bool,
+    /// Judge the runs by these criteria instead of their own limits, as `maglev check` does.
+    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    criteria: Vec<String>,
     /// File of the report [default: report.html in the first folder].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -51,15 +56,16 @@ enum ReportFormat {
 /// Writes the report or the figures and prints their paths.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.modes {
-        // make() reports a folder without results
-        let without = |folder: &&PathBuf| {
-            RunResults::exist_in(folder) && !folder.join(results::MODES).exists()
-        };
-        for folder in arguments.folders.iter().filter(without) {
-            modes::of_results(folder)?;
-        }
+        modes::of_folders(&arguments.folders)?;
     }
-    match make(arguments) {
+    let criteria = match check::criteria(&arguments.criteria) {
+        Ok(criteria) => criteria,
+        Err(error) => {
+            super::tell_chain(&results::causes(&error), error.help());
+            return Ok(ExitCode::from(2));
+        }
+    };
+    match make(arguments, &criteria) {
         Ok(paths) => {
             let lines = paths.iter().map(|path| format!("{}\n", path.display()));
             super::print(&lines.collect::<String>())
@@ -71,10 +77,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
 }
 
-fn make(arguments: &Arguments) -> Result<Vec<PathBuf>, ReportError> {
+fn make(
+    arguments: &Arguments,
+    criteria: &IndexMap<String, Metric>,
+) -> Result<Vec<PathBuf>, ReportError> {
     let folders = &arguments.folders;
-    let runs: Vec<RunResults> =
+    let mut runs: Vec<RunResults> =
         folders.iter().map(|it| RunResults::read(it)).collect::<Result<_, _>>()?;
+    if !criteria.is_empty() {
+        runs.iter_mut().for_each(|run| run.verdicts = report::judge(run, criteria));
+    }
     let first = folders.first().map_or(Path::new(""), PathBuf::as_path);
     let path = arguments.out.clone().unwrap_or_else(|| first.join(results::REPORT));
     let figures = path.with_file_name("figures");

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use criteria::CriteriaFile;
 use maglev::Error;
 use scenario::Scenario;
 
@@ -33,6 +34,8 @@ pub struct Arguments {
 enum FileKind {
     /// A scenario.
     Scenario,
+    /// Criteria of `maglev check`.
+    Criteria,
     /// The layout of a vehicle, vehicle.json.
     Vehicle,
     /// The layout of a guideway, guideway.json.
@@ -43,6 +46,7 @@ enum FileKind {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     match arguments.of {
         FileKind::Scenario => super::print(&Scenario::schema()),
+        FileKind::Criteria => super::print(&CriteriaFile::json_schema()),
         FileKind::Vehicle => super::print(VEHICLE),
         FileKind::Guideway => super::print(GUIDEWAY),
     }
