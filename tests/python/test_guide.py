@@ -202,6 +202,32 @@ def test_recipes_run_and_start_in_equilibrium(tmp_path):
     assert done == list(STANDING)
 
 
+def test_commands_of_the_criteria_page_are_accepted(tmp_path):
+    """Its runs cut short, so that they are judged by other numbers than the page shows; those are in tests/low_speed.rs."""
+    own, keys = blocks("criteria.md", "json")
+    (tmp_path / "my-criteria.json").write_text(own)
+    statuses = []
+    for name, *options in (command[1:] for command in commands("criteria.md")):
+        if name == "run":
+            out = options[options.index("--out") + 1] if "--out" in options else "results/low-speed"
+            rest = [option for option in options[1:] if option.startswith(("--set", "guideway."))]
+            maglev("run", ROOT / options[0], "--stop", "0.05", "--no-report", "--out", tmp_path / out, *rest)
+            continue
+        options = [str(ROOT / option) if option.startswith("scenarios/") else option for option in options]
+        done = subprocess.run([MAGLEV, name, *options], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+        assert done.returncode in (0, 1), f"{name} {options}\n{done.stderr}"
+        if name == "check":
+            statuses.append(done.returncode)
+    assert len(statuses) == 3 and statuses[0] == 0
+    scenario = {"extends": str(ROOT / "scenarios" / "one-bogie.json")} | json.loads(keys)
+    (tmp_path / "limits.json").write_text(json.dumps(scenario))
+    said = maglev("run", tmp_path / "limits.json", "--stop", "0.05", "--no-report", "--out", tmp_path / "limits").stdout
+    assert "smallest_gap" in said and "our choice" in said
+    metrics = json.loads((tmp_path / "limits" / "metrics.json").read_text())
+    assert list(metrics) == ["gap_rms", "smallest_gap"] and 0.0079 < metrics["smallest_gap"] < 0.0081
+    maglev("check", tmp_path / "limits")
+
+
 def test_fmpy_block_and_commands_run(tmp_path):
     code = blocks("units-elsewhere.md", "python")[0]
     assert "N before" in run_python(code, ROOT)

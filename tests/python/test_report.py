@@ -249,6 +249,21 @@ def test_two_runs_are_compared(visit, two):
     assert page.locator("#view .view").count() == 1
 
 
+def test_verdicts_by_criteria_are_shown(visit, runs):
+    """The girder under one bogie keeps 1/3800 of its span by far; a limit on the gap below what it is fails."""
+    mine = runs / "mine.json"
+    gap = {"title": "largest gap", "signal": "vehicle.gap_*", "figure": "max", "max": 0.001, "source": "<b>a test</b>"}
+    mine.write_text(json.dumps({"criteria": {"gap": gap}}))
+    maglev("report", runs / "usual", "--criteria", f"cjj-t-262,{mine}", "--out", runs / "judged.html")
+    page = visit(runs / "judged.html")
+    rows = page.page.evaluate("() => [...document.querySelectorAll('#limits tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))")
+    (span, gap) = rows
+    assert span[0] == "vertical deflection over span" and span[1].startswith("1/") and span[2] == "max 1/3800"
+    assert span[4] == "passed" and "middle of span 1" in span[5] and "CJJ/T 262-2017" in span[6]
+    assert gap[4] == "FAILED" and "vehicle.gap_" in gap[5] and gap[6] == "<b>a test</b>" and gap[3].startswith("−")
+    assert "1 of 2 fail" in page.page.evaluate("() => document.querySelector('#limits .error').textContent")
+
+
 def test_the_view_draws_what_was_recorded(usual, runs):
     """Gaps, the girder's middle and its quarter, at recorded times, against results.csv."""
     it = usual

@@ -71,6 +71,12 @@ impl FinishedRun {
         Ok(Self { folder, summary })
     }
 
+    /// The results folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
     /// results.csv as it is.
     ///
     /// # Errors

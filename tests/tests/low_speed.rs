@@ -1,6 +1,6 @@
 //! The paper's low-speed run (section 3.4, figures 10, 11 and 15), whole.
 
-use system_tests::{FinishedRun, scenario};
+use system_tests::{FinishedRun, scenario, start};
 
 /// 64 magnets of the two-car train.
 fn gaps() -> impl Iterator<Item = String> {
@@ -45,6 +45,26 @@ fn golden_the_low_speed_run_shows_the_papers_numbers() {
     let travelled = run.statistic("vehicle.position_01", "final").unwrap()
         - run.statistic("vehicle.position_01", "min").unwrap();
     assert!((travelled - 75.0 * 5.0 / 3.6).abs() < 0.01, "{travelled} m");
+    assert_verdicts_of_the_guide(&run);
+}
+
+/// All criteria that ship give what docs/criteria.md shows.
+fn assert_verdicts_of_the_guide(run: &FinishedRun) {
+    let folder = run.folder().to_str().unwrap();
+    let file = scenario("low-speed.json").display().to_string();
+    let place = ["--set", "vehicle.travel_speed=0", "--set", "vehicle.initial_position=37.5"];
+    start(&[&["modes", &file, "--out", folder], &place[..]].concat()).unwrap();
+    let done = start(&["check", folder]).unwrap();
+    let text = String::from_utf8(done.stdout).unwrap();
+    let (_, shown) = text.split_once('\n').unwrap();
+    let page = std::fs::read_to_string(system_tests::root().join("docs/criteria.md")).unwrap();
+    assert!(page.contains(shown), "docs/criteria.md does not show:\n{shown}");
+    assert!(done.status.success());
+    let done = start(&["check", folder, "--json", "--criteria", "cjj-t-262"]).unwrap();
+    let verdicts: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    // 25 m over the deflection of 3.537 mm
+    let ratio = 1.0 / verdicts[0]["criteria"][0]["value"].as_f64().unwrap();
+    assert!((ratio - 7069.0).abs() < 10.0, "1/{ratio}");
 }
 
 /// Same input, same bytes: results.csv carries nothing of time, place or chance.
