@@ -12,9 +12,9 @@ Examples:
   maglev schema > schema.json
 
 Exit statuses:
-  0  success: the run reached its stop time, or a unit ended it with
-     fmi2Terminated; all modes decay; check finds no limit exceeded;
-     validate finds no error; reference results are within tolerance
+  0  success: the run reached its stop time, a stop condition ended it, or a
+     unit ended it with fmi2Terminated; all modes decay; check finds no limit
+     exceeded; validate finds no error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a mode grows; a run does not pass check; validate
      finds an error; reference results are outside their tolerance; a report

@@ -71,7 +71,9 @@ fn analytic_a_run_leaves_its_figures() {
     }
     // a run without figures has no such file
     let mut plain = ramps();
-    ["objectives", "limits"].map(|key| plain.as_object_mut().unwrap().remove(key));
+    for key in ["objectives", "limits"] {
+        plain.as_object_mut().unwrap().remove(key);
+    }
     bench.scenario(&plain);
     bench.run(&["--no-report"]).succeeds();
     assert!(!bench.path("out/metrics.json").exists());
