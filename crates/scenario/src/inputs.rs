@@ -195,10 +195,13 @@ impl InputSignal {
     /// The first setting that is not allowed.
     pub(crate) fn out_of_range(&self) -> Option<Fault> {
         let ordered = |start: f64, end: f64| {
-            (!(start < end)).then(|| ("signal.end", end.to_string(), "after \"start\""))
+            // also false for NaN
+            let ordered = start < end;
+            (!ordered).then(|| ("signal.end", end.to_string(), "after \"start\""))
         };
         let frequency = |key, value: f64| {
-            (!(value >= 0.0)).then(|| (key, value.to_string(), "a frequency (Hz) of 0 or more"))
+            (value < 0.0 || value.is_nan())
+                .then(|| (key, value.to_string(), "a frequency (Hz) of 0 or more"))
         };
         match &self.signal {
             SignalOverTime::Step(_) | SignalOverTime::Csv(_) => None,
@@ -209,10 +212,10 @@ impl InputSignal {
                 .or_else(|| frequency("signal.from", it.from))
                 .or_else(|| frequency("signal.to", it.to)),
             SignalOverTime::Table(it) => it.out_of_range(),
-            SignalOverTime::Noise(it) if !(it.rms >= 0.0) => {
+            SignalOverTime::Noise(it) if it.rms < 0.0 || it.rms.is_nan() => {
                 Some(("signal.rms", it.rms.to_string(), "0 or more"))
             }
-            SignalOverTime::Noise(it) if !(it.interval > 0.0) => {
+            SignalOverTime::Noise(it) if it.interval <= 0.0 || it.interval.is_nan() => {
                 Some(("signal.interval", it.interval.to_string(), "a positive number of seconds"))
             }
             SignalOverTime::Noise(it) if it.interpolation == Interpolation::Cubic => {
@@ -233,7 +236,7 @@ impl TableSignal {
             let what = format!("{} values for {} times", values.len(), times.len());
             return Some(("signal.values", what, "one value for each time"));
         }
-        let later = times.windows(2).find(|pair| !(pair[0] < pair[1]))?;
+        let later = times.windows(2).find(|pair| pair[0] >= pair[1] || pair[1].is_nan())?;
         let what = format!("{} after {}", later[1], later[0]);
         Some(("signal.times", what, "a list of increasing times"))
     }
