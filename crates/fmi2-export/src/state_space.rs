@@ -82,11 +82,12 @@ impl StateSpace {
     /// # Errors
     /// An entry is not finite.
     pub fn to_json(&self) -> Result<String, Error> {
-        let all = [&self.a, &self.b, &self.c, &self.d];
-        if let Some((i, j, value)) = all.into_iter().flatten().find(|entry| !entry.2.is_finite()) {
-            return Err(Error::invalid(format!(
-                "the linearisation has {value} at ({i}, {j}); all entries must be finite"
-            )));
+        for (name, entries) in [("a", &self.a), ("b", &self.b), ("c", &self.c), ("d", &self.d)] {
+            if let Some((i, j, value)) = entries.iter().find(|entry| !entry.2.is_finite()) {
+                return Err(Error::invalid(format!(
+                    "{name}[{i}][{j}] of the linearisation is {value}; all entries must be finite"
+                )));
+            }
         }
         serde_json::to_string(self).map_err(Error::invalid)
     }

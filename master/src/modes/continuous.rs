@@ -70,9 +70,14 @@ pub fn coupled(units: &[Linear], links: &[Links]) -> Result<Mat<f64>, ModesError
         }
     }
     let y = PartialPivLu::new(loops.as_ref()).solve(&c);
-    let coupled = &a + &by_output * &y;
-    if coupled.col_iter().any(|column| column.iter().any(|x| !x.is_finite())) {
+    let finite =
+        |matrix: &Mat<f64>| matrix.col_iter().all(|column| column.iter().all(|x| x.is_finite()));
+    if !finite(&y) {
         return Err(ModesError::Loop);
+    }
+    let coupled = &a + &by_output * &y;
+    if !finite(&coupled) {
+        return Err(ModesError::Infinite);
     }
     Ok(coupled)
 }

@@ -56,6 +56,33 @@ pub enum ModesError {
     /// An algebraic loop without a solution.
     #[error("the linearised system has an algebraic loop that cannot be solved")]
     Loop,
+    /// The product of entries of the reports is too large.
+    #[error(
+        "the matrix of the coupled system is not finite: entries of the units' linearisations are too large"
+    )]
+    Infinite,
+    /// A unit is too fast for the step.
+    #[error(
+        "{instance} has an eigenvalue of {rate:.1e} 1/s, too fast for the modes as stepped at {step} s"
+    )]
+    Fast {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// Size of its largest eigenvalue (1/s).
+        rate: f64,
+        /// Communication step (s).
+        step: f64,
+    },
+    /// A step gives a value that is not finite.
+    #[error(
+        "a step of {step} s of the linearised system gives a value of {instance} that is not finite"
+    )]
+    Overflow {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// Communication step (s).
+        step: f64,
+    },
     /// The iteration for eigenvalues failed.
     #[error("the computation of the eigenvalues of the linearised system did not converge")]
     Eigenvalues,
@@ -71,6 +98,9 @@ impl ModesError {
                 "modes need units with the report \"linear\" (docs/coupled-modes.md); \
                  `maglev run` does not need it",
             ),
+            Self::Fast { .. } | Self::Overflow { .. } => {
+                Some("check the parameters of that unit, or choose a smaller --step")
+            }
             _ => None,
         }
     }

@@ -7,12 +7,16 @@ use coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
 /// Largest number of terms of the series, to avoid endless loops.
 const MOST_TERMS: usize = 400;
+/// Largest |λ|h at which one series covers a step: rounding grows with exp(|λ|h).
+const WHOLE: f64 = 8.0;
 
 /// A linear unit. It is exact for inputs that are cubic over a step, and provides the same derivatives of
 /// outputs as the real unit.
 #[derive(Debug, Clone)]
 pub struct LinearUnit<'a> {
     linear: &'a Linear,
+    /// Size of the largest eigenvalue of A (1/s).
+    rate: f64,
     /// Highest derivative that is provided, per output.
     offered: &'a [usize],
     /// x.
@@ -25,12 +29,13 @@ pub struct LinearUnit<'a> {
 }
 
 impl<'a> LinearUnit<'a> {
-    /// At rest.
-    pub fn new(linear: &'a Linear, inputs: usize, offered: &'a [usize]) -> Self {
+    /// At rest. `rate` is the size of the largest eigenvalue of A (1/s).
+    pub fn new(linear: &'a Linear, rate: f64, inputs: usize, offered: &'a [usize]) -> Self {
         let nothing = || (vec![0.0; linear.states], vec![Taylor::ZERO; inputs]);
         let (states, inputs) = nothing();
         Self {
             linear,
+            rate,
             offered,
             states,
             inputs,
@@ -49,6 +54,34 @@ impl<'a> LinearUnit<'a> {
     /// Sets one input from now on.
     pub fn force(&mut self, input: usize, course: Taylor) {
         self.inputs[input] = course;
+    }
+
+    /// Number of equal parts in which a step is computed, exact as the whole step is.
+    pub fn parts(rate: f64, size: f64) -> f64 {
+        let reach = rate * size;
+        if reach <= WHOLE { 1.0 } else { reach.ceil() }
+    }
+
+    /// x(h) = Σ x⁽ᵏ⁾ hᵏ/k!, until three terms in a row no longer change the sum.
+    fn advance(&mut self, size: f64) {
+        let (mut term, mut factor, mut small) = (self.states.clone(), 1.0, 0);
+        let mut sum = self.states.clone();
+        for k in 0..MOST_TERMS {
+            term = self.derivative(&term, k);
+            factor *= size / (k as f64 + 1.0);
+            let mut counts = false;
+            for (sum, term) in sum.iter_mut().zip(&term) {
+                let before = *sum;
+                *sum += factor * term;
+                counts |= (*sum).to_bits() != before.to_bits();
+            }
+            small = if counts { 0 } else { small + 1 };
+            if k > 3 && small >= 3 {
+                break;
+            }
+        }
+        self.states = sum;
+        self.inputs.iter_mut().for_each(|u| *u = u.shifted(size));
     }
 
     /// x⁽ᵏ⁺¹⁾ = A x⁽ᵏ⁾ + B u⁽ᵏ⁾ from x⁽ᵏ⁾.
@@ -91,26 +124,11 @@ impl Unit for LinearUnit<'_> {
         Ok(())
     }
 
-    /// x(h) = Σ x⁽ᵏ⁾ hᵏ/k!, until three terms in a row no longer change the sum.
     fn step(&mut self, _: f64, size: f64) -> Result<(), Infallible> {
-        let (mut term, mut factor, mut small) = (self.states.clone(), 1.0, 0);
-        let mut sum = self.states.clone();
-        for k in 0..MOST_TERMS {
-            term = self.derivative(&term, k);
-            factor *= size / (k as f64 + 1.0);
-            let mut counts = false;
-            for (sum, term) in sum.iter_mut().zip(&term) {
-                let before = *sum;
-                *sum += factor * term;
-                counts |= (*sum).to_bits() != before.to_bits();
-            }
-            small = if counts { 0 } else { small + 1 };
-            if k > 3 && small >= 3 {
-                break;
-            }
+        let parts = Self::parts(self.rate, size);
+        for _ in 0..parts as usize {
+            self.advance(size / parts);
         }
-        self.states = sum;
-        self.inputs.iter_mut().for_each(|u| *u = u.shifted(size));
         Ok(())
     }
 

@@ -5,7 +5,8 @@
 //! is not part of FMI 2.0; `fmi2_export::StateSpace` is one way to provide it). The scenario's
 //! connections join them to the continuous system with the eigenvalues λ. The same linear units, stepped
 //! by the scenario's own algorithm with its extrapolation and order, give the map from one
-//! communication point to the next, with the multipliers z. A stepped mode has the eigenvalue ln z/h.
+//! communication point to the next, with the multipliers z. A stepped mode has the eigenvalue ln z/h, of
+//! the branch that is nearest to λ: above 1/(2h), z alone does not show the frequency.
 //! Multipliers that belong to no λ come from the coupling alone. One outside the unit circle makes
 //! the run unstable, even if the continuous system is stable.
 //!
@@ -16,6 +17,7 @@
 mod continuous;
 mod error;
 mod linear_unit;
+mod matching;
 mod operating_point;
 mod state_space;
 mod stepped;
@@ -27,9 +29,9 @@ use indexmap::IndexMap;
 use crate::participant::Participant;
 use crate::simulation::Setup;
 use crate::system::VariableIndex;
-use continuous::upper;
 use coupling::{Links, Schedule};
 pub use error::ModesError;
+use matching::{Matched, matched};
 pub use results::modes::{
     CoupledMode, CoupledModes, Eigenvalue, InputFamily, OperatingPoint, UncoupledStates,
 };
@@ -38,8 +40,6 @@ use stepped::Stepped;
 
 /// Smaller shares are left out.
 const LEAST_SHARE: f64 = 1e-3;
-/// Smaller multipliers decay within a step and belong to no mode.
-const GONE: f64 = 1e-8;
 
 /// An eigenvalue as frequency and damping.
 fn eigenvalue(value: c64) -> Eigenvalue {
@@ -110,12 +110,14 @@ fn of(
     let Linearised { units, names, point } = system;
     let matrix = continuous::coupled(&units, &links)?;
     let found = continuous::eigen(&matrix)?;
-    let multipliers = Stepped::new(&units, links, degree, schedule, step).multipliers()?;
+    let instances: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+    let multipliers =
+        Stepped::new(&units, links, degree, schedule, step)?.multipliers(&instances)?;
     let values: Vec<c64> = found.iter().map(|eigen| eigen.value).collect();
-    let (belonging, own) = assign(&values, &multipliers, step);
+    let Matched { stepped, own } = matched(&values, &multipliers, step);
     let mut modes: Vec<CoupledMode> = found
         .iter()
-        .zip(belonging)
+        .zip(stepped)
         .map(|(eigen, stepped)| CoupledMode {
             continuous: eigenvalue(eigen.value),
             stepped: stepped.map(eigenvalue),
@@ -139,43 +141,6 @@ fn of(
         stepped_stable: multipliers.iter().all(|z| z.norm() < 1.0),
         modes,
     })
-}
-
-/// The multiplier that belongs to each eigenvalue, as ln z/h: nearest pairs first. Also the size of
-/// the largest multiplier that belongs to none.
-fn assign(values: &[c64], multipliers: &[c64], step: f64) -> (Vec<Option<c64>>, f64) {
-    let candidates: Vec<c64> = multipliers
-        .iter()
-        .copied()
-        .filter(|z| z.norm() > GONE)
-        .filter_map(|z| upper(z.ln() / step))
-        .collect();
-    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    for (i, value) in values.iter().enumerate() {
-        for (j, candidate) in candidates.iter().enumerate() {
-            let distance = (candidate - value).norm();
-            // a multiplier that differs by more belongs to another mode
-            if distance < value.norm() {
-                pairs.push((distance, i, j));
-            }
-        }
-    }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-    let mut belonging = vec![None; values.len()];
-    let mut free = vec![true; candidates.len()];
-    for (_, i, j) in pairs {
-        if belonging[i].is_none() && free[j] {
-            belonging[i] = Some(candidates[j]);
-            free[j] = false;
-        }
-    }
-    let own = candidates
-        .iter()
-        .zip(free)
-        .filter(|(_, free)| *free)
-        .map(|(candidate, _)| (candidate.re * step).exp())
-        .fold(0.0, f64::max);
-    (belonging, own)
 }
 
 /// Shares by instance, the largest first.

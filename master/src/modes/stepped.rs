@@ -20,6 +20,8 @@ use coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
 const POINTS: usize = 4;
 /// A feed-through below this share of the largest counts as none.
 const NOTHING: f64 = 1e-13;
+/// Largest number of parts in which a unit's step is computed.
+const MOST_PARTS: f64 = 1e4;
 
 /// One number that the stepped system remembers.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +35,8 @@ enum Memory {
 /// The stepped system.
 pub struct Stepped<'a> {
     units: &'a [Linear],
+    /// Size of the largest eigenvalue of each unit (1/s).
+    rates: Vec<f64>,
     links: Vec<Links>,
     degree: usize,
     schedule: &'a Schedule,
@@ -41,25 +45,32 @@ pub struct Stepped<'a> {
 
 impl<'a> Stepped<'a> {
     /// `links` are those of the real units. Offsets of conversions do not matter for small motions.
+    ///
+    /// # Errors
+    /// The eigenvalues of a unit cannot be found.
     pub fn new(
         units: &'a [Linear],
         links: Vec<Links>,
         degree: usize,
         schedule: &'a Schedule,
         size: f64,
-    ) -> Self {
+    ) -> Result<Self, ModesError> {
         let mut links = links;
         for link in links.iter_mut().flat_map(|unit| &mut unit.reals) {
             link.offset = 0.0;
         }
-        Self { units, links, degree, schedule, size }
+        let rates = units.iter().map(Linear::rate).collect::<Result<_, _>>()?;
+        Ok(Self { units, rates, links, degree, schedule, size })
     }
 
     fn units_at_rest(&self) -> Vec<LinearUnit<'_>> {
         self.units
             .iter()
+            .zip(&self.rates)
             .zip(&self.links)
-            .map(|(linear, links)| LinearUnit::new(linear, links.real_inputs(), &links.offered))
+            .map(|((linear, rate), links)| {
+                LinearUnit::new(linear, *rate, links.real_inputs(), &links.offered)
+            })
             .collect()
     }
 
@@ -110,26 +121,37 @@ impl<'a> Stepped<'a> {
         memories
     }
 
-    /// The map between communication points.
-    fn map(&self) -> Result<Mat<f64>, ModesError> {
+    /// The map between communication points. `instances` are the names of the units.
+    fn map(&self, instances: &[&str]) -> Result<Mat<f64>, ModesError> {
+        for (rate, instance) in self.rates.iter().zip(instances) {
+            if LinearUnit::parts(*rate, self.size) > MOST_PARTS {
+                let (instance, step) = ((*instance).to_owned(), self.size);
+                return Err(ModesError::Fast { instance, rate: *rate, step });
+            }
+        }
         let determined = self.determined();
         let memories = self.memories(&determined);
         let mut machine = Machine::new(self, &determined);
         let columns: Vec<Vec<f64>> =
             memories.iter().map(|memory| machine.step_from(*memory, &memories)).collect();
-        if columns.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(ModesError::Loop);
+        for column in &columns {
+            if let Some(row) = column.iter().position(|x| !x.is_finite()) {
+                let (Memory::State { unit, .. } | Memory::Point { unit, .. }) = memories[row];
+                let (instance, step) = (instances[unit].to_owned(), self.size);
+                return Err(ModesError::Overflow { instance, step });
+            }
         }
         let used = used(&columns);
         Ok(Mat::from_fn(used.len(), used.len(), |i, j| columns[used[j]][used[i]]))
     }
 
     /// Multipliers z of the map: a mode's signals grow by z from one communication point to the next.
+    /// `instances` are the names of the units.
     ///
     /// # Errors
     /// They cannot be found.
-    pub fn multipliers(&self) -> Result<Vec<c64>, ModesError> {
-        balanced(&self.map()?).eigenvalues().map_err(|_| ModesError::Eigenvalues)
+    pub fn multipliers(&self, instances: &[&str]) -> Result<Vec<c64>, ModesError> {
+        balanced(&self.map(instances)?).eigenvalues().map_err(|_| ModesError::Eigenvalues)
     }
 }
 

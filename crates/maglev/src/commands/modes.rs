@@ -159,6 +159,18 @@ fn page(modes: &CoupledModes, algorithm: &str, arguments: &Arguments) -> String 
         modes.step,
         modes.coupling_multiplier
     );
+    let limit = 0.5 / modes.step;
+    let folds = |mode: &&CoupledMode| mode.continuous.imaginary > std::f64::consts::TAU * limit;
+    let above = modes.modes.iter().filter(folds).count();
+    if above > 0 {
+        let _ = writeln!(
+            text,
+            "                 {above} {} above {limit} Hz, half a period per step. Values at steps look like \
+             a lower frequency;\n                 \"as stepped\" is the nearest of the frequencies that \
+             look alike.",
+            if above == 1 { "mode is" } else { "modes are" }
+        );
+    }
     for apart in &modes.apart {
         let _ = writeln!(text, "\n{}", uncoupled(apart));
         let received = modes.operating_point.inputs.get(&apart.instance);
