@@ -186,6 +186,19 @@ fn findings(metric: &Metric, evidence: &dyn Evidence) -> Result<(Vec<Finding>, S
         let near = near.map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
         return Err(Unknown::Missing(format!("\"{pattern}\" is not recorded{near}")));
     }
+    // a star easily takes more than was meant: gap_* also takes gap_rate_01
+    let first = &recorded[chosen[0]];
+    let measure = evidence.unit(first);
+    if let Some(&other) = chosen.iter().find(|&&k| evidence.unit(&recorded[k]) != measure) {
+        let word = |unit: Option<String>| unit.unwrap_or_else(|| "no unit".to_owned());
+        let other = &recorded[other];
+        let reason = format!(
+            "\"{pattern}\" mixes units of measure: {first} has {}, {other} has {}; a range such as [01..64] is exact",
+            word(measure),
+            word(evidence.unit(other))
+        );
+        return Err(Unknown::Bad { place: pattern.to_owned(), reason });
+    }
     let (mut found, mut left_out) = (Vec::new(), Vec::new());
     for index in chosen {
         let name = &recorded[index];

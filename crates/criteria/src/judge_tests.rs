@@ -25,8 +25,8 @@ impl Evidence for Run {
         (vec![0.0, 1.0, 2.0], self.values[index].to_vec())
     }
 
-    fn unit(&self, _: &str) -> Option<String> {
-        Some("m".to_owned())
+    fn unit(&self, signal: &str) -> Option<String> {
+        Some(if signal.contains("rate") { "m/s" } else { "m" }.to_owned())
     }
 
     fn span(&self, signal: &str) -> Result<Place, String> {
@@ -115,14 +115,23 @@ fn analytic_a_quantity_over_the_speed() {
 
 #[test]
 fn refusal_what_cannot_be_judged_does_not_pass() {
-    let run =
-        Run::new(&[("v.gap_1", [8.0, f64::NAN, 8.5]), ("g.y_1", [0.0; 3]), ("g.x", [0.0; 3])]);
+    let run = Run::new(&[
+        ("v.gap_1", [8.0, f64::NAN, 8.5]),
+        ("v.gap_rate_1", [0.0; 3]),
+        ("g.y_1", [0.0; 3]),
+        ("g.x", [0.0; 3]),
+    ]);
     for (metric, outcome, part) in [
         (r#"{"signal": "v.gpa_1", "figure": "max", "max": 9}"#, Outcome::NotJudged, "\"v.gap_1\"?"),
         (
             r#"{"signal": "v.gap_[1..3]", "figure": "max", "max": 9}"#,
             Outcome::NotJudged,
             "v.gap_2 and 1 more of \"v.gap_[1..3]\" are not recorded",
+        ),
+        (
+            r#"{"signal": "v.gap_*", "figure": "min", "min": -1, "optional": true}"#,
+            Outcome::Failed,
+            "v.gap_1 has m, v.gap_rate_1 has m/s",
         ),
         // optional means that it may be missing, not that it may be NaN
         (

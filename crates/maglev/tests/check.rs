@@ -160,6 +160,8 @@ fn refusal_figures_that_do_not_fit_end_before_the_run() {
     let of = |signal: &str, figure: &str| json!({ "signal": signal, "figure": figure });
     refused("objectives", of("a.yy", "max"), &["objectives.x.signal", "did you mean"]);
     refused("objectives", of("c*.y", "max"), &["objectives.x.signal", "\"c*.y\" matches nothing"]);
+    let mixed = ["objectives.x.signal", "\"*.*ai*\" mixes units of measure", "a.fail_time has s"];
+    refused("objectives", of("*.*ai*", "max"), &mixed);
     refused("objectives", of("a.t", "max"), &["objectives.x.signal", "a.t"]);
     refused("objectives", of("a.y", "maxx"), &["objectives.x.figure", "maxx", "max"]);
     refused("limits", of("a.y", "max"), &["limits.x.max", "\"objectives\""]);

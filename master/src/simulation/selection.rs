@@ -8,7 +8,7 @@ use crate::participant::{Participant, Slot};
 use crate::system::{InstanceIndex, Port, System, SystemError};
 use fmi2_import::description::Type;
 use results::RecordedColumn;
-use scenario::{Recorded, Scenario};
+use scenario::{Recorded, Scenario, ScenarioError};
 
 /// The signals to record and to plot.
 #[derive(Debug)]
@@ -44,7 +44,9 @@ impl Selection {
             }
         }
         for (place, pattern) in scenario.metric_signals() {
-            for port in Self::select(system, &place, pattern, Strings::Refused)? {
+            let chosen = Self::select(system, &place, pattern, Strings::Refused)?;
+            same_unit(system, place, pattern, &chosen)?;
+            for port in chosen {
                 if let Entry::Vacant(entry) = known.entry(port) {
                     entry.insert(ports.len());
                     ports.push(port);
@@ -126,6 +128,28 @@ impl Selection {
             })
             .collect()
     }
+}
+
+/// Refuses a figure of signals with different units of measurement: a star easily takes more than was meant.
+fn same_unit(
+    system: &System,
+    place: String,
+    pattern: &str,
+    ports: &[Port],
+) -> Result<(), ScenarioError> {
+    let Some(&first) = ports.first() else { return Ok(()) };
+    let measure = base_unit(system, first);
+    let Some(&other) = ports.iter().find(|port| base_unit(system, **port) != measure) else {
+        return Ok(());
+    };
+    let [first, other] = [first, other].map(|port| {
+        let unit = base_unit(system, port).unwrap_or_else(|| "no unit".to_owned());
+        format!("{} has {unit}", system.port_name(port))
+    });
+    let problem = format!(
+        "\"{pattern}\" mixes units of measure: {first}, {other}; a range such as [01..64] is exact"
+    );
+    Err(ScenarioError::Metric { place, problem })
 }
 
 /// Treatment of Strings that are named without a star.
