@@ -80,4 +80,9 @@ fn issue_the_middle_of_a_continuous_girder_is_not_judged() {
     let detail = "point second_field of span 1, x = 35 m, L = 25 m";
     assert_eq!(verdicts["field"]["detail"], detail);
     assert!(verdicts["frequency"]["detail"].as_str().unwrap().ends_with("L = 25 m"), "{verdicts}");
+    // two equal fields swing as one of them: f₁ L = π/(2 L) √(EI/m)
+    let expected = std::f64::consts::PI / 50.0 * (2.2e10_f64 / 2780.8).sqrt();
+    let product = verdicts["frequency"]["value"].as_f64().unwrap();
+    // beam elements are stiffer by less than 1e-5
+    assert!((product / expected - 1.0).abs() < 1e-5, "{product} instead of {expected}");
 }

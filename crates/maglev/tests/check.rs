@@ -72,7 +72,7 @@ fn analytic_a_run_leaves_its_figures() {
     // a run without figures has no such file
     let mut plain = ramps();
     for key in ["objectives", "limits"] {
-        plain.as_object_mut().unwrap().remove(key);
+        plain.as_object_mut().unwrap().remove(key).unwrap();
     }
     bench.scenario(&plain);
     bench.run(&["--no-report"]).succeeds();

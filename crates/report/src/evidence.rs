@@ -244,8 +244,8 @@ mod tests {
             mode(-3.0, 0.0, "v"),
         ];
         let text = format!(
-            r#"{{"algorithm": "jacobi", "modes": [{}],
-            "apart": [{{"instance": "girder", "of": 1, "states": ["q"]}}]}}"#,
+            r#"{{"algorithm": "jacobi", "modes": {{"modes": [{}],
+            "apart": [{{"instance": "girder", "of": 1, "states": ["q"]}}]}}}}"#,
             list.join(",")
         );
         let (_folder, run) = run(&[("modes.json", &text), ("results.csv", "time,a.x\n0,1\n")]);
