@@ -310,7 +310,7 @@ fn issue_unknown_key_and_type_name_their_path() {
     let mut scenario = ring();
     scenario["experiment"]["step"] = json!("fast");
     bench.scenario(&scenario);
-    bench.run(&[]).fails(2, &["at experiment.step", "expected f64"]);
+    bench.run(&[]).fails(2, &["at experiment.step", "expected a number"]);
     let mut scenario = ring();
     scenario["algorithm"] = json!({ "name": "magic" });
     bench.scenario(&scenario);

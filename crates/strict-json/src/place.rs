@@ -43,17 +43,23 @@ pub fn depth(value: &Value, steps: &[PathStep]) -> usize {
     steps.len()
 }
 
-/// The steps as messages write them, such as `plots[0].panels`.
+/// Most steps that a message shows; no format needs as many.
+const MAX_SHOWN: usize = 16;
+
+/// The steps as messages write them, such as `plots[0].panels`. A very long way ends with `…`.
 #[must_use]
 pub fn shown(steps: &[PathStep]) -> String {
     let mut text = String::new();
-    for step in steps {
+    for step in steps.iter().take(MAX_SHOWN) {
         // writing to a String cannot fail
         let _ = match step {
             PathStep::Index(index) => write!(text, "[{index}]"),
             PathStep::Key(key) if text.is_empty() => write!(text, "{key}"),
             PathStep::Key(key) => write!(text, ".{key}"),
         };
+    }
+    if steps.len() > MAX_SHOWN {
+        text.push('…');
     }
     text
 }
@@ -138,6 +144,13 @@ mod tests {
         let steps = [PathStep::Key("a".into()), PathStep::Index(1), PathStep::Index(0)];
         assert_eq!(depth(&value, &steps), 2);
         assert_eq!(shown(&steps), "a[1][0]");
+    }
+
+    #[test]
+    fn issue_a_long_way_is_cut_short() {
+        let error = crate::parse(&"[".repeat(200)).unwrap_err().to_string();
+        assert!(error.contains("recursion limit"), "{error}");
+        assert!(error.contains("[0]…: ") && error.len() < 120, "{error}");
     }
 
     #[test]

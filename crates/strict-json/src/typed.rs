@@ -58,11 +58,45 @@ impl de::Error for FormError {
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        match found {
-            Unexpected::Unit => Self::new(format!("invalid type: null, expected {expected}")),
-            found => Self::new(format!("invalid type: {found}, expected {expected}")),
-        }
+        Self::other("type", found, expected)
     }
+
+    fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::other("value", found, expected)
+    }
+}
+
+impl FormError {
+    /// The error for something else than what is expected.
+    fn other(what: &str, found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        let expected = in_json(&expected.to_string());
+        Self::new(match found {
+            Unexpected::Unit => format!("invalid {what}: null, expected {expected}"),
+            Unexpected::Float(number) => {
+                format!("invalid {what}: number `{number}`, expected {expected}")
+            }
+            Unexpected::Str(text) => format!("invalid {what}: text {text:?}, expected {expected}"),
+            Unexpected::Seq => format!("invalid {what}: list, expected {expected}"),
+            Unexpected::Map => format!("invalid {what}: object, expected {expected}"),
+            found => format!("invalid {what}: {found}, expected {expected}"),
+        })
+    }
+}
+
+/// What a type of Rust is in JSON, in words.
+fn in_json(expected: &str) -> String {
+    match expected {
+        "f32" | "f64" => "a number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "a boolean" => "true or false",
+        "a string" => "a text",
+        "a sequence" => "a list",
+        "a map" => "an object",
+        other if other.starts_with("struct ") => "an object",
+        other => return other.to_owned(),
+    }
+    .to_owned()
 }
 
 /// A value to make a type of.
@@ -204,10 +238,19 @@ mod tests {
             (json!({"kind": 3, "at": [0, 1]}), "invalid value: 3"),
             (json!({"kind": "revolute", "at": [0]}), "array of length 2"),
             (json!({"kind": "revolute", "at": [0, 1, 2]}), "length 3"),
-            (json!({"kind": "revolute", "at": [0, null]}), "null, expected f64"),
+            (json!({"kind": "revolute", "at": [0, null]}), "null, expected a number"),
+            (json!({"kind": "revolute", "at": [0, "9"]}), "text \"9\", expected a number"),
+            (
+                json!({"kind": "revolute", "at": [0, 1], "named": {"a": 2.5}}),
+                "number `2.5`, expected a whole number of at least 0",
+            ),
+            (
+                json!({"kind": "revolute", "at": [0, 1], "named": {"a": -1}}),
+                "integer `-1`, expected a whole number of at least 0",
+            ),
             (json!({"kind": "revolute", "at": [0, 1], "named": {"a": 256}}), "256"),
             (json!({"kind": "revolute"}), "missing field `at`"),
-            (json!(null), "null, expected struct Joint"),
+            (json!(null), "null, expected an object"),
         ] {
             let error = made::<Joint>(value).unwrap_err();
             assert!(error.contains(part), "{error}");
