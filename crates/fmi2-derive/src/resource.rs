@@ -4,12 +4,16 @@ use std::fs;
 use std::path::{Component, Path};
 
 use fmi2_import::archive::FmuArchive;
-use serde_json::Value;
+use serde_json::{Map, Value};
+use strict_json::{FormError, PathStep};
 
 use crate::{Change, Changes, DeriveError, UnitSource};
 
 /// The folder in an archive.
 pub(crate) const FOLDER: &str = "resources/";
+/// Member of a vehicle file that stands for a whole vehicle. The other members are then a patch of it, which the unit
+/// applies.
+const TRAIN: &str = "train";
 
 /// A file of a unit's resources after its changes; `None` if the unit has no such file. The library is not asked.
 ///
@@ -91,7 +95,7 @@ fn apply(name: &str, content: &[u8], patch: &Value) -> Result<(Vec<u8>, Vec<Stri
     let failed = |message: String| DeriveError::NotJson { name: name.to_owned(), message };
     let text = str::from_utf8(content).map_err(|error| failed(error.to_string()))?;
     let mut value = strict_json::parse(text).map_err(|error| failed(error.to_string()))?;
-    let added = strict_json::merge_by_name(&mut value, patch).map_err(|(steps, error)| {
+    let added = merged(&mut value, patch).map_err(|(steps, error)| {
         DeriveError::Patch {
             name: name.to_owned(),
             place: strict_json::shown(&steps),
@@ -101,6 +105,19 @@ fn apply(name: &str, content: &[u8], patch: &Value) -> Result<(Vec<u8>, Vec<Stri
     let mut text = serde_json::to_vec_pretty(&value).map_err(|error| failed(error.to_string()))?;
     text.push(b'\n');
     Ok((text, added))
+}
+
+/// Applies a patch to a file. Where the file is a patch itself, one patch is made of both: a `null` must reach what only
+/// the unit knows.
+fn merged(value: &mut Value, patch: &Value) -> Result<Vec<String>, (Vec<PathStep>, FormError)> {
+    let Some(patch) = patch.as_object().filter(|_| value.get(TRAIN).is_some()) else {
+        return strict_json::merge_by_name(value, patch);
+    };
+    let (train, others): (Map<_, _>, Map<_, _>) =
+        patch.clone().into_iter().partition(|(key, _)| key == TRAIN);
+    let added = strict_json::merge_by_name(value, &train.into())?;
+    strict_json::compose_by_name(value, &others.into())?;
+    Ok(added)
 }
 
 #[cfg(test)]
@@ -123,6 +140,21 @@ mod tests {
             changed(Path::new("u.fmu"), "v.json", Some(b"{}".to_vec()), &changes(list), &[]);
         let value: Value = serde_json::from_slice(&content.unwrap().content.unwrap()).unwrap();
         assert_eq!(value, json!({"bodies": [{"name": "car", "mass": 2}], "name": "mine"}));
+    }
+
+    #[test]
+    fn issue_null_stays_in_a_train_file() {
+        let original = br#"{"name": "x", "train": {"cars": 3, "flexible_body": {}}, "bodies": {"a": {"mass": 1}}}"#;
+        let patch = json!({
+            "train": {"cars": 2, "flexible_body": null}, "bodies": {"a": null}, "observed": {"car_3": null}
+        });
+        let content =
+            changed(Path::new("u.fmu"), "v.json", Some(original.to_vec()), &changes(patch), &[]);
+        let value: Value = serde_json::from_slice(&content.unwrap().content.unwrap()).unwrap();
+        let expected = json!({
+            "name": "x", "train": {"cars": 2}, "bodies": {"a": null}, "observed": {"car_3": null}
+        });
+        assert_eq!(value, expected);
     }
 
     #[test]

@@ -45,6 +45,7 @@ fn changed(
     strict_json::merge_by_name(&mut document, &Value::Object(changes.clone())).map_err(
         |(steps, error)| Error::Read { path: path(&steps), message: error.located(text, &steps) },
     )?;
+    check_nulls(text, changes)?;
     let result = strict_json::from_value(document.clone())
         .map_err(|(steps, error)| Error::Read { path: path(&steps), message: error.to_string() })
         .and_then(|description: VehicleDescription| description.check().map(|()| description));
@@ -72,6 +73,21 @@ fn check_changes(changes: &Map<String, Value>) -> Result<(), Error> {
         NEEDED.join("`, `")
     );
     Err(invalid(KEY, message))
+}
+
+/// A null leaves nothing behind, so the types do not see its key.
+fn check_nulls(text: &str, changes: &Map<String, Value>) -> Result<(), Error> {
+    for key in changes.iter().filter(|(_, change)| change.is_null()).map(|(key, _)| key) {
+        let alone = serde_json::json!({ key.as_str(): null });
+        let Err((steps, error)) = strict_json::from_value::<VehicleDescription>(alone) else {
+            continue;
+        };
+        // the path of an unknown key leads to it; that of a key whose value or whose neighbours are missing does not matter
+        if error.to_string().starts_with("unknown field") {
+            return Err(Error::Read { path: path(&steps), message: error.located(text, &steps) });
+        }
+    }
+    Ok(())
 }
 
 /// A path in words.

@@ -292,3 +292,20 @@ fn invariant_a_train_with_bending_cars_starts_in_equilibrium() {
     };
     assert_eq!([1, 2, 3, 4].map(box_of), ["car_1_segment_2", "car_1", "car_1", "car_1_segment_4"]);
 }
+
+/// What a null removes must be there, also beside a train.
+#[test]
+fn issue_null_beside_a_train_removes_what_exists() {
+    let with = |changes: &str| format!(r#"{{"train": {{"cars": 3}}, {changes}}}"#);
+    assert_eq!(read(&with(r#""observed": {"car_3": null}"#)).observed.len(), 2);
+    assert!(read(&with(r#""groups": null, "$schema": null"#)).groups.is_empty());
+    for (changes, part) in [
+        (r#""observed": {"car_4": null}"#, "observed.car_4: unknown name `car_4`"),
+        (r#""observd": null"#, "observd: unknown field `observd`"),
+        (r#""bushings": {"*.air": null}"#, "no item of the list matches"),
+        (r#""bodies": null"#, "missing field `bodies`"),
+    ] {
+        let message = refusal(&with(changes));
+        assert!(message.contains(part), "{message}");
+    }
+}

@@ -3,6 +3,7 @@
 //! [`read`] is all that most callers need. A caller that changes the document before it uses it, as scenarios that
 //! extend each other, takes the steps one by one: [`parse`], [`merge`], [`from_value`], and [`position`] for messages.
 
+mod compose;
 mod merge;
 mod place;
 mod strict;
@@ -11,6 +12,7 @@ mod typed;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+pub use compose::compose_by_name;
 pub use merge::{merge, merge_by_name};
 pub use place::{PathStep, depth, position, shown};
 use strict::Strict;

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use crate::{FormError, PathStep};
 
 /// Member of an item by which lists are patched.
-const NAME: &str = "name";
+pub(crate) const NAME: &str = "name";
 
 /// Applies a patch as RFC 7396 defines it: objects are merged member by member, null removes a member, anything else
 /// replaces it, lists too.
@@ -70,7 +70,7 @@ struct Place {
     added: Vec<String>,
 }
 
-fn make_object(value: &mut Value) {
+pub(crate) fn make_object(value: &mut Value) {
     if !value.is_object() {
         *value = Value::Object(Map::new());
     }
@@ -172,12 +172,12 @@ fn at(
     Ok(())
 }
 
-fn name(item: &Value) -> Option<&str> {
+pub(crate) fn name(item: &Value) -> Option<&str> {
     item.get(NAME)?.as_str()
 }
 
 /// Whether all items have names; an empty list may get items with names.
-fn is_named(items: &[Value]) -> bool {
+pub(crate) fn is_named(items: &[Value]) -> bool {
     items.iter().all(|item| name(item).is_some())
 }
 
