@@ -86,6 +86,14 @@ impl Derived {
     pub fn write(&self, file: &Path) -> Result<(), fmi2_package::Error> {
         self.archive.write(file)
     }
+
+    /// The content of the .fmu file.
+    ///
+    /// # Errors
+    /// The archive would become too large for its format.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, DeriveError> {
+        self.archive.to_bytes().map_err(DeriveError::Pack)
+    }
 }
 
 /// The page of the new unit: its variables, and the text of the old page. A page of another make is kept.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{Cursor, Read as _, Write as _};
+use std::io::{self, Cursor, Read as _, Write as _};
 use std::path::Path;
 
 use zip::{ZipArchive, ZipWriter, write::SimpleFileOptions};
@@ -136,11 +136,15 @@ impl Archive {
         Ok(zip.finish()?.into_inner())
     }
 
-    /// Writes the archive: the file appears complete or not at all.
+    /// Writes the archive: the file appears complete or not at all. It replaces a regular file only.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written, or is a device or a folder.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
+        if fs::metadata(file).is_ok_and(|found| !found.is_file()) {
+            let text = "it exists and is not a regular file";
+            return Err(Error::at(file)(io::Error::new(io::ErrorKind::InvalidInput, text)));
+        }
         let bytes = self.to_bytes()?;
         // Renamed at the end, so that a run that starts in between never reads an incomplete unit.
         let name = file.file_name().unwrap_or_default().to_string_lossy();

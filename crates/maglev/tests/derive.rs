@@ -242,8 +242,23 @@ fn refusal_of_derive_leaves_no_file() {
     fs::create_dir(bench.path("folder.fmu")).unwrap();
     let folder =
         ["derive", "layout.fmu", "--patch", "layout.json=patch.json", "--out", "folder.fmu"];
-    bench.maglev(&folder).fails(1, &["cannot write"]);
-    assert!(!bench.path(".folder.fmu.partial").exists());
+    bench.maglev(&folder).fails(1, &["cannot write folder.fmu", "it is a folder"]);
+    assert!(!bench.path("folder.fmu.partial").exists());
+}
+
+/// As a device, a socket is neither file nor folder.
+#[test]
+fn issue_a_derived_unit_replaces_regular_files_only() {
+    let bench = bench();
+    let socket = bench.path("socket");
+    let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+    std::os::unix::fs::symlink(&socket, bench.path("link")).unwrap();
+    for out in ["socket", "link"] {
+        let all = ["derive", "layout.fmu", "--patch", "layout.json=patch.json", "--out", out];
+        bench.maglev(&all).fails(1, &[&format!("cannot write {out}"), "not a regular file"]);
+    }
+    let kind = fs::symlink_metadata(&socket).unwrap().file_type();
+    assert!(std::os::unix::fs::FileTypeExt::is_socket(&kind));
 }
 
 #[test]

@@ -17,10 +17,11 @@ pub(crate) fn partial(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Writes a whole file or nothing, even if the machine crashes meanwhile.
+/// Writes a whole file or nothing, even if the machine crashes meanwhile. It replaces regular files only, not devices or
+/// folders, nor links to them.
 ///
 /// # Errors
-/// The file cannot be written. An earlier file of that name is unchanged.
+/// The file cannot be written. What had its name before is unchanged.
 pub fn write_whole(path: &Path, content: &[u8]) -> io::Result<()> {
     replace(path, |mut file| file.write_all(content))
 }
@@ -31,6 +32,7 @@ pub(crate) fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&File) -> Result<(), E>,
 ) -> Result<(), E> {
+    replaceable(path)?;
     let temporary = partial(path);
     let written = File::create(&temporary).map_err(E::from).and_then(|file| {
         write(&file)?;
@@ -43,6 +45,25 @@ pub(crate) fn replace<E: From<io::Error>>(
         return written;
     }
     Ok(sync_folder_of(path)?)
+}
+
+/// Refuses a path that leads to something else than a regular file, which a new file would replace.
+///
+/// # Errors
+/// The path leads to a folder, a device or the like.
+pub(crate) fn replaceable(path: &Path) -> io::Result<()> {
+    let refuse = |kind, text| Err(io::Error::new(kind, text));
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => {
+            refuse(io::ErrorKind::IsADirectory, "it is a folder; give the path of a file")
+        }
+        Ok(found) if !found.is_file() => refuse(
+            io::ErrorKind::InvalidInput,
+            "it is not a regular file, and a new file would replace it; give the path of a file",
+        ),
+        // also a path that leads nowhere: the first write says why, if that matters
+        _ => Ok(()),
+    }
 }
 
 /// Waits until a renamed file is on the disk under its new name. Only Unix can do that.
@@ -116,5 +137,37 @@ mod tests {
         fs::create_dir(partial(&path)).unwrap();
         write_whole(&path, b"second").unwrap_err();
         assert_eq!(fs::read(&path).unwrap(), b"first");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn issue_only_regular_files_are_replaced() {
+        use std::os::unix::fs::{FileTypeExt as _, symlink};
+        use std::os::unix::net::UnixListener;
+
+        let place = tempfile::tempdir().unwrap();
+        let path = |name: &str| place.path().join(name);
+        fs::create_dir(path("folder")).unwrap();
+        // as a device, a socket is neither file nor folder
+        let _socket = UnixListener::bind(path("socket")).unwrap();
+        for name in ["folder", "socket"] {
+            let link = path(&format!("to-{name}"));
+            symlink(path(name), &link).unwrap();
+            for path in [path(name), link] {
+                let error = write_whole(&path, b"x").unwrap_err().to_string();
+                assert!(error.contains("give the path of a file"), "{error}");
+                assert!(!partial(&path).exists());
+            }
+        }
+        assert!(path("folder").is_dir());
+        assert!(fs::metadata(path("socket")).unwrap().file_type().is_socket());
+        // a link to a file, and one to nothing, become files
+        write_whole(&path("file"), b"old").unwrap();
+        for target in ["file", "nothing"] {
+            symlink(path(target), path("link")).unwrap();
+            write_whole(&path("link"), b"new").unwrap();
+            assert_eq!(fs::read(path("link")).unwrap(), b"new");
+            fs::remove_file(path("link")).unwrap();
+        }
     }
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use crc32fast::Hasher;
 use serde::{Deserialize, Serialize};
 
-use crate::file::{partial, reserve};
+use crate::file::{partial, replaceable, reserve};
 use crate::spool::Pen;
 
 /// Length and checksum of a growing file at a moment.
@@ -36,6 +36,7 @@ pub(super) struct Growing {
 impl Growing {
     /// Starts the file with a header.
     pub(super) fn create(path: PathBuf, header: &[u8]) -> io::Result<Self> {
+        replaceable(&path)?;
         let file =
             OpenOptions::new().write(true).create(true).truncate(false).open(partial(&path))?;
         reserve(&file)?;

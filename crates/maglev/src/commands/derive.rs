@@ -8,6 +8,7 @@ use clap::{ArgGroup, Args};
 use fmi2_derive::{Change, DeriveError, Derived, UnitSource};
 use fmi2_import::package::REFERENCE_RESULTS;
 use maglev::Error;
+use results::write_whole;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -70,10 +71,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let stem = out.file_stem().unwrap_or_default().to_string_lossy();
     let derived = super::at_home(|| fmi2_derive::derive(&source, &stem))?;
-    derived.write(out).map_err(|error| match error {
-        fmi2_package::Error::File { path, source } => Error::Write { path, source },
-        error => DeriveError::Pack(error).into(),
-    })?;
+    write_whole(out, &derived.to_bytes()?)
+        .map_err(|source| Error::Write { path: out.clone(), source })?;
     super::print(&told(&derived, unit, out))
 }
 
