@@ -60,6 +60,21 @@ pub enum DeriveError {
         /// The name as given.
         name: String,
     },
+    /// A new resource with a name that some systems confuse with that of another.
+    #[error(
+        "resource {name} cannot be beside the unit's {other}: {}",
+        if name.eq_ignore_ascii_case(other) {
+            "the names differ only in case, and are one file on some systems"
+        } else {
+            "one is a folder in the path of the other"
+        }
+    )]
+    Clash {
+        /// The name as given.
+        name: String,
+        /// The resource of the unit.
+        other: String,
+    },
     /// A file that should replace a resource cannot be read.
     #[error("resource {name}: cannot read {path}")]
     Read {
@@ -173,9 +188,15 @@ impl DeriveError {
             Self::Refused { .. } => {
                 "correct the resource; the unit's page in the guide describes its keys"
             }
+            Self::Read { source, .. } if source.kind() == io::ErrorKind::InvalidInput => {
+                "write the resource to a file, and give its path"
+            }
             Self::Read { .. } => "check the path",
             Self::PatchFile { .. } => "a patch is a JSON object with the members that change",
             Self::Overwrites { .. } => "choose another file with --out",
+            Self::Clash { .. } => {
+                "give the name as in the unit to replace it, or choose another name"
+            }
             Self::Unknown { .. } | Self::Unread { .. } | Self::Name { .. } => {
                 "a resource is named as in the folder resources of the .fmu file"
             }

@@ -1,6 +1,7 @@
 //! The content of one resource after its changes.
 
 use std::fs;
+use std::io;
 use std::path::{Component, Path};
 
 use fmi2_import::archive::FmuArchive;
@@ -39,6 +40,44 @@ pub(crate) fn check_name(name: &str) -> Result<(), DeriveError> {
     Ok(())
 }
 
+/// Largest file that can become a resource.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// The content of a file that replaces or patches a resource. Only regular files have an end for certain.
+pub(crate) fn content_of(name: &str, path: &Path) -> Result<Vec<u8>, DeriveError> {
+    let failed =
+        |source| DeriveError::Read { name: name.to_owned(), path: path.to_owned(), source };
+    let unfit = |text: String| failed(io::Error::new(io::ErrorKind::InvalidInput, text));
+    let found = fs::metadata(path).map_err(failed)?;
+    if !found.is_file() {
+        return Err(unfit("it is not a regular file".to_owned()));
+    }
+    if found.len() > MAX_BYTES {
+        let most = MAX_BYTES >> 20;
+        return Err(unfit(format!(
+            "it has {} bytes, but a resource has at most {most} MiB",
+            found.len()
+        )));
+    }
+    fs::read(path).map_err(failed)
+}
+
+/// Refuses a name beside which a resource of the unit cannot be: on some systems both are one file.
+fn check_neighbours(name: &str, known: &[String]) -> Result<(), DeriveError> {
+    let lower = name.to_ascii_lowercase();
+    let clashes = |other: &String| {
+        let other = other.to_ascii_lowercase();
+        let within = |a: &str, b: &str| a.strip_prefix(b).is_some_and(|rest| rest.starts_with('/'));
+        other == lower || within(&lower, &other) || within(&other, &lower)
+    };
+    match known.iter().find(|other| clashes(other)) {
+        Some(other) if !known.iter().any(|known| known == name) => {
+            Err(DeriveError::Clash { name: name.to_owned(), other: other.clone() })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// A resource after its changes.
 #[derive(Debug)]
 pub(crate) struct Changed {
@@ -60,14 +99,11 @@ pub(crate) fn changed(
     known: &[String],
 ) -> Result<Changed, DeriveError> {
     check_name(name)?;
+    check_neighbours(name, known)?;
     let (mut content, mut patched, mut added) = (original, false, Vec::new());
     for change in &changes.0 {
         content = Some(match change {
-            Change::File(path) => fs::read(path).map_err(|source| DeriveError::Read {
-                name: name.to_owned(),
-                path: path.clone(),
-                source,
-            })?,
+            Change::File(path) => content_of(name, path)?,
             Change::Patch(patch) => {
                 let content = content.ok_or_else(|| DeriveError::Unknown {
                     unit: unit.to_owned(),
@@ -95,12 +131,10 @@ fn apply(name: &str, content: &[u8], patch: &Value) -> Result<(Vec<u8>, Vec<Stri
     let failed = |message: String| DeriveError::NotJson { name: name.to_owned(), message };
     let text = str::from_utf8(content).map_err(|error| failed(error.to_string()))?;
     let mut value = strict_json::parse(text).map_err(|error| failed(error.to_string()))?;
-    let added = merged(&mut value, patch).map_err(|(steps, error)| {
-        DeriveError::Patch {
-            name: name.to_owned(),
-            place: strict_json::shown(&steps),
-            message: error.to_string(),
-        }
+    let added = merged(&mut value, patch).map_err(|(steps, error)| DeriveError::Patch {
+        name: name.to_owned(),
+        place: strict_json::shown(&steps),
+        message: error.to_string(),
     })?;
     let mut text = serde_json::to_vec_pretty(&value).map_err(|error| failed(error.to_string()))?;
     text.push(b'\n');
@@ -158,6 +192,17 @@ mod tests {
     }
 
     #[test]
+    fn issue_a_resource_has_a_sane_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large");
+        // without content, so it needs no space
+        fs::File::create(&path).unwrap().set_len(MAX_BYTES + 1).unwrap();
+        let error = content_of("v.json", &path).unwrap_err();
+        let source = std::error::Error::source(&error).unwrap().to_string();
+        assert_eq!(source, "it has 268435457 bytes, but a resource has at most 256 MiB");
+    }
+
+    #[test]
     fn refusal_names_files_and_patches() {
         let original = || Some(br#"{"bodies": [{"name": "car"}]}"#.to_vec());
         for (name, original, list, part) in [
@@ -165,6 +210,9 @@ mod tests {
             ("a\\b", None, json!("x"), "forward slashes"),
             ("", None, json!("x"), "inside"),
             ("v.json", original(), json!("/nowhere/x.json"), "cannot read /nowhere/x.json"),
+            ("V.json", None, json!("x"), "beside the unit's v.json: the names differ only in case"),
+            ("v.json/x", None, json!("x"), "beside the unit's v.json: one is a folder in the path"),
+            ("v.json", original(), json!("/"), "cannot read /: it is not a regular file"),
             ("v.jsn", None, json!({"a": 1}), "did you mean v.json?; its resources: v.json, t.csv"),
             ("v.json", Some(b"x,y".to_vec()), json!({}), "resource v.json cannot be patched"),
             (
@@ -177,7 +225,9 @@ mod tests {
             let known = ["v.json", "t.csv"].map(str::to_owned);
             let error = changed(Path::new("u.fmu"), name, original, &changes(list), &known);
             let error = error.unwrap_err();
-            assert!(error.to_string().contains(part), "{error}");
+            let source = std::error::Error::source(&error).map(|source| format!(": {source}"));
+            let message = format!("{error}{}", source.unwrap_or_default());
+            assert!(message.contains(part), "{message}");
             assert!(error.help().is_some());
         }
     }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use crate::DeriveError;
+use crate::resource::content_of;
 
 /// A unit: an .fmu file, and changes of its resources if there are any.
 ///
@@ -50,12 +51,9 @@ impl Change {
     /// # Errors
     /// The file cannot be read, or is not a JSON object. `name` is the resource, for messages.
     pub fn patch_of_file(name: &str, path: &Path) -> Result<Self, DeriveError> {
-        let text = std::fs::read_to_string(path).map_err(|source| DeriveError::Read {
-            name: name.to_owned(),
-            path: path.to_owned(),
-            source,
-        })?;
         let failed = |message| DeriveError::PatchFile { path: path.to_owned(), message };
+        let text = String::from_utf8(content_of(name, path)?);
+        let text = text.map_err(|error| failed(error.to_string()))?;
         match strict_json::parse(&text).map_err(|error| failed(error.to_string()))? {
             Value::Object(patch) => Ok(Self::Patch(patch)),
             _ => Err(failed("it is not an object".to_owned())),

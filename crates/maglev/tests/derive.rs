@@ -205,6 +205,18 @@ fn refusal_of_derive_leaves_no_file() {
             vec!["layout.fmu", "--resource", "layout.json=nowhere.json"],
             vec!["cannot read nowhere.json", "No such file"],
         ),
+        (
+            vec!["layout.fmu", "--resource", "LAYOUT.JSON=mine.json"],
+            vec!["beside the unit's layout.json", "differ only in case", "help: give the name"],
+        ),
+        (
+            vec!["layout.fmu", "--resource", "layout.json/x=mine.json"],
+            vec!["beside the unit's layout.json", "one is a folder"],
+        ),
+        (
+            vec!["layout.fmu", "--resource", "layout.json=."],
+            vec!["cannot read .", "not a regular file", "help: write the resource to a file"],
+        ),
         (vec!["layout.fmu", "--resource", "layout.json"], vec!["expected NAME=FILE"]),
         (vec!["layout.fmu"], vec!["--resource <NAME=FILE>"]),
         (
