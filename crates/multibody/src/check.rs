@@ -12,6 +12,24 @@ use crate::names::{BodyNames, meant};
 use crate::numbers::{finite, not_negative};
 use crate::sides::joint_sides;
 
+/// Most bodies of a vehicle.
+const MAX_BODIES: usize = 8192;
+/// Most magnets of a vehicle: the size of a unit's description grows with their square.
+const MAX_MAGNETS: usize = 4096;
+
+fn check_size(count: usize, path: &str, what: &str, most: usize) -> Result<(), Error> {
+    if count <= most {
+        return Ok(());
+    }
+    Err(invalid(path, format!("{count} {what}, but a vehicle has at most {most}")))
+}
+
+/// Refuses a vehicle that is too large, before its bodies are made. `path` is the place of what it is made of.
+pub(crate) fn check_sizes(bodies: usize, magnets: usize, path: &str) -> Result<(), Error> {
+    check_size(bodies, path, "bodies", MAX_BODIES)?;
+    check_size(magnets, path, "magnets", MAX_MAGNETS)
+}
+
 impl Inertia {
     /// The full symmetric matrix.
     #[must_use]
@@ -109,7 +127,16 @@ impl VehicleDescription {
             return Err(invalid("name", "the name is empty"));
         }
         finite(&self.gravity, "gravity")?;
+        if self.gravity[2] > 0.0 {
+            let message = format!(
+                "{} m/s² along z is upward; gravity points down, so give a negative number",
+                self.gravity[2]
+            );
+            return Err(invalid("gravity", message));
+        }
         not_negative(&[self.nominal_gap], "nominal_gap")?;
+        check_size(self.bodies.len(), "bodies", "bodies", MAX_BODIES)?;
+        check_size(self.magnets.len(), "magnets", "magnets", MAX_MAGNETS)?;
         if self.bodies.is_empty() {
             return Err(invalid("bodies", "at least one body is needed"));
         }

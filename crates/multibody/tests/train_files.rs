@@ -84,7 +84,17 @@ fn refusal_of_bad_trains_has_path_and_reason() {
         (r#"{"masses": {"table": -70}}"#, &["train.masses.table", "positive", "-70 kg"]),
         (r#"{"masses": {"tabel": 70}}"#, &["train.masses", "did you mean `table`?"]),
         (r#"{"car": 3}"#, &["at `train.car`", "did you mean `cars`?", "line 1 column"]),
-        (r#"{"nominal_gap": -0.008}"#, &["train.nominal_gap", "negative"]),
+        (r#"{"nominal_gap": -0.008}"#, &["train.nominal_gap", "positive"]),
+        (r#"{"nominal_gap": 0}"#, &["train.nominal_gap", "positive"]),
+        (r#"{"cars": "2"}"#, &["train.cars", "text \"2\", expected a whole number"]),
+        (
+            r#"{"cars": 20, "bogies_per_car": 20, "magnets_per_side": 20}"#,
+            &["`train`", "16000 magnets, but a vehicle has at most 4096"],
+        ),
+        (
+            r#"{"cars": 100, "bogies_per_car": 20, "magnets_per_side": 1}"#,
+            &["`train`", "23291 bodies, but a vehicle has at most 8192"],
+        ),
         (r#"{"dimensions": {"half_gauge": 0.1}}"#, &["train.dimensions.half_gauge", "beams"]),
         (r#"{"dimensions": {"bogie_pitch": 0}}"#, &["train.dimensions", "positive"]),
         (r#"{"dimensions": {"car_gap": -0.3}}"#, &["train.dimensions.car_gap", "-0.3 m"]),
@@ -146,6 +156,7 @@ fn golden_a_train_is_changed_by_name() {
         ),
         (r#"{"train": {}, "bodies": {"car_9": {"mass": 1}}}"#, &["bodies[car_9]", "inertia"]),
         (r#"{"train": {}, "bodies": {"car_9": null}}"#, &["bodies", "car_9"]),
+        (r#"{"train": {}, "gravity": [0, 0, 9.81]}"#, &["gravity", "upward", "9.81 m/s²"]),
         (r#"{"train": {}, "bodys": []}"#, &["bodys", "did you mean `bodies`?"]),
         (
             r#"{"train": {}, "groups": [{"name": "coupler_hinge", "bushings": ["*"]}]}"#,

@@ -1,6 +1,7 @@
 //! Checks of a train's numbers before its bodies are made.
 
 use super::description::{FlexibleBody, TrainDescription};
+use crate::check::check_sizes;
 use crate::error::{Error, invalid};
 use crate::numbers::{finite, not_negative};
 
@@ -37,11 +38,23 @@ impl TrainDescription {
         let springs = self.air_springs_per_corner;
         count(springs, 8, "air_springs_per_corner", "air springs at each corner of a bogie")?;
         not_negative(&[self.gravity], &at("gravity"))?;
-        not_negative(&[self.nominal_gap], &at("nominal_gap"))?;
+        positive(self.nominal_gap, "nominal_gap", "m")?;
         self.check_dimensions()?;
         self.check_masses()?;
         self.check_elements()?;
-        self.flexible_body.as_ref().map_or(Ok(()), check_flexible)
+        self.flexible_body.as_ref().map_or(Ok(()), check_flexible)?;
+        let bogies = self.cars * self.bogies_per_car;
+        check_sizes(self.body_count(), 2 * bogies * self.magnets_per_side, KEY)
+    }
+
+    /// Number of bodies: the track, car bodies, equipment, tables, bogies, coupler links.
+    fn body_count(&self) -> usize {
+        let segments = self.flexible_body.as_ref().map_or(1, |body| body.segments + 1);
+        let car = segments
+            + self.bogies_per_car
+            + 2 * (self.bogies_per_car + 1)
+            + 8 * self.bogies_per_car;
+        1 + self.cars * car + 10 * (self.cars - 1)
     }
 
     fn check_dimensions(&self) -> Result<(), Error> {
@@ -121,4 +134,31 @@ fn check_flexible(body: &FlexibleBody) -> Result<(), Error> {
         return Err(invalid(at("flexible_body.segments"), message));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn invariant_bodies_are_counted_before_they_are_made() {
+        let flexible = FlexibleBody {
+            bending_frequency: 9.0,
+            lateral_bending_frequency: None,
+            torsion_frequency: 12.0,
+            damping: 0.02,
+            segments: 6,
+        };
+        for (cars, bogies_per_car, flexible_body) in
+            [(1, 1, None), (3, 4, None), (2, 3, Some(flexible))]
+        {
+            let train = TrainDescription {
+                cars,
+                bogies_per_car,
+                flexible_body,
+                ..TrainDescription::default()
+            };
+            assert_eq!(train.body_count(), train.expand().unwrap().bodies.len());
+        }
+    }
 }

@@ -28,8 +28,8 @@ pub struct TrainDescription {
     /// Acceleration of gravity, downward (m/s²). Default: 9.81.
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub gravity: f64,
-    /// Nominal air gap c0 (m). Default: 0.008.
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
+    /// Nominal air gap c0 (m). Units of magnets have their own, to be set to the same. Default: 0.008.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     pub nominal_gap: f64,
     /// Lengths, pitches and heights. Default: those of each key.
     pub dimensions: TrainDimensions,
