@@ -30,7 +30,8 @@ pub struct GuidewayDescription {
     pub girders: BTreeMap<String, GirderDescription>,
     /// The spans in order, without gaps between them.
     pub spans: Vec<SpanRun>,
-    /// Number of magnets (moving loads).
+    /// Number of magnets (moving loads), 1 to 4096.
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 4096)))]
     pub magnets: usize,
     /// Points of the girders whose motion the unit gives as outputs. Default: none beyond the middle and
     /// the quarter of every span.

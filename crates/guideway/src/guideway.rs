@@ -6,6 +6,11 @@ use crate::propagator::NODES;
 use crate::shapes::ShapeRow;
 use crate::{ChirpForce, Error, Girder, GirderMode, InitialDeflection, Pole, Profile};
 
+/// Most magnets: the size of a unit's description grows with their square.
+const MAX_MAGNETS: usize = 4096;
+/// Most spans.
+const MAX_SPANS: usize = 100_000;
+
 /// One span in its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
@@ -281,8 +286,20 @@ fn points(
 }
 
 fn check_counts(given: &GuidewayDescription) -> Result<(), Error> {
-    if given.magnets == 0 {
-        return Err(Error::invalid("magnets", "0", "give at least one magnet"));
+    if !(1..=MAX_MAGNETS).contains(&given.magnets) {
+        return Err(Error::invalid(
+            "magnets",
+            format!("{}", given.magnets),
+            format!("give a number from 1 to {MAX_MAGNETS}"),
+        ));
+    }
+    let spans = given.spans.iter().fold(0, |sum: usize, run| sum.saturating_add(run.count));
+    if spans > MAX_SPANS {
+        return Err(Error::invalid(
+            "spans",
+            format!("{spans} spans"),
+            format!("give at most {MAX_SPANS} in all"),
+        ));
     }
     if given.spans.iter().all(|run| run.count == 0) {
         return Err(Error::invalid("spans", "none", "give at least one span"));

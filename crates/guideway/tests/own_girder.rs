@@ -293,6 +293,19 @@ fn analytic_shapes_from_a_file_give_the_girder_of_their_modes() {
 }
 
 #[test]
+fn refusal_of_more_magnets_or_spans_than_anyone_has() {
+    let keys = r#""length": 25.0, "frequencies": [7.1], "damping": [0.01]"#;
+    let mut many = describe(keys, "");
+    many.magnets = 4097;
+    let message = Guideway::new(&many, None).unwrap_err().to_string();
+    assert!(message.contains("magnets") && message.contains("1 to 4096"), "{message}");
+    let mut long = describe(keys, "");
+    long.spans[0].count = usize::MAX;
+    let message = Guideway::new(&long, None).unwrap_err().to_string();
+    assert!(message.contains("spans") && message.contains("at most 100000"), "{message}");
+}
+
+#[test]
 fn analytic_given_modal_masses_replace_the_integral() {
     let keys = r#""length": 25.0, "frequencies": [7.1], "damping": [0.01], "modes": 1,
         "shapes_file": "m.csv", "modal_masses": [3e4, 4e4]"#;
