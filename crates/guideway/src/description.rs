@@ -211,15 +211,17 @@ impl Default for ChirpDescription {
 }
 
 impl GuidewayDescription {
-    /// Reads a layout file's text. Values are checked later, by [`crate::Guideway::new`].
+    /// Reads a layout file's text. Each value is checked later, by [`crate::Guideway::new`].
     ///
     /// # Errors
-    /// [`Error::Json`] with the path of the entry at fault.
+    /// [`Error::Json`] with the path of the entry at fault, [`Error::Invalid`] if values contradict each other.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        strict_json::read(text).map_err(|error| Error::Json {
+        let description: Self = strict_json::read(text).map_err(|error| Error::Json {
             path: if error.path.is_empty() { ".".to_owned() } else { error.path },
             message: error.message,
-        })
+        })?;
+        description.check_contradictions()?;
+        Ok(description)
     }
 }
 

@@ -67,14 +67,14 @@ pub struct GirderDescription {
     /// computed with `bending_stiffness`.
     #[serde(default)]
     pub frequencies: Vec<f64>,
-    /// Damping ratios of the structure (1), first mode first; at least one. 0 is undamped. Dampers of
+    /// Damping ratios of the structure (1), first mode first; at least one, each below 1. 0 is undamped. Dampers of
     /// supports add to it.
     pub damping: Vec<f64>,
     /// Mode shapes as tables, at least one per mode. Default: sine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shapes: Option<Vec<TabulatedShape>>,
     /// Mode shapes as a CSV file beside the layout file: columns x (m), φ₁, φ₂ … (1), rows from 0 to L.
-    /// One heading line and lines that begin with # are skipped. Columns are separated by comma,
+    /// Heading lines before the numbers and lines that begin with # are skipped. Columns are separated by comma,
     /// semicolon, tab or blanks; decimals have points. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shapes_file: Option<String>,

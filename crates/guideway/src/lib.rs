@@ -23,6 +23,7 @@ mod beam;
 mod block;
 mod check;
 mod chirp;
+mod contradictions;
 mod cubics;
 /// The guideway as data.
 pub mod description;

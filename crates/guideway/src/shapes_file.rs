@@ -1,6 +1,7 @@
 //! Mode shapes from a text file, as finite element programmes write tables.
 
 use crate::check::positive;
+use crate::contradictions::check_distinct;
 use crate::cubics::PiecewiseCubics;
 use crate::description::{GirderDescription, GuidewayDescription, TabulatedShape};
 use crate::{Error, Spline};
@@ -10,7 +11,8 @@ impl GuidewayDescription {
     #[must_use]
     pub fn shapes_files(&self) -> Vec<(String, String)> {
         let of = |(name, girder): (&String, &GirderDescription)| {
-            girder.shapes_file.as_ref().map(|file| (name.clone(), file.clone()))
+            let file = girder.shapes_file.as_ref()?;
+            Some((name.clone(), file.strip_prefix("./").unwrap_or(file).to_owned()))
         };
         self.girders.iter().filter_map(of).collect()
     }
@@ -33,6 +35,9 @@ impl GuidewayDescription {
         let columns = read(text, &file)?;
         let masses = masses(kind, &columns, &path)?;
         let (x, shapes) = (&columns[0], &columns[1..]);
+        let slices: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
+        let column = |n: usize| format!("{path}.shapes_file, column {}", n + 2);
+        check_distinct(&slices, |_, _| true, column)?;
         let table = |(phi, &modal_mass): (&Vec<f64>, &f64)| TabulatedShape {
             modal_mass,
             x: x.clone(),
@@ -85,10 +90,11 @@ fn masses(kind: &GirderDescription, columns: &[Vec<f64>], path: &str) -> Result<
     Ok(squares.into_iter().map(|s| density * s).collect())
 }
 
-/// Columns x, φ₁, φ₂ … of the text; at least two, equally many in every line, x increasing.
+/// Columns x, φ₁, φ₂ … of the text; at least two, equally many in every line, x increasing. Before them may be a heading
+/// and further lines without any number, such as one of units.
 fn read(text: &str, file: &str) -> Result<Vec<Vec<f64>>, Error> {
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    let mut heading_allowed = true;
+    let mut first = true;
     for (index, line) in text.lines().enumerate() {
         let line = line.trim().trim_start_matches('\u{feff}');
         if line.is_empty() || line.starts_with('#') {
@@ -97,12 +103,11 @@ fn read(text: &str, file: &str) -> Result<Vec<Vec<f64>>, Error> {
         let fail = |found: String| {
             Err(Error::ShapesLine { file: file.to_owned(), line: index + 1, found })
         };
-        let numbers: Option<Vec<f64>> = line
-            .split([',', ';', '\t', ' '])
-            .filter(|field| !field.is_empty())
-            .map(|field| field.parse::<f64>().ok().filter(|v| v.is_finite()))
-            .collect();
-        let heading = std::mem::replace(&mut heading_allowed, false);
+        let fields = || line.split([',', ';', '\t', ' ']).filter(|field| !field.is_empty());
+        let number = |field: &str| field.parse::<f64>().ok().filter(|v| v.is_finite());
+        let numbers: Option<Vec<f64>> = fields().map(number).collect();
+        let heading = std::mem::replace(&mut first, false)
+            || columns.is_empty() && fields().all(|field| field.parse::<f64>().is_err());
         let Some(numbers) = numbers else {
             if heading {
                 continue;

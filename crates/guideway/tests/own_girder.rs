@@ -292,6 +292,28 @@ fn analytic_shapes_from_a_file_give_the_girder_of_their_modes() {
     }
 }
 
+/// Programs write names and units above the numbers.
+#[test]
+fn issue_a_row_of_units_and_a_dot_in_the_path_are_accepted() {
+    let keys = r#""length": 25.0, "frequencies": [7.1], "damping": [0.01], "modal_masses": [3e4]"#;
+    let mut d = describe(&format!(r#"{keys}, "shapes_file": "./m.csv""#), "");
+    assert_eq!(d.shapes_files(), [("own".to_owned(), "m.csv".to_owned())]);
+    d.set_shapes("own", "x,phi_1\nm,-\n0,0\n12,1\n25,0\n").unwrap();
+    assert_eq!(d.girders["own"].shapes.as_ref().unwrap()[0].x, [0.0, 12.0, 25.0]);
+    // a broken row of numbers is not a heading
+    let mut d = describe(&format!(r#"{keys}, "shapes_file": "m.csv""#), "");
+    let message = d.set_shapes("own", "x,phi_1\n0,O\n12,1\n25,0\n").unwrap_err().to_string();
+    assert!(message.contains("m.csv, line 2"), "{message}");
+}
+
+#[test]
+fn refusal_of_columns_that_are_the_same_shape() {
+    let keys = r#""length": 25.0, "frequencies": [7.1], "damping": [0.01], "shapes_file": "m.csv""#;
+    let table = "0,0,0\n12,1,-3\n25,0,0\n";
+    let message = describe(keys, "").set_shapes("own", table).unwrap_err().to_string();
+    assert!(message.contains("girders.own.shapes_file, column 3"), "{message}");
+}
+
 #[test]
 fn refusal_of_more_magnets_or_spans_than_anyone_has() {
     let keys = r#""length": 25.0, "frequencies": [7.1], "damping": [0.01]"#;
