@@ -311,8 +311,8 @@ fn issue_null_beside_a_train_removes_what_exists() {
     assert_eq!(read(&with(r#""observed": {"car_3": null}"#)).observed.len(), 2);
     assert!(read(&with(r#""groups": null, "$schema": null"#)).groups.is_empty());
     for (changes, part) in [
-        (r#""observed": {"car_4": null}"#, "observed.car_4: unknown name `car_4`"),
-        (r#""observd": null"#, "observd: unknown field `observd`"),
+        (r#""observed": {"car_4": null}"#, "`observed.car_4`: unknown name `car_4`"),
+        (r#""observd": null"#, "`observd`: unknown field `observd`"),
         (r#""bushings": {"*.air": null}"#, "no item of the list matches"),
         (r#""bodies": null"#, "missing field `bodies`"),
     ] {
