@@ -80,6 +80,62 @@ fn analytic_signs_of_the_contact_force() {
     }
 }
 
+/// A magnet falls 8 mm on its skid, over the whole range of stiffness and damping and in all usual steps:
+/// it is thrown back at most to where it fell from, and elastic impacts return the energy.
+#[test]
+fn issue_contact_creates_no_energy_whatever_the_stiffness() {
+    for stiffness in [1e6, 1e8, 1e9, 1e10, 3e10, 1e11] {
+        for (damping, step, steps) in [
+            (0.0, 2e-3, 150),
+            (0.0, 1e-3, 300),
+            (0.0, 5e-4, 600),
+            (0.0, 1e-4, 1500),
+            (10.0, 1e-3, 300),
+            (1000.0, 1e-3, 300),
+        ] {
+            let mut unit = unit("one-magnet");
+            unit.set_boolean("contact_skid_on", true).unwrap();
+            unit.set_real("contact_skid_stiffness", stiffness).unwrap();
+            unit.set_real("contact_skid_damping", damping).unwrap();
+            unit.set_real("contact_skid_friction", 0.0).unwrap();
+            unit.initialize(0.0).unwrap();
+            let (fallen, mut last) = (250.0 * 9.81 * 0.008, 0.0);
+            let what = format!("{stiffness:e} N/m, {damping} s/m, {step} s");
+            for n in 0..steps {
+                unit.step(f64::from(n) * step, step).unwrap();
+                let depth = unit.real("gap_01").unwrap() - 0.016;
+                let stored = 0.5 * stiffness * depth.max(0.0).powi(2);
+                let height = 0.008 + depth;
+                let energy = unit.real("kinetic_energy").unwrap() - 250.0 * 9.81 * height + stored;
+                assert!(energy < 1e-5 * fallen, "{what}: {energy} J gained");
+                assert!(damping > 0.0 || energy > -2e-4 * fallen, "{what}: {energy} J lost");
+                last = energy;
+            }
+            let expected = if damping > 0.0 { -0.3 * fallen } else { 0.0 };
+            assert!(last <= expected + 1e-5 * fallen, "{what}: {last}");
+        }
+    }
+}
+
+/// Eight magnets that hit together, default damping and friction.
+#[test]
+fn issue_a_bogie_falls_on_stiff_skids() {
+    for stiffness in [1e9, 1e10, 1e11] {
+        let mut unit = unit("one-bogie");
+        on(&mut unit);
+        unit.set_real("contact_skid_stiffness", stiffness).unwrap();
+        unit.initialize(0.0).unwrap();
+        let fallen = 9.81 * 0.008 * unit.real("total_mass").unwrap();
+        for n in 0..60 {
+            unit.step(f64::from(n) * 1e-3, 1e-3).unwrap();
+            let energy = unit.real("kinetic_energy").unwrap();
+            assert!(energy < 1.01 * fallen, "{stiffness:e} at {n} ms: {energy} of {fallen} J");
+            let gaps = row(&mut unit, "gap", 8);
+            assert!(gaps.iter().all(|gap| (0.0079..0.0165).contains(gap)), "{gaps:?}");
+        }
+    }
+}
+
 /// Derivatives of the contact force and of the accelerations in contact against what small steps and
 /// small changes of the track do; the report `linear` has the same.
 #[test]

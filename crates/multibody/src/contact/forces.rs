@@ -58,6 +58,7 @@ impl VehicleModel {
             };
             let force = contact.force(clearance, [touch.speed + velocity.x, velocity.y]);
             touch.force[k] = force;
+            touch.push[k] = touch.push[k].max(force.z.abs());
             if force != Vec3::zeros() {
                 wrenches[magnet.body].add(&force, &arm);
             }

@@ -116,6 +116,14 @@ impl Contact {
         self.stop.is_some() || self.skid.is_some()
     }
 
+    /// Largest k and largest k χ of stop and skid.
+    pub(crate) fn stiffest(&self) -> (f64, f64) {
+        let laws = self.stop.iter().chain(&self.skid);
+        laws.fold((0.0, 0.0), |(k, c), law| {
+            (law.stiffness.max(k), (law.stiffness * law.damping).max(c))
+        })
+    }
+
     /// The contacts in force at a clearance, touching or not: first the stop, then the skid.
     pub(crate) fn at(&self, clearance: Clearance) -> impl Iterator<Item = Touch> + use<> {
         let Clearance { gap, rate } = clearance;

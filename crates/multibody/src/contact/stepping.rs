@@ -7,7 +7,12 @@
 //! magnet, one step covers at most
 //! 0.2 of 1/ω, ω² = Σ k w (a classical Runge-Kutta step then loses 1e-6 of an oscillation's energy),
 //! 0.2 of 1/Σ k χ d w, and half of 1/Σ μ N w/√(s² + s₀²), the decay of a slow slip (the error of such a
-//! step is 3e-4 of the slip). All this follows from the state alone.
+//! step is 3e-4 of the slip). A fast impact (χ ḋ far above 1) is stepped by its own time 1/√(k χ ḋ w).
+//! All this follows from the state alone.
+//!
+//! A step that starts off the rail knows nothing of this bound. If it is longer than the bound and one of
+//! its stages meets the rail, its end means nothing: the rail may have thrown the magnet out again within
+//! it. Such a step is halved until it meets the rail at its end at most, or is within the bound.
 
 use super::track::TrackCourse;
 use crate::composite::Composite;
@@ -22,6 +27,9 @@ use crate::workspace::Workspace;
 /// Largest internal step in contact, by the fastest rate of normal forces and of friction.
 const NORMAL: f64 = 0.2;
 const FRICTION: f64 = 0.5;
+/// A force of the rail that an open contact meets within a step counts if it would change the speed at
+/// which the magnet moves towards the rail by more than this fraction.
+const STRUCK: f64 = 1e-4;
 /// Changes of contact within one internal step that are located. Further ones are stepped across.
 const MOST_CHANGES: usize = 200;
 /// Repetitions that locate one change.
@@ -98,16 +106,27 @@ impl VehicleModel {
             ws.touch.start.copy_from_slice(&state.bodies);
             for repetition in 0.. {
                 let part = InternalStep { begin, offset: offset + done, h };
-                self.runge_kutta(&mut state.bodies, &part, course, ws)?;
-                self.project(&mut state.bodies, begin + part.offset + h, ws)?;
+                ws.touch.push.fill(0.0);
+                let outcome = self
+                    .runge_kutta(&mut state.bodies, &part, course, ws)
+                    .and_then(|()| self.project(&mut state.bodies, begin + part.offset + h, ws));
+                if let Err(error) = outcome {
+                    h = self.struck_within(h, true, ws).ok_or(error)?;
+                    state.bodies.copy_from_slice(&ws.touch.start);
+                    continue;
+                }
                 self.clearances(&state.bodies, course, part.offset + h, ws);
                 let change = self.first_change(h, ws).map(|fraction| (fraction * h).max(least));
-                let Some(sooner) = change.filter(|sooner| *sooner < h) else { break };
-                if repetition == MOST_REPETITIONS || changes == MOST_CHANGES {
-                    break;
+                let sooner = change
+                    .filter(|sooner| *sooner < h)
+                    .filter(|_| repetition < MOST_REPETITIONS && changes < MOST_CHANGES);
+                if sooner.is_some() {
+                    changes += usize::from(repetition == 0);
                 }
-                changes += usize::from(repetition == 0);
-                h = sooner;
+                let Some(shorter) = sooner.or_else(|| self.struck_within(h, false, ws)) else {
+                    break;
+                };
+                h = shorter;
                 state.bodies.copy_from_slice(&ws.touch.start);
             }
             done += h;
@@ -138,25 +157,57 @@ impl VehicleModel {
             .min_by(f64::total_cmp)
     }
 
+    /// A shorter step, if the last one was too long for contacts that were open at its start and that its
+    /// stages met.
+    fn struck_within(&self, h: f64, failed: bool, ws: &mut Workspace) -> Option<f64> {
+        let touch = &mut ws.touch;
+        let contact = touch.contact?;
+        touch.open.fill([0.0; 2]);
+        let mut struck = failed;
+        for (k, magnet) in self.magnets.iter().enumerate() {
+            let (before, push) = (touch.before[k], touch.push[k]);
+            if push == 0.0 || contact.closed(before).next().is_some() {
+                continue;
+            }
+            let up = self.mobilities[k][2];
+            let after = if failed { 0.0 } else { touch.after[k].rate.abs() };
+            let speed = before.rate.abs().max(after);
+            struck |= push * up * h > STRUCK * speed;
+            let [stiffness, impact] = &mut touch.open[magnet.body.0];
+            let (most, damped) = contact.stiffest();
+            *stiffness += most * up;
+            *impact += damped * before.rate.abs() * up;
+        }
+        let rates = touch.rates.iter().zip(&touch.open).filter(|(_, open)| open[0] > 0.0);
+        let inverse = rates.fold(0.0_f64, |inverse, (closed, open)| {
+            inverse.max((closed[0] + open[0]).sqrt() / NORMAL).max((closed[3] + open[1]).sqrt())
+        });
+        // infinite where no stage met the rail
+        let bound = 1.0 / inverse;
+        (struck && h > bound).then(|| (0.5 * h).max(bound))
+    }
+
     /// Longest internal step from the clearances in `before`; infinite where nothing touches.
     fn contact_step(&self, ws: &mut Workspace) -> f64 {
         let Workspace { touch, .. } = ws;
         let Some(contact) = touch.contact else { return f64::INFINITY };
-        touch.rates.fill([0.0; 3]);
+        touch.rates.fill([0.0; 4]);
         let mut inverse = 0.0_f64;
         for (k, magnet) in self.magnets.iter().enumerate() {
             for closed in contact.closed(touch.before[k]) {
                 let law = closed.law;
                 let [along, across, up] = self.mobilities[k];
-                let [stiffness, damping, friction] = &mut touch.rates[magnet.body.0];
+                let [stiffness, damping, friction, impact] = &mut touch.rates[magnet.body.0];
                 *stiffness += law.stiffness * up;
                 *damping += law.stiffness * law.damping * closed.depth.max(0.0) * up;
                 let drag = law.friction * closed.normal() * contact.per_slip(touch.slip[k]);
                 *friction += drag * along.max(across);
+                *impact += law.stiffness * law.damping * closed.rate.max(0.0) * up;
                 inverse = inverse
                     .max(stiffness.sqrt() / NORMAL)
                     .max(*damping / NORMAL)
-                    .max(*friction / FRICTION);
+                    .max(*friction / FRICTION)
+                    .max(impact.sqrt());
             }
         }
         1.0 / inverse

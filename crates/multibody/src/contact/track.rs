@@ -67,8 +67,13 @@ pub(crate) struct ContactScratch {
     pub start: Vec<BodyState>,
     /// Velocities of sliding at the end of an internal step, m/s.
     pub slip: Vec<[f64; 2]>,
-    /// Sums by body, for the size of internal steps: stiffness, damping and friction by mass.
-    pub rates: Vec<[f64; 3]>,
+    /// Sums by body, for the size of internal steps: stiffness, damping, friction and damping of an impact
+    /// by mass.
+    pub rates: Vec<[f64; 4]>,
+    /// The same of stiffness and damping of an impact, of contacts that a step meets.
+    pub open: Vec<[f64; 2]>,
+    /// Largest vertical force of the rail on each magnet in the stages of an internal step, N.
+    pub push: Vec<f64>,
 }
 
 impl ContactScratch {
@@ -82,7 +87,9 @@ impl ContactScratch {
             before: vec![Clearance::default(); magnets],
             after: vec![Clearance::default(); magnets],
             slip: vec![[0.0; 2]; magnets],
-            rates: vec![[0.0; 3]; start.len()],
+            rates: vec![[0.0; 4]; start.len()],
+            open: vec![[0.0; 2]; start.len()],
+            push: vec![0.0; magnets],
             start,
         }
     }
