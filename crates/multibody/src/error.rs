@@ -32,7 +32,9 @@ pub enum Error {
     /// The mechanism passed through a position in which its constraints become dependent.
     #[error(
         "the constraints become dependent at t = {time} s: joint `{joint}` has no pivot left in \
-         equation {row} (singular position of the mechanism, or joints that were driven apart)"
+         equation {row}: the parts have been driven to a position in which the joints lock or come apart; \
+         if this comes during the run, forces are too large for the stiffnesses of the vehicle file, or \
+         internal steps (max_step) too long for them"
     )]
     Singular {
         /// Simulated time in s.
@@ -94,6 +96,22 @@ pub enum Error {
         guided: bool,
         /// Largest fitted deviation of a magnet from its place, in m.
         deviation: f64,
+    },
+    /// While the equilibrium was sought, a body left its place.
+    #[error(
+        "no static equilibrium: `{body}` leaves its place, by {moved:.2} {}, {component}, while it is \
+         sought; springs and joints do not hold it there, or are too soft for its mass and load: check the \
+         stiffnesses (air springs, anti-roll ends, bushes), the masses and the place of the load, and that \
+         every bogie has magnets enough to hold it",
+        if component.contains("about") { "rad" } else { "m" },
+    )]
+    Unheld {
+        /// The body.
+        body: String,
+        /// Which component of its motion: world axes along, body axes about.
+        component: &'static str,
+        /// How far it went before the search ended, m or rad.
+        moved: f64,
     },
     /// No static equilibrium on the skids was found.
     #[error(

@@ -7,6 +7,7 @@ use super::statics::Statics;
 use crate::error::Error;
 use crate::index::MagnetIndex;
 use crate::loads::{AppliedForces, ExternalLoad, Loads, copy_external};
+use crate::math::{conjugate, multiply, rotation_vector};
 use crate::model::VehicleModel;
 use crate::state::State;
 use crate::workspace::Workspace;
@@ -20,6 +21,10 @@ const ACCEPTED_DEVIATION: f64 = 1e-10;
 /// Names of the components of an acceleration.
 pub(super) const COMPONENTS: [&str; 6] =
     ["along x", "along y", "along z", "about x", "about y", "about z"];
+/// Largest component of a limited Newton step, m or rad.
+const LONGEST: f64 = 0.01;
+/// Displacement (m) or rotation (rad) of a body that has left its place.
+const FAR: f64 = 0.1;
 /// Iterations without progress that count as the end of progress.
 pub(super) const PATIENCE: usize = 8;
 
@@ -41,13 +46,56 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// Full Newton steps and, if they do not arrive, steps of limited length from the same start: the
+    /// equations are those of large rotations, and full steps may leave the region where they help.
     pub fn run(&mut self, state: &mut State, ws: &mut Workspace) -> Result<Equilibrium, Error> {
+        let (start, loads) = (state.clone(), self.loads.clone());
+        let first = match self.iterate(state, f64::INFINITY, ws) {
+            Ok(found) => return Ok(found),
+            Err(error) => error,
+        };
+        state.clone_from(&start);
+        self.loads.copy_from_slice(&loads);
+        match self.iterate(state, LONGEST, ws) {
+            Ok(found) => Ok(found),
+            Err(_) if matches!(first, Error::Equilibrium { .. }) => Err(first),
+            Err(_) => Err(self.displaced(&start, state).unwrap_or(first)),
+        }
+    }
+
+    /// The error that names the heaviest body that has left its place.
+    fn displaced(&self, start: &State, state: &State) -> Option<Error> {
+        let moves = start.bodies.iter().zip(&state.bodies).zip(&self.model.composites);
+        let far = moves.filter_map(|((from, to), composite)| {
+            let turn = rotation_vector(multiply(conjugate(from.attitude), to.attitude));
+            let shift = to.position - from.position;
+            let (amount, axis) = if turn.amax() > FAR { (turn, 3) } else { (shift, 0) };
+            let worst = amount.iamax();
+            (amount[worst].abs() > FAR).then_some((composite, amount[worst], axis + worst))
+        });
+        let (composite, moved, component) = far.max_by(|a, b| a.0.mass.total_cmp(&b.0.mass))?;
+        Some(Error::Unheld {
+            body: composite.name.clone(),
+            component: COMPONENTS[component],
+            moved,
+        })
+    }
+
+    fn iterate(
+        &mut self,
+        state: &mut State,
+        longest: f64,
+        ws: &mut Workspace,
+    ) -> Result<Equilibrium, Error> {
         let mut best = (f64::INFINITY, f64::INFINITY);
         let mut stalled = 0;
         for iteration in 1..=self.holding.iterations {
-            let move_size = self.newton(state, ws)?;
+            let move_size = self.newton(state, longest, ws)?;
             let deviation = self.hold(state);
-            self.loads.copy_from_slice(&self.forces);
+            // the loads follow once the springs K hold the vehicle
+            if move_size <= longest {
+                self.loads.copy_from_slice(&self.forces);
+            }
             // the check costs too much far from the solution
             if move_size > 1e-8 {
                 continue;
@@ -119,8 +167,13 @@ impl Search<'_> {
         largest
     }
 
-    /// One Newton step; returns its largest component.
-    fn newton(&mut self, state: &mut State, ws: &mut Workspace) -> Result<f64, Error> {
+    /// One Newton step, shortened to components of at most `longest`; returns its largest one before.
+    fn newton(
+        &mut self,
+        state: &mut State,
+        longest: f64,
+        ws: &mut Workspace,
+    ) -> Result<f64, Error> {
         self.hold(state);
         let model = self.model;
         ws.forget();
@@ -135,13 +188,17 @@ impl Search<'_> {
         solver.factor(&mut self.factors).map_err(|vanished| model.singular(vanished, 0.0))?;
         model.static_right_hand_side(ws);
         solver.solve(&self.factors, &mut ws.solution);
-        let mut largest = 0.0_f64;
-        for (body, delta) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
-            largest = delta.iter().fold(largest, |m, d| m.max(d.abs()));
-            body.displace(delta);
-        }
+        let steps = &mut ws.solution[..6 * model.composites.len()];
+        // NaN counts as largest
+        let largest = steps.iter().fold(0.0_f64, |m, d| if d.abs() <= m { m } else { d.abs() });
         if !largest.is_finite() {
             return Err(Error::NotFinite { what: "the static equilibrium".to_owned(), time: 0.0 });
+        }
+        if largest > longest {
+            steps.iter_mut().for_each(|step| *step *= longest / largest);
+        }
+        for (body, delta) in state.bodies.iter_mut().zip(steps.chunks_exact(6)) {
+            body.displace(delta);
         }
         Ok(largest)
     }
