@@ -27,6 +27,9 @@ mod model;
 mod modes;
 #[cfg(test)]
 mod parameter_tests;
+mod start;
+#[cfg(test)]
+mod start_tests;
 mod state;
 mod table;
 #[cfg(test)]

@@ -16,6 +16,7 @@ use crate::external::{ExternalHandles, ExternalLoads};
 use crate::jerks::Jerks;
 use crate::linear;
 use crate::modes::{self, At};
+use crate::start;
 use crate::state::{LoadRates, State};
 use crate::table::{self, InputHandles, OutputHandles, ParameterHandles};
 
@@ -26,6 +27,8 @@ pub struct VehicleFmu {
     model: VehicleModel,
     /// Fingerprint of the parameters' values that `model` was built for.
     key: u64,
+    /// |λ| of the vehicle's fastest motion at its last start, 1/s; 0 before.
+    fastest: f64,
     adjustments: Adjustments,
     inputs: InputHandles,
     outputs: OutputHandles,
@@ -225,6 +228,7 @@ impl Model for VehicleFmu {
             loads: external.memory(),
             model,
             key: AS_IN_FILE,
+            fastest: 0.0,
             adjustments,
             inputs,
             outputs,
@@ -240,6 +244,8 @@ impl Model for VehicleFmu {
         values.set_real(self.adjustments.mass(), self.model.total_mass());
         let (contact, landed) = self.contact.start(&self.model, values)?;
         let equilibrium = self.equilibrium(values, time)?;
+        start::check_place(&self.model, &equilibrium.state)?;
+        self.fastest = start::fastest(&self.model, &equilibrium, &mut self.probe)?;
         let vehicle = if landed {
             self.landed(values, &contact, &equilibrium)?
         } else {
@@ -290,6 +296,7 @@ impl Model for VehicleFmu {
         let course = AppliedCourse { magnets, external: self.loads.follow(&self.external, values) };
         let track = self.contact.course(values, &self.inputs);
         let max_step = values.real(self.parameters.max_step);
+        start::check_step(self.fastest, step.size.min(max_step))?;
         self.trial.clone_from(&state.vehicle);
         self.trial.time = step.time;
         self.model

@@ -65,6 +65,7 @@ mod elimination;
 mod equilibrium;
 mod error;
 mod explain;
+mod fastest;
 mod file;
 mod groups;
 #[cfg(test)]

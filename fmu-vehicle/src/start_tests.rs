@@ -1,0 +1,82 @@
+//! Starts that are refused or that were not found, and internal steps that are too long.
+#![allow(clippy::unwrap_used)]
+
+use fmi2_export::testing::TestInstance;
+
+use crate::VehicleFmu;
+use crate::tests::{row, set_row, unit};
+
+/// A unit with a vehicle file of its own.
+fn made(text: &str) -> TestInstance {
+    use std::sync::atomic::{AtomicU32, Ordering};
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let name = format!("vehicle-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+    let folder = std::env::temp_dir().join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("vehicle.json"), text).unwrap();
+    let unit = TestInstance::new::<VehicleFmu>(&folder).unwrap();
+    std::fs::remove_dir_all(folder).unwrap();
+    unit
+}
+
+/// A load aside without levelling, from where full Newton steps no longer arrived: a little more load
+/// leans the car a little more, and the loads carry the weight at rest.
+#[test]
+fn issue_an_eccentric_load_without_levelling_starts_in_equilibrium() {
+    let lean = |y: f64| {
+        let mut unit = unit("two-car");
+        unit.set_boolean("levelling", false).unwrap();
+        unit.set_real("car_1_load_mass", 3000.0).unwrap();
+        unit.set_real("car_1_load_y", y).unwrap();
+        unit.initialize(0.0).unwrap();
+        let (loads, gaps) = (row(&mut unit, "static_load", 64), row(&mut unit, "gap", 64));
+        let weight = 9.81 * unit.real("loaded_mass").unwrap();
+        assert!((loads.iter().sum::<f64>() / weight - 1.0).abs() < 1e-9);
+        set_row(&mut unit, "force", &loads);
+        let roll = unit.real("car_1_roll").unwrap();
+        assert!(gaps.iter().all(|gap| (gap - 0.008).abs() < 1e-4), "{gaps:?}");
+        roll
+    };
+    let [a, b, c] = [0.5, 0.6, 0.7].map(lean);
+    assert!(
+        a.abs() > 0.01 && (b / a - 1.2).abs() < 0.05 && (c / a - 1.4).abs() < 0.1,
+        "{a} {b} {c}"
+    );
+}
+
+#[test]
+fn refusal_of_a_train_that_is_not_held_in_pitch() {
+    let train = r#"{"name":"x","train":{"cars":2,"bogies_per_car":1,"magnets_per_side":1}}"#;
+    let error = made(train).initialize(0.0).unwrap_err().to_string();
+    assert!(error.contains("pitch") && error.contains("car_"), "{error}");
+    let train = r#"{"name":"x","train":{"cars":1,"bogies_per_car":2,"magnets_per_side":2,
+        "air_spring":{"vertical_stiffness":1000}}}"#;
+    let error = made(train).initialize(0.0).unwrap_err().to_string();
+    assert!(error.contains("car_1") && error.contains("stiffness"), "{error}");
+    assert!(!error.contains("pivot"), "{error}");
+}
+
+/// A stiff part makes the integration diverge: refused with the step that works, and it does work.
+#[test]
+fn refusal_of_internal_steps_that_are_too_long() {
+    let train = r#"{"name":"x","train":{"cars":1,"bogies_per_car":2,"magnets_per_side":2,
+        "anti_roll_end":{"rotational_stiffness":1e7}}}"#;
+    let mut first = made(train);
+    first.initialize(0.0).unwrap();
+    let error = first.step(0.0, 1e-3).unwrap_err().to_string();
+    assert!(error.contains("max_step"), "{error}");
+    let (_, tail) = error.split_once("set max_step to ").unwrap();
+    let most: f64 = tail.split_once(' ').unwrap().0.parse().unwrap();
+    for (factor, works) in [(1.0, true), (2.5, false)] {
+        let mut unit = made(train);
+        unit.set_real("max_step", factor * most).unwrap();
+        unit.initialize(0.0).unwrap();
+        let loads = row(&mut unit, "static_load", 8);
+        set_row(&mut unit, "force", &loads);
+        let steps = (0..20).try_for_each(|n| unit.step(f64::from(n) * 1e-3, 1e-3));
+        assert_eq!(steps.is_ok(), works, "{factor}: {steps:?}");
+        if works {
+            assert!(row(&mut unit, "gap", 8).iter().all(|gap| (gap - 0.008).abs() < 1e-6));
+        }
+    }
+}
