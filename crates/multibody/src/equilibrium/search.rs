@@ -21,8 +21,8 @@ const ACCEPTED_DEVIATION: f64 = 1e-10;
 /// Names of the components of an acceleration.
 pub(super) const COMPONENTS: [&str; 6] =
     ["along x", "along y", "along z", "about x", "about y", "about z"];
-/// Largest component of a limited Newton step, m or rad.
-const LONGEST: f64 = 0.01;
+/// Largest component of limited Newton steps, m or rad, in the order in which they are tried.
+const LONGEST: [f64; 2] = [0.01, 0.002];
 /// Displacement (m) or rotation (rad) of a body that has left its place.
 const FAR: f64 = 0.1;
 /// Iterations without progress that count as the end of progress.
@@ -32,6 +32,8 @@ pub(super) struct Search<'a> {
     pub model: &'a VehicleModel,
     pub holding: &'a Holding,
     pub track: &'a [f64],
+    /// A flat track: zeros.
+    pub flat: &'a [f64],
     pub guidance: Guidance<'a>,
     pub external: &'a [ExternalLoad],
     pub statics: &'a Statics,
@@ -54,13 +56,23 @@ impl Search<'_> {
             Ok(found) => return Ok(found),
             Err(error) => error,
         };
-        state.clone_from(&start);
-        self.loads.copy_from_slice(&loads);
-        match self.iterate(state, LONGEST, ws) {
-            Ok(found) => Ok(found),
-            Err(_) if matches!(first, Error::Equilibrium { .. }) => Err(first),
-            Err(_) => Err(self.displaced(&start, state).unwrap_or(first)),
+        for longest in LONGEST {
+            state.clone_from(&start);
+            self.loads.copy_from_slice(&loads);
+            // by way of a flat track, below which guidance and loads settle first
+            let track = std::mem::replace(&mut self.track, self.flat);
+            let settled = self.iterate(state, longest, ws);
+            self.track = track;
+            if settled.is_ok()
+                && let Ok(found) = self.iterate(state, longest, ws)
+            {
+                return Ok(found);
+            }
         }
+        if matches!(first, Error::Equilibrium { .. }) {
+            return Err(first);
+        }
+        Err(self.displaced(&start, state).unwrap_or(first))
     }
 
     /// The error that names the heaviest body that has left its place.
