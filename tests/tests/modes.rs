@@ -3,6 +3,8 @@
 // A helper of a test fails as the test does.
 #![allow(clippy::unwrap_used)]
 
+use std::f64::consts::PI;
+
 use serde_json::Value;
 use system_tests::{root, start};
 
@@ -161,6 +163,56 @@ fn analytic_modes_tell_which_step_is_too_large() {
     assert!(largest("0.001") < 1e-4);
     assert_eq!(modes("0.01"), Some(1));
     assert!(largest("0.01") > 1e-3);
+}
+
+/// A girder of six modes under one magnet at 5 ms: three of them are above 100 Hz, half a period per step.
+/// Those that have a node at the magnet are stepped without error, and the others keep their multipliers.
+#[test]
+fn issue_modes_above_half_a_period_per_step_are_matched() {
+    let folder = tempfile::tempdir().unwrap();
+    let girder = serde_json::json!({
+        "magnets": 1, "start": 0.0, "spans": [{"girder": "g", "count": 1}],
+        "girders": {"g": {"length": 25, "mass_per_length": 2780.8, "bending_stiffness": 3.6e10,
+            "damping": [0.01], "modes": 6, "supports": [{"x": 0}, {"x": 25}]}},
+        "pole": {"length": 0.65, "forces": 8},
+    });
+    std::fs::write(folder.path().join("guideway.json"), girder.to_string()).unwrap();
+    let file = folder.path().join("six.json");
+    let six = serde_json::json!({
+        "extends": system_tests::scenario("one-magnet.json"),
+        "units": {"guideway": {"fmu": unit("guideway-one-magnet"),
+            "resources": {"guideway.json": "guideway.json"}}},
+    });
+    std::fs::write(&file, six.to_string()).unwrap();
+    let file = file.display().to_string();
+    let output = start(&["modes", &file, "--step", "0.005", "--json"]).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let modes = report["modes"]["modes"].as_array().unwrap();
+    let (mut exact, mut above) = (0, 0);
+    for mode in modes {
+        let girder = mode["participation"]["guideway"].as_f64().unwrap_or(0.0);
+        if girder > 0.99 {
+            let error = mode["relative_error"].as_f64().unwrap();
+            assert!(error < 2e-3, "{mode}");
+            exact += u32::from(error < 1e-9);
+            above += u32::from(mode["continuous"]["imaginary"].as_f64().unwrap() > 200.0 * PI);
+        }
+    }
+    assert_eq!((exact, above), (3, 3));
+    // the largest multiplier of the girder's modes above 100 Hz is 0.956
+    assert!(report["modes"]["coupling_multiplier"].as_f64().unwrap() < 0.9, "{report}");
+    let page = start(&["modes", &file, "--step", "0.005"]).unwrap();
+    let page = String::from_utf8(page.stdout).unwrap();
+    assert!(page.contains("4 modes are above 100 Hz"), "{page}");
+}
+
+/// A stiff girder whose modes have many periods per step is not taken for an algebraic loop.
+#[test]
+fn issue_a_stiff_girder_is_no_algebraic_loop() {
+    let file = system_tests::scenario("one-magnet.json").display().to_string();
+    let output = start(&["modes", &file, "--set", "guideway.stiffness_factor=1e4"]).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// A unit that does not tell its linearisation is named.

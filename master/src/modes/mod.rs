@@ -22,6 +22,8 @@ mod operating_point;
 mod state_space;
 mod stepped;
 mod structure;
+#[cfg(test)]
+mod tests;
 
 use faer::prelude::c64;
 use indexmap::IndexMap;

@@ -34,7 +34,8 @@ pub struct Rows {
 }
 
 impl Rows {
-    fn new(count: usize, entries: &[Entry]) -> Self {
+    /// From the nonzero entries, each inside the matrix.
+    pub fn new(count: usize, entries: &[Entry]) -> Self {
         let mut rows = vec![Vec::new(); count];
         for &(i, j, value) in entries {
             rows[i].push((j, value));

@@ -1,0 +1,122 @@
+//! Linear units in place of real ones: a girder alone and with a mass on a spring at midspan.
+
+use std::f64::consts::{PI, TAU};
+
+use super::state_space::Rows;
+use super::*;
+use coupling::{InputIndex, OutputIndex, RealLink, UnitIndex};
+use scenario::algorithm::{AlgorithmName, IterationSettings};
+
+const FIRST: f64 = 9.0429;
+const DAMPING: f64 = 0.01;
+
+/// Six modes of a simply supported girder, qₖ and rates. The even ones have a node at midspan, where force and
+/// deflection are.
+fn girder(stiffness: f64) -> Linear {
+    let (mut a, mut b, mut c) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..6 {
+        let n = k as f64 + 1.0;
+        let size = TAU * FIRST * n * n * stiffness.sqrt();
+        let (q, rate) = (2 * k, 2 * k + 1);
+        a.extend([(q, rate, 1.0), (rate, q, -size * size), (rate, rate, -2.0 * DAMPING * size)]);
+        if k % 2 == 0 {
+            let shape = (n * PI / 2.0).sin();
+            b.push((rate, 0, shape / 34_760.0));
+            c.push((0, q, shape));
+        }
+    }
+    Linear {
+        states: 12,
+        a: Rows::new(12, &a),
+        b: Rows::new(12, &b),
+        c: Rows::new(1, &c),
+        d: Rows::new(1, &[]),
+    }
+}
+
+/// A damped mass on a spring: input is the deflection under it, output the force on the girder.
+fn mass() -> Linear {
+    let (mass, spring, damping) = (2000.0, 5e6, 1e4);
+    Linear {
+        states: 2,
+        a: Rows::new(2, &[(0, 1, 1.0), (1, 0, -spring / mass), (1, 1, -damping / mass)]),
+        b: Rows::new(2, &[(1, 0, spring / mass)]),
+        c: Rows::new(1, &[(0, 0, spring)]),
+        d: Rows::new(1, &[(0, 0, -spring)]),
+    }
+}
+
+fn modes(units: Vec<Linear>, step: f64) -> Result<CoupledModes, ModesError> {
+    let count = units.len();
+    let link = |unit| RealLink {
+        input: InputIndex(0),
+        unit: UnitIndex(unit),
+        output: OutputIndex(0),
+        factor: 1.0,
+        offset: 0.0,
+        limit: 3,
+        degree: None,
+        held: false,
+        kinks: false,
+    };
+    let links = |unit| Links {
+        reals: if count == 2 { vec![link(1 - unit)] } else { Vec::new() },
+        offered: vec![1],
+        ..Links::default()
+    };
+    let names = units.iter().zip(["girder", "mass"]);
+    let names = names.map(|(unit, name)| (name.to_owned(), vec!["x".to_owned(); unit.states]));
+    let system = Linearised {
+        names: names.collect(),
+        units,
+        point: OperatingPoint { time: 0.0, inputs: IndexMap::new() },
+    };
+    let order = (0..count).map(UnitIndex).collect();
+    let schedule = Schedule::whole(AlgorithmName::GaussSeidel, IterationSettings::default(), order);
+    of(system, (0..count).map(links).collect(), 2, &schedule, step)
+}
+
+/// A girder alone is stepped without error, so all its modes are found, with steps of 5 ms (three of them
+/// above 100 Hz) and others, and no multiplier is left to the coupling.
+#[test]
+fn analytic_a_girder_alone_has_its_six_modes_at_every_step() {
+    for step in [0.0005, 0.001, 0.005, 0.01, 0.5 / FIRST / (1.0 - DAMPING * DAMPING).sqrt()] {
+        let found = modes(vec![girder(1.0)], step).unwrap();
+        assert_eq!(found.modes.len(), 6);
+        for mode in &found.modes {
+            assert!(mode.relative_error.unwrap() < 1e-9, "{step}: {mode:?}");
+        }
+        assert_eq!(found.coupling_multiplier, 0.0, "{step}");
+    }
+}
+
+/// With a mass at midspan at 5 ms, the even modes are still exact, the odd ones nearly so, and what is left
+/// for the coupling is smaller than the multiplier of any of them.
+#[test]
+fn issue_modes_above_the_nyquist_frequency_of_a_coupled_girder_keep_theirs() {
+    let found = modes(vec![girder(1.0), mass()], 0.005).unwrap();
+    for mode in &found.modes {
+        assert!(mode.relative_error.unwrap() < 0.02, "{mode:?}");
+    }
+    let exact = found.modes.iter().filter(|mode| mode.relative_error.unwrap() < 1e-9);
+    assert_eq!(exact.count(), 3);
+    assert!(found.stable && found.stepped_stable);
+    // those of the girder's modes are above 0.9
+    assert!(found.coupling_multiplier < 0.8, "{}", found.coupling_multiplier);
+}
+
+/// Girders that are so stiff that a step has hundreds of periods: computed in parts, without overflow, to
+/// the same accuracy. Far stiffer ones are refused by name.
+#[test]
+fn issue_fast_units_are_no_algebraic_loop() {
+    for stiffness in [1e4, 1e6] {
+        let found = modes(vec![girder(stiffness)], 0.001).unwrap();
+        for mode in found.modes.iter().filter(|mode| mode.stepped.is_some()) {
+            assert!(mode.relative_error.unwrap() < 1e-9, "{stiffness}: {mode:?}");
+        }
+        // a mode that decays within a step has no multiplier
+        assert!(found.modes.iter().filter(|mode| mode.stepped.is_some()).count() >= 4);
+    }
+    let text = modes(vec![girder(1e20)], 0.001).unwrap_err().to_string();
+    assert!(text.contains("girder has an eigenvalue") && text.contains("too fast"), "{text}");
+}
