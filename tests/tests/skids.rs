@@ -101,6 +101,8 @@ fn order_of_the_coupling_across_an_impact() {
             "--set",
             "ems_*.start_without_current=false",
             "--set",
+            "ems_*.lift_off_time=0",
+            "--set",
             "ems_*.set_down_time=0",
             "--set",
             "ems_*.supply_failed=true",
