@@ -46,8 +46,12 @@ fn mass() -> Linear {
     }
 }
 
-fn modes(units: Vec<Linear>, step: f64) -> Result<CoupledModes, ModesError> {
+fn modes(mut units: Vec<Linear>, step: f64) -> Result<CoupledModes, ModesError> {
     let count = units.len();
+    if let [alone] = units.as_mut_slice() {
+        // inputs that are not connected are left out
+        alone.b = Rows::new(alone.states, &[]);
+    }
     let link = |unit| RealLink {
         input: InputIndex(0),
         unit: UnitIndex(unit),
