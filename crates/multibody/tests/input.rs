@@ -131,7 +131,7 @@ fn invariant_each_complaint_names_place_and_cure() {
         // shapes
         ("/bodies", json!([]), &["bodies", "at least one body"]),
         ("/bodies", json!({}), &["bodies", "expected a list"]),
-        ("/joints/2", json!(7), &["joints[2]", "struct Joint"]),
+        ("/joints/2", json!(7), &["joints[2]", "expected an object"]),
         (
             "/drive",
             json!({"bodies": ["car_1", "car_1"], "stiffness": 1.0, "damping": 1.0}),
