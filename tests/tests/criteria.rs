@@ -1,5 +1,7 @@
 //! `maglev check` on the real units: spans, frequencies, and the sentence on a girder that is too soft.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests
+
 use serde_json::{Value, json};
 use system_tests::{FinishedRun, scenario, start};
 

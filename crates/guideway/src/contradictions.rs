@@ -71,7 +71,7 @@ fn check_frequencies(girder: &GirderDescription, path: &str) -> Result<(), Error
         let computed = 0.5 * PI * (order / girder.length).powi(2) * (stiffness / density).sqrt();
         let ratio = frequency / computed;
         // not a number: refused later, with its reason
-        if !(1.0 / MAX_RATIO..=MAX_RATIO).contains(&ratio) {
+        if !ratio.is_nan() && !(1.0 / MAX_RATIO..=MAX_RATIO).contains(&ratio) {
             return Err(Error::invalid(
                 format!("{path}.frequencies[{n}]"),
                 format!(
