@@ -1,5 +1,7 @@
 //! The paper's low-speed run (section 3.4, figures 10, 11 and 15), whole.
 
+#![allow(clippy::unwrap_used, reason = "a test program")]
+
 use system_tests::{FinishedRun, scenario, start};
 
 /// 64 magnets of the two-car train.
