@@ -4,6 +4,7 @@
 use fmi2_export::testing::TestInstance;
 
 use crate::VehicleFmu;
+use crate::tests::derivative_and_slope;
 
 fn unit(layout: &str) -> TestInstance {
     let folder = format!("{}/resources/{layout}", env!("CARGO_MANIFEST_DIR"));
@@ -153,14 +154,7 @@ fn analytic_derivatives_in_contact_agree_with_differences() {
         ("acceleration_03", "track_rate_02", 1e-4),
         ("acceleration_03", "force_02", 1.0),
     ] {
-        let offered = unit.derivative(unknown, known).unwrap();
-        let middle = unit.real(known).unwrap();
-        let mut at = |value: f64| {
-            unit.set_real(known, value).unwrap();
-            unit.real(unknown).unwrap()
-        };
-        let slope = (at(middle + size) - at(middle - size)) / (2.0 * size);
-        at(middle);
+        let (offered, slope) = derivative_and_slope(&mut unit, unknown, known, size);
         assert!(offered != 0.0, "{unknown} by {known}");
         assert!((slope - offered).abs() < 1e-5 * offered.abs(), "{unknown} by {known}: {slope}");
     }

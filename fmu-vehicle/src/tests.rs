@@ -26,6 +26,24 @@ pub(crate) fn row(unit: &mut TestInstance, name: &str, count: usize) -> Vec<f64>
     (1..=count).map(|k| unit.real(&format!("{name}_{k:02}")).unwrap()).collect()
 }
 
+/// The directional derivative that the unit offers, and the central difference over `size` either way.
+pub(crate) fn derivative_and_slope(
+    unit: &mut TestInstance,
+    unknown: &str,
+    known: &str,
+    size: f64,
+) -> (f64, f64) {
+    let offered = unit.derivative(unknown, known).unwrap();
+    let middle = unit.real(known).unwrap();
+    let mut at = |value: f64| {
+        unit.set_real(known, value).unwrap();
+        unit.real(unknown).unwrap()
+    };
+    let slope = (at(middle + size) - at(middle - size)) / (2.0 * size);
+    at(middle);
+    (offered, slope)
+}
+
 /// Sets forces near the static loads, so that the vehicle moves.
 fn pushed(unit: &mut TestInstance, magnets: usize) {
     let loads = row(unit, "static_load", magnets);
@@ -205,16 +223,12 @@ fn analytic_directional_derivatives_agree_with_differences() {
         ("gap_rate_05", "track_rate_05", 1e-2),
         ("acceleration_09", "force_09", 1e3),
     ] {
-        let offered = unit.derivative(unknown, known).unwrap();
-        let middle = unit.real(known).unwrap();
-        let mut at = |value: f64| {
-            unit.set_real(known, value).unwrap();
-            unit.real(unknown).unwrap()
-        };
-        let slope = (at(middle + size) - at(middle - size)) / (2.0 * size);
-        at(middle);
+        let (offered, slope) = derivative_and_slope(&mut unit, unknown, known, size);
         assert!(offered != 0.0, "{unknown} by {known}");
-        assert!((slope - offered).abs() < 1e-8 * offered.abs().max(1e-6), "{unknown} by {known}");
+        assert!(
+            (slope - offered).abs() < 1e-8 * offered.abs().max(1e-6),
+            "{unknown} by {known}: {slope}"
+        );
     }
     // another bogie's force is not felt at once
     let before = unit.real("acceleration_02").unwrap();
