@@ -557,8 +557,10 @@ def test_what_is_hostile_in_a_scenario_stays_text(visit, tmp_path):
 
 
 def test_a_failed_run_shows_its_error(visit, tmp_path):
-    done = maglev("run", ROOT / "scenarios" / "one-bogie.json", "--out", tmp_path / "out", "--stop", 2, "--no-report",
-                  "--set", "ems_*.gain_gap=-7", "--set", "ems_*.gain_gap_velocity=-40", status=1)
+    crossed = {"ems_01.limit_voltage": True, "ems_01.voltage_min": 300.0}
+    scenario = {"extends": str(ROOT / "scenarios" / "one-bogie.json"), "events": [{"name": "limits crossed", "at": 1.0, "set": crossed}]}
+    (tmp_path / "s.json").write_text(json.dumps(scenario))
+    done = maglev("run", tmp_path / "s.json", "--out", tmp_path / "out", "--stop", 2, "--no-report", status=1)
     maglev("report", tmp_path / "out", "--out", tmp_path / "r.html")
     it = visit(tmp_path / "r.html")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
@@ -568,3 +570,14 @@ def test_a_failed_run_shows_its_error(visit, tmp_path):
         assert cause in shown
     assert "failed" in it.page.locator(".badge").inner_text()
     assert coloured(picture(it.page, PLOT)) > 100
+
+
+def test_a_run_that_a_magnet_at_the_rail_ends_shows_why(visit, tmp_path):
+    maglev("run", ROOT / "scenarios" / "one-bogie.json", "--out", tmp_path / "out", "--stop", 2, "--no-report",
+           "--set", "ems_*.gain_gap=-7", "--set", "ems_*.gain_gap_velocity=-40")
+    maglev("report", tmp_path / "out", "--out", tmp_path / "r.html")
+    it = visit(tmp_path / "r.html")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["status"] == "terminated" and "reached the rail" in summary["ended_by"]
+    assert summary["ended_by"] in it.page.locator("main").inner_text()
+    assert it.page.locator("main .error[role=alert]").count() == 0
