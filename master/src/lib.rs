@@ -18,8 +18,8 @@
 //! A [`Setup`] is a checked [`Scenario`](scenario::Scenario): its units are opened, and the [`system`] of
 //! instances, connections and values is checked. Starting it loads and [`initialize`]s the units, connects
 //! them as [`participant`]s to the algorithms of a [`coupling`], and gives a [`Simulation`] to step.
-//! [`modes`] computes the modes of the coupled system instead. The crate `results` writes files, and the
-//! crate `maglev` is the command. Nothing in here knows what the units model.
+//! The crate `results` writes files, the crate `linear` computes modes, and the crate `maglev` is the
+//! command. Nothing in here knows what the units model.
 
 #![expect(
     clippy::result_large_err,
@@ -29,7 +29,6 @@
 mod error;
 pub mod graph;
 pub mod initialize;
-pub mod modes;
 pub mod participant;
 pub mod simulation;
 pub mod system;

@@ -11,7 +11,7 @@ use fmi2_derive::DeriveError;
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
-use master::modes::ModesError;
+use linear::LinearError;
 use results::ParquetError;
 use scenario::ScenarioError;
 use thiserror::Error;
@@ -26,7 +26,7 @@ pub enum Error {
     Master(#[from] master::Error),
     /// The modes of the coupled system.
     #[error("cannot find the modes of the system")]
-    Modes(#[source] ModesError),
+    Modes(#[source] LinearError),
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
@@ -118,10 +118,10 @@ impl From<ScenarioError> for Error {
     }
 }
 
-impl From<ModesError> for Error {
-    fn from(error: ModesError) -> Self {
+impl From<LinearError> for Error {
+    fn from(error: LinearError) -> Self {
         match error {
-            ModesError::Start(error) => error.into(),
+            LinearError::Start(error) => error.into(),
             error => Self::Modes(error),
         }
     }

@@ -15,7 +15,8 @@
 //! | layer | crate | what it does |
 //! |---|---|---|
 //! | command | [`maglev`](../maglev/index.html) | subcommands; a run with everything it writes (`Job`, `resume`) |
-//! | stepping | [`master`](../master/index.html) | system, initialization, simulation, coupled modes |
+//! | stepping | [`master`](../master/index.html) | system, initialization, simulation |
+//! | | [`linear`](../linear/index.html) | state-space models of coupled systems, their modes |
 //! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |

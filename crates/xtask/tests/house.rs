@@ -57,6 +57,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "sources",
         ],
     ),
+    ("linear", &["coupling", "fmi2-import", "master", "results"]),
     (
         "report",
         &[
@@ -80,6 +81,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "fmi2-derive",
             "fmi2-import",
             "fmi2-package",
+            "linear",
             "master",
             "patterns",
             "report",
@@ -107,7 +109,7 @@ const LONGER: &[(&str, &str)] =
     &[("crates/fmi2-export/src/ffi.rs", "one function for each of the C interface")];
 
 /// Lines that `master/src` may have: the master algorithm stays small.
-const MASTER: usize = 8_000;
+const MASTER: usize = 7_000;
 
 fn workspace() -> Metadata {
     let manifest = root().join("Cargo.toml");

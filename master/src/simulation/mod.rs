@@ -29,7 +29,7 @@ use crate::error::{Error, Misfit, StateError};
 use crate::initialize::{initialize, late};
 use crate::participant::{Between, Participant, Slot};
 use crate::system::{InstanceIndex, Port};
-use coupling::{Exchange, Schedule, UnitIndex};
+use coupling::{Exchange, UnitIndex};
 use fmi2_import::instance::FmuError;
 use fmi2_import::trace::Trace;
 use results::summary::{CouplingSummary, SolvedLoop};
@@ -122,9 +122,10 @@ impl<'a> Simulation<'a> {
         Ok(Self { setup, stepper, happenings, participants, slots, loops, notes, done: 0 })
     }
 
-    /// The units, the signals between them, and which algorithm steps which unit.
-    pub(crate) fn parts(&mut self) -> (&mut [Participant], &Exchange, &Schedule) {
-        (&mut self.participants, self.stepper.exchange(), &self.setup.coupling.schedule)
+    /// The signals between the units.
+    #[must_use]
+    pub fn exchange(&self) -> &Exchange {
+        self.stepper.exchange()
     }
 
     /// Advances by one communication step.

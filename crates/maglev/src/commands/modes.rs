@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use linear::LinearError;
 use maglev::Error;
 use master::Setup;
-use master::modes::ModesError;
 use master::system::InstanceSetup;
 use results::modes::{
     CoupledMode, CoupledModes, Eigenvalue, InputFamily, ModesFile, UncoupledStates,
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 /// The modes of a scenario at its start, if it has instances of that name.
 fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error> {
     if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
-        return Err(ModesError::Slow { instance: name.clone() }.into());
+        return Err(LinearError::Slow { instance: name.clone() }.into());
     }
     // one step is enough, so the step need not divide the scenario's time
     scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
@@ -104,7 +104,7 @@ fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error
             return Err(master::Error::from(setup.system().unknown_instance("--of", name)).into());
         }
     }
-    Ok(super::at_home(|| master::modes::find(&setup))?)
+    Ok(super::at_home(|| linear::modes::find(&setup))?)
 }
 
 /// Computes the modes of the runs in results folders that have no modes.json yet. Folders without results are left to

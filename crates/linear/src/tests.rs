@@ -2,17 +2,32 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::state_space::Rows;
-use super::*;
-use coupling::{InputIndex, OutputIndex, RealLink, UnitIndex};
+use coupling::{InputIndex, Links, OutputIndex, RealLink, Schedule, UnitIndex};
+use results::modes::CoupledModes;
 use scenario::algorithm::{AlgorithmName, IterationSettings};
+
+use super::*;
 
 const FIRST: f64 = 9.0429;
 const DAMPING: f64 = 0.01;
 
+/// A unit of one input and one output, without matrices.
+fn unit(name: &str, states: usize) -> LinearUnit {
+    let quantity = |name: &str| Quantity { name: name.to_owned(), unit: None };
+    LinearUnit {
+        name: name.to_owned(),
+        states: vec!["x".to_owned(); states],
+        inputs: vec![quantity("u")],
+        outputs: vec![quantity("y")],
+        connected_inputs: 1,
+        connected_outputs: 1,
+        ..LinearUnit::default()
+    }
+}
+
 /// Six modes of a simply supported girder, qₖ and rates. The even ones have a node at midspan, where force and
 /// deflection are.
-fn girder(stiffness: f64) -> Linear {
+fn girder(stiffness: f64) -> LinearUnit {
     let (mut a, mut b, mut c) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..6 {
         let n = k as f64 + 1.0;
@@ -25,32 +40,32 @@ fn girder(stiffness: f64) -> Linear {
             c.push((0, q, shape));
         }
     }
-    Linear {
-        states: 12,
+    LinearUnit {
         a: Rows::new(12, &a),
         b: Rows::new(12, &b),
         c: Rows::new(1, &c),
         d: Rows::new(1, &[]),
+        ..unit("girder", 12)
     }
 }
 
 /// A damped mass on a spring: input is the deflection under it, output the force on the girder.
-fn mass() -> Linear {
+fn mass() -> LinearUnit {
     let (mass, spring, damping) = (2000.0, 5e6, 1e4);
-    Linear {
-        states: 2,
+    LinearUnit {
         a: Rows::new(2, &[(0, 1, 1.0), (1, 0, -spring / mass), (1, 1, -damping / mass)]),
         b: Rows::new(2, &[(1, 0, spring / mass)]),
         c: Rows::new(1, &[(0, 0, spring)]),
         d: Rows::new(1, &[(0, 0, -spring)]),
+        ..unit("mass", 2)
     }
 }
 
-fn modes(mut units: Vec<Linear>, step: f64) -> Result<CoupledModes, ModesError> {
+fn modes_of(mut units: Vec<LinearUnit>, step: f64) -> Result<CoupledModes, LinearError> {
     let count = units.len();
     if let [alone] = units.as_mut_slice() {
         // inputs that are not connected are left out
-        alone.b = Rows::new(alone.states, &[]);
+        alone.b = Rows::new(alone.states.len(), &[]);
     }
     let link = |unit| RealLink {
         input: InputIndex(0),
@@ -68,16 +83,17 @@ fn modes(mut units: Vec<Linear>, step: f64) -> Result<CoupledModes, ModesError> 
         offered: vec![1],
         ..Links::default()
     };
-    let names = units.iter().zip(["girder", "mass"]);
-    let names = names.map(|(unit, name)| (name.to_owned(), vec!["x".to_owned(); unit.states]));
-    let system = Linearised {
-        names: names.collect(),
-        units,
-        point: OperatingPoint { time: 0.0, inputs: IndexMap::new() },
-    };
     let order = (0..count).map(UnitIndex).collect();
-    let schedule = Schedule::whole(AlgorithmName::GaussSeidel, IterationSettings::default(), order);
-    of(system, (0..count).map(links).collect(), 2, &schedule, step)
+    let settings = IterationSettings::default();
+    let stepping = Stepping {
+        links: (0..count).map(links).collect(),
+        degree: 2,
+        schedule: Schedule::whole(AlgorithmName::GaussSeidel, settings, order),
+        step,
+    };
+    let connections = stepping.connections();
+    let system = LinearSystem { units, connections, ..LinearSystem::default() };
+    modes::of(&Linearised { system, stepping })
 }
 
 /// A girder alone is stepped without error, so all its modes are found, with steps of 5 ms (three of them
@@ -85,7 +101,7 @@ fn modes(mut units: Vec<Linear>, step: f64) -> Result<CoupledModes, ModesError> 
 #[test]
 fn analytic_a_girder_alone_has_its_six_modes_at_every_step() {
     for step in [0.0005, 0.001, 0.005, 0.01, 0.5 / FIRST / (1.0 - DAMPING * DAMPING).sqrt()] {
-        let found = modes(vec![girder(1.0)], step).unwrap();
+        let found = modes_of(vec![girder(1.0)], step).unwrap();
         assert_eq!(found.modes.len(), 6);
         for mode in &found.modes {
             assert!(mode.relative_error.unwrap() < 1e-9, "{step}: {mode:?}");
@@ -98,7 +114,7 @@ fn analytic_a_girder_alone_has_its_six_modes_at_every_step() {
 /// for the coupling is smaller than the multiplier of any of them.
 #[test]
 fn issue_modes_above_the_nyquist_frequency_of_a_coupled_girder_keep_theirs() {
-    let found = modes(vec![girder(1.0), mass()], 0.005).unwrap();
+    let found = modes_of(vec![girder(1.0), mass()], 0.005).unwrap();
     for mode in &found.modes {
         assert!(mode.relative_error.unwrap() < 0.02, "{mode:?}");
     }
@@ -114,13 +130,13 @@ fn issue_modes_above_the_nyquist_frequency_of_a_coupled_girder_keep_theirs() {
 #[test]
 fn issue_fast_units_are_no_algebraic_loop() {
     for stiffness in [1e4, 1e6] {
-        let found = modes(vec![girder(stiffness)], 0.001).unwrap();
+        let found = modes_of(vec![girder(stiffness)], 0.001).unwrap();
         for mode in found.modes.iter().filter(|mode| mode.stepped.is_some()) {
             assert!(mode.relative_error.unwrap() < 1e-9, "{stiffness}: {mode:?}");
         }
         // a mode that decays within a step has no multiplier
         assert!(found.modes.iter().filter(|mode| mode.stepped.is_some()).count() >= 4);
     }
-    let text = modes(vec![girder(1e20)], 0.001).unwrap_err().to_string();
+    let text = modes_of(vec![girder(1e20)], 0.001).unwrap_err().to_string();
     assert!(text.contains("girder has an eigenvalue") && text.contains("too fast"), "{text}");
 }

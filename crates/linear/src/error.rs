@@ -1,13 +1,13 @@
-//! Errors of computing modes.
+//! Errors of linear analysis.
 
 use thiserror::Error;
 
-use crate::error::Error;
 use fmi2_import::instance::FmuError;
+use master::Error;
 
-/// The modes of a system cannot be computed.
+/// A system cannot be linearised, or its modes cannot be computed.
 #[derive(Debug, Error)]
-pub enum ModesError {
+pub enum LinearError {
     /// The scenario does not start.
     #[error(transparent)]
     Start(#[from] Error),
@@ -53,6 +53,14 @@ pub enum ModesError {
         #[source]
         source: FmuError,
     },
+    /// No unit has this input or output.
+    #[error("no unit reports the {kind} {name} in its linearisation")]
+    NoPort {
+        /// As `instance.variable`.
+        name: String,
+        /// `input` or `output`.
+        kind: &'static str,
+    },
     /// An algebraic loop without a solution.
     #[error("the linearised system has an algebraic loop that cannot be solved")]
     Loop,
@@ -88,7 +96,7 @@ pub enum ModesError {
     Eigenvalues,
 }
 
-impl ModesError {
+impl LinearError {
     /// How to fix it, where that is known.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {

@@ -1,14 +1,9 @@
-//! The coupled system as one linear differential equation, and its modes.
-
-use std::collections::HashMap;
+//! Eigenvalues of real matrices that are not symmetric.
 
 use faer::Mat;
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
 
-use super::error::ModesError;
-use super::state_space::Linear;
-use coupling::{InputIndex, Links, UnitIndex};
+use super::error::LinearError;
 
 /// Imaginary parts below this fraction of an eigenvalue are rounding errors: a double eigenvalue splits by
 /// the square root of the rounding error.
@@ -16,70 +11,12 @@ const NEARLY_REAL: f64 = 1e-4;
 /// Largest number of sweeps of the balancing, which usually converges in a few.
 const SWEEPS: usize = 20;
 
-/// ẋ = (A + B L (I − D L)⁻¹ C) x: all units' states one after the other, their inputs u = L y taken
-/// from outputs at the same instant.
-pub fn coupled(units: &[Linear], links: &[Links]) -> Result<Mat<f64>, ModesError> {
-    let starts = |size: &dyn Fn(&Linear) -> usize| -> Vec<usize> {
-        units
-            .iter()
-            .scan(0, |sum, unit| {
-                let start = *sum;
-                *sum += size(unit);
-                Some(start)
-            })
-            .collect()
-    };
-    let states = starts(&|unit| unit.states);
-    let outputs = starts(&|unit| unit.c.len());
-    let total = |starts: &[usize], last: &dyn Fn(&Linear) -> usize| {
-        starts.last().map_or(0, |start| start + units.last().map_or(0, last))
-    };
-    let n = total(&states, &|unit| unit.states);
-    let m = total(&outputs, &|unit| unit.c.len());
-    // where each input comes from: columns of y and factors
-    let mut sources: HashMap<(UnitIndex, InputIndex), Vec<(usize, f64)>> = HashMap::new();
-    for (unit, links) in links.iter().enumerate() {
-        for link in &links.reals {
-            let column = outputs[link.unit] + link.output.0;
-            let input = (UnitIndex(unit), link.input);
-            sources.entry(input).or_default().push((column, link.factor));
-        }
-    }
-    let sources =
-        |unit, input| sources.get(&(UnitIndex(unit), InputIndex(input))).into_iter().flatten();
-    let mut a = Mat::<f64>::zeros(n, n);
-    let mut by_output = Mat::<f64>::zeros(n, m);
-    let mut c = Mat::<f64>::zeros(m, n);
-    let mut loops = Mat::<f64>::identity(m, m);
-    for (k, unit) in units.iter().enumerate() {
-        for (i, j, value) in unit.a.iter() {
-            a[(states[k] + i, states[k] + j)] += value;
-        }
-        for (i, j, value) in unit.c.iter() {
-            c[(outputs[k] + i, states[k] + j)] += value;
-        }
-        for (i, j, value) in unit.b.iter() {
-            for &(column, factor) in sources(k, j) {
-                by_output[(states[k] + i, column)] += factor * value;
-            }
-        }
-        for (i, j, value) in unit.d.iter() {
-            for &(column, factor) in sources(k, j) {
-                loops[(outputs[k] + i, column)] -= factor * value;
-            }
-        }
-    }
-    let y = PartialPivLu::new(loops.as_ref()).solve(&c);
-    let finite =
-        |matrix: &Mat<f64>| matrix.col_iter().all(|column| column.iter().all(|x| x.is_finite()));
-    if !finite(&y) {
-        return Err(ModesError::Loop);
-    }
-    let coupled = &a + &by_output * &y;
-    if !finite(&coupled) {
-        return Err(ModesError::Infinite);
-    }
-    Ok(coupled)
+/// All eigenvalues of a real matrix.
+///
+/// # Errors
+/// The iteration does not converge.
+pub fn eigenvalues(matrix: &Mat<f64>) -> Result<Vec<c64>, LinearError> {
+    balanced(matrix).eigenvalues().map_err(|_| LinearError::Eigenvalues)
 }
 
 /// One eigenvalue, and the share of each state in it.
@@ -94,8 +31,11 @@ pub struct Eigen {
 ///
 /// Left eigenvectors are the right ones of the transposed matrix. (The inverse of all right ones would
 /// be inaccurate for every mode if a few are nearly parallel, as with 64 equal magnets.)
-pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, ModesError> {
-    let failed = |_| ModesError::Eigenvalues;
+///
+/// # Errors
+/// The iteration does not converge.
+pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, LinearError> {
+    let failed = |_| LinearError::Eigenvalues;
     let matrix = balanced(matrix);
     let right = matrix.eigen().map_err(failed)?;
     let left = matrix.transpose().to_owned().eigen().map_err(failed)?;
@@ -122,6 +62,7 @@ pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, ModesError> {
 
 /// Selects every real eigenvalue, and of a conjugate pair the one with positive imaginary part. A double
 /// real eigenvalue that rounding has split into a pair counts as two real ones.
+#[must_use]
 pub fn upper(value: c64) -> Option<c64> {
     if value.im.abs() <= NEARLY_REAL * value.norm() {
         return Some(c64::new(value.re, 0.0));
@@ -131,6 +72,7 @@ pub fn upper(value: c64) -> Option<c64> {
 
 /// The matrix with its coordinates scaled by powers of two so that rows and columns have equal size
 /// (Osborne 1960; Parlett and Reinsch 1969). The eigenvalues are the same, with smaller rounding errors.
+#[must_use]
 pub fn balanced(matrix: &Mat<f64>) -> Mat<f64> {
     let mut matrix = matrix.clone();
     let n = matrix.nrows();

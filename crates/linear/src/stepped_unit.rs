@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use super::state_space::Linear;
+use super::unit::LinearUnit;
 use coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
 /// Largest number of terms of the series, to avoid endless loops.
@@ -13,8 +13,8 @@ const WHOLE: f64 = 8.0;
 /// A linear unit. It is exact for inputs that are cubic over a step, and provides the same derivatives of
 /// outputs as the real unit.
 #[derive(Debug, Clone)]
-pub struct LinearUnit<'a> {
-    linear: &'a Linear,
+pub struct SteppedUnit<'a> {
+    linear: &'a LinearUnit,
     /// Size of the largest eigenvalue of A (1/s).
     rate: f64,
     /// Highest derivative that is provided, per output.
@@ -28,10 +28,10 @@ pub struct LinearUnit<'a> {
     saved: [(Vec<f64>, Vec<Taylor>); PLACES],
 }
 
-impl<'a> LinearUnit<'a> {
+impl<'a> SteppedUnit<'a> {
     /// At rest. `rate` is the size of the largest eigenvalue of A (1/s).
-    pub fn new(linear: &'a Linear, rate: f64, inputs: usize, offered: &'a [usize]) -> Self {
-        let nothing = || (vec![0.0; linear.states], vec![Taylor::ZERO; inputs]);
+    pub fn new(linear: &'a LinearUnit, rate: f64, inputs: usize, offered: &'a [usize]) -> Self {
+        let nothing = || (vec![0.0; linear.states.len()], vec![Taylor::ZERO; inputs]);
         let (states, inputs) = nothing();
         Self {
             linear,
@@ -86,14 +86,14 @@ impl<'a> LinearUnit<'a> {
 
     /// x⁽ᵏ⁺¹⁾ = A x⁽ᵏ⁾ + B u⁽ᵏ⁾ from x⁽ᵏ⁾.
     fn derivative(&self, x: &[f64], k: usize) -> Vec<f64> {
-        let Linear { states, a, b, .. } = self.linear;
+        let LinearUnit { states, a, b, .. } = self.linear;
         let order = |j: usize| if k < 4 { self.inputs[j][k] } else { 0.0 };
-        (0..*states).map(|i| a.times(i, |j| x[j]) + b.times(i, order)).collect()
+        (0..states.len()).map(|i| a.times(i, |j| x[j]) + b.times(i, order)).collect()
     }
 
     /// Value and derivatives of an output now: y⁽ᵏ⁾ = C x⁽ᵏ⁾ + D u⁽ᵏ⁾.
     fn output(&self, i: usize, derivatives: &[Vec<f64>]) -> Taylor {
-        let Linear { c, d, .. } = self.linear;
+        let LinearUnit { c, d, .. } = self.linear;
         Taylor(std::array::from_fn(|k| {
             if k > self.offered[i] {
                 return 0.0;
@@ -112,7 +112,7 @@ impl<'a> LinearUnit<'a> {
     }
 }
 
-impl Unit for LinearUnit<'_> {
+impl Unit for SteppedUnit<'_> {
     type Error = Infallible;
 
     fn capabilities(&self) -> Capabilities {

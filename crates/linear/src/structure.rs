@@ -7,26 +7,21 @@
 use faer::Mat;
 use results::modes::UncoupledStates;
 
-use super::continuous::balanced;
-use super::state_space::Linear;
-use crate::graph::Graph;
+use super::eigen::balanced;
+use super::unit::LinearUnit;
+use master::graph::Graph;
 
 /// Entries below this fraction of the largest in their row and column, after balancing, are rounding
 /// errors.
 const NOTHING: f64 = 1e-13;
 
-/// The units with such states, in their order; none if there is only one unit. `names` has the name and
-/// the states of each unit.
-pub(super) fn apart(
-    matrix: &Mat<f64>,
-    units: &[Linear],
-    names: &[(String, Vec<String>)],
-) -> Vec<UncoupledStates> {
-    if units.iter().filter(|unit| unit.states > 0).count() < 2 {
+/// The units with such states, in their order; none if there is only one unit.
+pub(super) fn apart(matrix: &Mat<f64>, units: &[LinearUnit]) -> Vec<UncoupledStates> {
+    if units.iter().filter(|unit| !unit.states.is_empty()).count() < 2 {
         return Vec::new();
     }
     let owners: Vec<usize> =
-        units.iter().enumerate().flat_map(|(k, unit)| vec![k; unit.states]).collect();
+        units.iter().enumerate().flat_map(|(k, unit)| vec![k; unit.states.len()]).collect();
     let mut alone = vec![false; owners.len()];
     for component in influences(matrix).components() {
         let own = component.iter().all(|&state| owners[state] == owners[component[0]]);
@@ -34,17 +29,19 @@ pub(super) fn apart(
     }
     let mut first = 0;
     let mut found = Vec::new();
-    for (unit, (instance, states)) in units.iter().zip(names) {
-        let mine = &alone[first..first + unit.states];
-        first += unit.states;
-        let states: Vec<String> = states
+    for unit in units {
+        let of = unit.states.len();
+        let mine = &alone[first..first + of];
+        first += of;
+        let states: Vec<String> = unit
+            .states
             .iter()
             .zip(mine)
             .filter(|(_, alone)| **alone)
             .map(|(name, _)| name.clone())
             .collect();
         if !states.is_empty() {
-            found.push(UncoupledStates { instance: instance.clone(), of: unit.states, states });
+            found.push(UncoupledStates { instance: unit.name.clone(), of, states });
         }
     }
     found
@@ -78,20 +75,16 @@ fn influences(matrix: &Mat<f64>) -> Graph {
 mod tests {
     use super::*;
 
-    fn unit(states: usize) -> Linear {
-        Linear { states, ..Linear::default() }
-    }
-
-    fn named(instance: &str, states: &[&str]) -> (String, Vec<String>) {
-        (instance.to_owned(), states.iter().map(|it| (*it).to_owned()).collect())
+    fn unit(instance: &str, states: &[&str]) -> LinearUnit {
+        let states = states.iter().map(|it| (*it).to_owned()).collect();
+        LinearUnit { name: instance.to_owned(), states, ..LinearUnit::default() }
     }
 
     /// Two oscillators: coupled by springs both are in every mode; with one direction only, or with an
     /// entry at the level of rounding, the modes are those of each alone.
     #[test]
     fn issue_units_without_a_loop_between_them_are_not_coupled() {
-        let units = [unit(2), unit(2)];
-        let names = [named("a", &["x", "v"]), named("b", &["x", "v"])];
+        let units = [unit("a", &["x", "v"]), unit("b", &["x", "v"])];
         let system = |ab: f64, ba: f64| {
             let rows = [
                 [0.0, 1.0, 0.0, 0.0],
@@ -101,7 +94,7 @@ mod tests {
             ];
             Mat::from_fn(4, 4, |i, j| rows[i][j])
         };
-        let found = |ab, ba| apart(&system(ab, ba), &units, &names);
+        let found = |ab, ba| apart(&system(ab, ba), &units);
         assert_eq!(found(1.0, 1.0), []);
         for (ab, ba) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1e-17)] {
             let both = found(ab, ba);
@@ -114,10 +107,9 @@ mod tests {
     /// A part of b that a does not reach is named; the rest of b is coupled.
     #[test]
     fn issue_states_that_no_other_unit_reaches_are_named() {
-        let units = [unit(1), unit(2)];
-        let names = [named("a", &["x"]), named("b", &["near", "far"])];
+        let units = [unit("a", &["x"]), unit("b", &["near", "far"])];
         let rows = [[-1.0, 0.5, 0.0], [0.5, -1.0, 0.0], [0.0, 0.0, 1.0]];
-        let found = apart(&Mat::from_fn(3, 3, |i, j| rows[i][j]), &units, &names);
+        let found = apart(&Mat::from_fn(3, 3, |i, j| rows[i][j]), &units);
         assert_eq!(
             found,
             [UncoupledStates { instance: "b".to_owned(), of: 2, states: vec!["far".to_owned()] }]
@@ -125,6 +117,6 @@ mod tests {
         assert!(!found[0].entirely());
         // a single unit cannot be coupled
         let alone = Mat::from_fn(1, 1, |_, _| -1.0);
-        assert_eq!(apart(&alone, &units[..1], &names[..1]), []);
+        assert_eq!(apart(&alone, &units[..1]), []);
     }
 }

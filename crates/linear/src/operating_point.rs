@@ -3,11 +3,11 @@
 use indexmap::IndexMap;
 use results::modes::InputFamily;
 
-use super::error::ModesError;
-use crate::participant::Participant;
+use super::error::LinearError;
+use master::participant::Participant;
 
 /// The inputs of one participant.
-pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<InputFamily>, ModesError> {
+pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<InputFamily>, LinearError> {
     let inputs = participant.variables().inputs.reals.clone();
     let instance = participant.instance_mut();
     let name = instance.name().to_owned();
@@ -20,7 +20,7 @@ pub(super) fn inputs(participant: &mut Participant) -> Result<Vec<InputFamily>, 
     let mut values = vec![0.0; references.len()];
     instance
         .get_real(&references, &mut values)
-        .map_err(|source| ModesError::Inputs { instance: name, source })?;
+        .map_err(|source| LinearError::Inputs { instance: name, source })?;
     let mut families: IndexMap<String, InputFamily> = IndexMap::new();
     for ((name, _, unit), value) in variables.into_iter().zip(values) {
         let key = family(&name);

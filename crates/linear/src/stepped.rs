@@ -10,10 +10,11 @@ use std::sync::Arc;
 use faer::Mat;
 use faer::prelude::c64;
 
-use super::continuous::balanced;
-use super::error::ModesError;
-use super::linear_unit::LinearUnit;
-use super::state_space::Linear;
+use super::eigen::balanced;
+use super::error::LinearError;
+use super::stepped_unit::SteppedUnit;
+use super::system::Stepping;
+use super::unit::LinearUnit;
 use coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
 
 /// Number of points that a signal remembers, including the latest.
@@ -34,7 +35,7 @@ enum Memory {
 
 /// The stepped system.
 pub struct Stepped<'a> {
-    units: &'a [Linear],
+    units: &'a [LinearUnit],
     /// Size of the largest eigenvalue of each unit (1/s).
     rates: Vec<f64>,
     links: Vec<Links>,
@@ -44,32 +45,27 @@ pub struct Stepped<'a> {
 }
 
 impl<'a> Stepped<'a> {
-    /// `links` are those of the real units. Offsets of conversions do not matter for small motions.
+    /// Offsets of conversions do not matter for small motions.
     ///
     /// # Errors
     /// The eigenvalues of a unit cannot be found.
-    pub fn new(
-        units: &'a [Linear],
-        links: Vec<Links>,
-        degree: usize,
-        schedule: &'a Schedule,
-        size: f64,
-    ) -> Result<Self, ModesError> {
-        let mut links = links;
+    pub fn new(units: &'a [LinearUnit], stepping: &'a Stepping) -> Result<Self, LinearError> {
+        let mut links = stepping.links.clone();
         for link in links.iter_mut().flat_map(|unit| &mut unit.reals) {
             link.offset = 0.0;
         }
-        let rates = units.iter().map(Linear::rate).collect::<Result<_, _>>()?;
-        Ok(Self { units, rates, links, degree, schedule, size })
+        let rates = units.iter().map(LinearUnit::rate).collect::<Result<_, _>>()?;
+        let Stepping { degree, schedule, step, .. } = stepping;
+        Ok(Self { units, rates, links, degree: *degree, schedule, size: *step })
     }
 
-    fn units_at_rest(&self) -> Vec<LinearUnit<'_>> {
+    fn units_at_rest(&self) -> Vec<SteppedUnit<'_>> {
         self.units
             .iter()
             .zip(&self.rates)
             .zip(&self.links)
             .map(|((linear, rate), links)| {
-                LinearUnit::new(linear, *rate, links.real_inputs(), &links.offered)
+                SteppedUnit::new(linear, *rate, links.real_inputs(), &links.offered)
             })
             .collect()
     }
@@ -104,7 +100,7 @@ impl<'a> Stepped<'a> {
     fn memories(&self, determined: &[Vec<usize>]) -> Vec<Memory> {
         let mut memories = Vec::new();
         for (unit, linear) in self.units.iter().enumerate() {
-            memories.extend((0..linear.states).map(|state| Memory::State { unit, state }));
+            memories.extend((0..linear.states.len()).map(|state| Memory::State { unit, state }));
         }
         for (unit, links) in self.links.iter().enumerate() {
             for (output, &offered) in links.offered.iter().enumerate() {
@@ -121,12 +117,12 @@ impl<'a> Stepped<'a> {
         memories
     }
 
-    /// The map between communication points. `instances` are the names of the units.
-    fn map(&self, instances: &[&str]) -> Result<Mat<f64>, ModesError> {
-        for (rate, instance) in self.rates.iter().zip(instances) {
-            if LinearUnit::parts(*rate, self.size) > MOST_PARTS {
-                let (instance, step) = ((*instance).to_owned(), self.size);
-                return Err(ModesError::Fast { instance, rate: *rate, step });
+    /// The map between communication points.
+    fn map(&self) -> Result<Mat<f64>, LinearError> {
+        for (rate, unit) in self.rates.iter().zip(self.units) {
+            if SteppedUnit::parts(*rate, self.size) > MOST_PARTS {
+                let (instance, step) = (unit.name.clone(), self.size);
+                return Err(LinearError::Fast { instance, rate: *rate, step });
             }
         }
         let determined = self.determined();
@@ -137,8 +133,8 @@ impl<'a> Stepped<'a> {
         for column in &columns {
             if let Some(row) = column.iter().position(|x| !x.is_finite()) {
                 let (Memory::State { unit, .. } | Memory::Point { unit, .. }) = memories[row];
-                let (instance, step) = (instances[unit].to_owned(), self.size);
-                return Err(ModesError::Overflow { instance, step });
+                let (instance, step) = (self.units[unit].name.clone(), self.size);
+                return Err(LinearError::Overflow { instance, step });
             }
         }
         let used = used(&columns);
@@ -146,12 +142,12 @@ impl<'a> Stepped<'a> {
     }
 
     /// Multipliers z of the map: a mode's signals grow by z from one communication point to the next.
-    /// `instances` are the names of the units.
+    ///
     ///
     /// # Errors
     /// They cannot be found.
-    pub fn multipliers(&self, instances: &[&str]) -> Result<Vec<c64>, ModesError> {
-        balanced(&self.map(instances)?).eigenvalues().map_err(|_| ModesError::Eigenvalues)
+    pub fn multipliers(&self) -> Result<Vec<c64>, LinearError> {
+        balanced(&self.map()?).eigenvalues().map_err(|_| LinearError::Eigenvalues)
     }
 }
 
@@ -174,9 +170,9 @@ fn used(columns: &[Vec<f64>]) -> Vec<usize> {
 struct Machine<'a> {
     stepped: &'a Stepped<'a>,
     determined: &'a [Vec<usize>],
-    units: Vec<LinearUnit<'a>>,
+    units: Vec<SteppedUnit<'a>>,
     exchange: Exchange,
-    coupling: Coupling<LinearUnit<'a>>,
+    coupling: Coupling<SteppedUnit<'a>>,
 }
 
 impl<'a> Machine<'a> {
@@ -188,7 +184,7 @@ impl<'a> Machine<'a> {
 
     /// The memory one step after `memory` was one and everything else zero.
     fn step_from(&mut self, memory: Memory, all: &[Memory]) -> Vec<f64> {
-        self.units.iter_mut().for_each(LinearUnit::clear);
+        self.units.iter_mut().for_each(SteppedUnit::clear);
         let nothing: Vec<Vec<Taylor>> =
             self.determined.iter().map(|outputs| vec![Taylor::ZERO; outputs.len()]).collect();
         let mut past = vec![nothing; POINTS];

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 use faer::prelude::c64;
 
-use super::continuous::upper;
+use super::eigen::upper;
 
 /// Smaller multipliers decay within a step and belong to no mode.
 const GONE: f64 = 1e-8;
