@@ -18,6 +18,7 @@ mod names;
 mod parquet;
 mod read;
 mod read_error;
+mod recorder;
 mod run_results;
 mod scenario_as_run;
 mod spool;
@@ -39,6 +40,7 @@ pub use names::{
 };
 pub use parquet::{ParquetError, copy_to_parquet};
 pub use read_error::ReadError;
+pub use recorder::TableRecorder;
 pub use run_results::RunResults;
 pub use scenario_as_run::{InstanceAsRun, PanelAsRun, PlotAsRun, ScenarioAsRun};
 pub use statistics::{Gatherer, Statistics};

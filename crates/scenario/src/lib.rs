@@ -8,6 +8,7 @@
 
 pub mod algorithm;
 mod alone;
+mod chained;
 mod check;
 mod comment;
 mod condition;
@@ -41,6 +42,7 @@ pub use algorithm::{
     JacobianSource, OnDiscard, PowerPair, VariableStep,
 };
 pub use alone::alone;
+pub use chained::read_chain;
 pub use condition::{Comparison, Condition};
 pub use conditions::{Checkpoints, Initialization, IsolationSettings};
 pub use connection::{Connection, Sources, Targets, Term, WeightedTerm};

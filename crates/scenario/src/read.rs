@@ -131,7 +131,7 @@ fn scenario(chain: &[ScenarioFile], mut whole: Value) -> Result<Scenario, Scenar
 
 /// An error in the merged value, reported for the file that it comes from: the first one in the chain that contains
 /// most of the path to the place.
-fn blame(chain: &[ScenarioFile], steps: &[PathStep], error: &FormError) -> ScenarioError {
+pub(crate) fn blame(chain: &[ScenarioFile], steps: &[PathStep], error: &FormError) -> ScenarioError {
     let depth = |file: &ScenarioFile| strict_json::depth(&file.value, steps);
     let deepest = chain.iter().map(depth).max().unwrap_or(0);
     let source = chain.iter().find(|file| depth(file) == deepest).unwrap_or(&chain[0]);

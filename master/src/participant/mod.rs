@@ -32,7 +32,7 @@ use crate::system::VariableIndex;
 use coupling::{Capabilities, OutputIndex, PLACES};
 use fmi2_import::description::Causality;
 use fmi2_import::exchange::StepLayout;
-use fmi2_import::instance::{Instance, StateId};
+use fmi2_import::instance::{FmuError, Instance, StateId};
 use fmi2_import::per_type::PerType;
 
 /// An instance with the variables that it exchanges.
@@ -131,6 +131,17 @@ impl Participant {
         };
         participant.lay_out_derivatives();
         participant
+    }
+
+    /// The instance, without the states that this participant has saved.
+    ///
+    /// # Errors
+    /// A saved state cannot be freed.
+    pub fn release(mut self) -> Result<Instance, FmuError> {
+        for state in self.states.into_iter().flatten() {
+            self.instance.free_state(state)?;
+        }
+        Ok(self.instance)
     }
 
     /// Whether Real inputs are connected.

@@ -1,12 +1,11 @@
 //! Creates the instances of a run and connects them.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use super::happenings::SNAP;
+use super::pool::Pool;
 use super::setup::Setup;
 use super::wiring::Wiring;
 use crate::error::Error;
@@ -15,7 +14,6 @@ use crate::system::{InstanceSetup, System};
 use coupling::{Course, Exchange, Taylor};
 use fmi2_import::instance::{FmuError, Instance, InstanceOptions};
 use fmi2_import::isolate::Isolation;
-use fmi2_import::library::Functions;
 use fmi2_import::trace::Trace;
 use scenario::{OnDiscard, Scenario, ScenarioError};
 
@@ -26,6 +24,7 @@ pub(super) fn instantiate(
     system: &System,
     trace: Option<&Trace>,
     again: bool,
+    pool: &mut Pool,
 ) -> Result<Vec<Instance>, Error> {
     let settings = scenario.isolation;
     let seconds = |limit: Option<f64>| limit.and_then(|it| Duration::try_from_secs_f64(it).ok());
@@ -39,7 +38,6 @@ pub(super) fn instantiate(
     if isolation != Isolation::default() && !system.instances.iter().any(isolated) {
         return Err(ScenarioError::NothingIsolated.into());
     }
-    let mut loaded: HashMap<PathBuf, (Functions, Arc<AtomicBool>)> = HashMap::new();
     let mut instances = Vec::with_capacity(system.instances.len());
     for setup in &system.instances {
         let (package, name) = (&setup.package, &setup.name);
@@ -51,20 +49,12 @@ pub(super) fn instantiate(
             instances.push(instance);
             continue;
         }
-        // by the path of the unpacked binary: one file under two names is unpacked and loaded twice
-        let binary = package.binary();
-        let once = package.description().co_simulation.can_be_instantiated_only_once_per_process;
-        let (functions, dead) = match loaded.get(&binary) {
-            Some(known) if !once => known.clone(),
-            Some(_) => (Functions::load_copy(package)?, Arc::default()),
-            None if once && again => (Functions::load_copy(package)?, Arc::default()),
-            None => {
-                let fresh: (Functions, Arc<AtomicBool>) =
-                    (Functions::load(package)?, Arc::default());
-                loaded.insert(binary, fresh.clone());
-                fresh
-            }
-        };
+        let used = trace.is_none().then(|| pool.take(setup)).flatten();
+        if let Some(instance) = used {
+            instances.push(instance);
+            continue;
+        }
+        let (functions, dead) = pool.library(package, again)?;
         let made = Instance::with_options(package, functions, &dead, name, &options);
         instances.push(made.map_err(Error::Instantiate)?);
     }

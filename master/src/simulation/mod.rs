@@ -8,6 +8,7 @@ mod happenings;
 mod instantiate;
 mod limits;
 mod loops;
+mod pool;
 mod selection;
 mod setup;
 mod stepper;
@@ -22,6 +23,7 @@ use self::attempts::Attempts;
 pub use self::coupling_setup::CouplingSetup;
 use self::happenings::{Happenings, HappeningsState};
 pub use self::loops::AlgebraicLoop;
+pub use self::pool::Pool;
 pub use self::selection::{Selection, base_unit, to_base};
 pub use self::setup::Setup;
 use self::stepper::{Stepper, StepperState};
@@ -74,29 +76,43 @@ impl Setup {
     /// # Errors
     /// A unit cannot be loaded, refuses or fails, or a loop cannot be solved.
     pub fn start(&self) -> Result<Simulation<'_>, Error> {
-        Simulation::start(self)
+        Simulation::start(self, &mut Pool::default())
+    }
+
+    /// Starts as [`Setup::start`] does, with libraries and instances of the pool where it has them.
+    ///
+    /// # Errors
+    /// As [`Setup::start`].
+    pub fn start_from(&self, pool: &mut Pool) -> Result<Simulation<'_>, Error> {
+        Simulation::start(self, pool)
     }
 }
 
 impl<'a> Simulation<'a> {
-    fn start(setup: &'a Setup) -> Result<Self, Error> {
+    fn start(setup: &'a Setup, pool: &mut Pool) -> Result<Self, Error> {
         let mut attempts = Attempts::default();
         let trace = instantiate::trace(&setup.scenario)?;
         loop {
             let begin = Instant::now();
-            match Self::attempt(setup, trace.as_ref(), &attempts) {
+            match Self::attempt(setup, trace.as_ref(), &attempts, pool) {
                 Ok(mut started) => {
                     started.stepper.add_limits(attempts.limits());
                     return Ok(started);
                 }
                 Err(error) => attempts.add(&setup.system, error, begin.elapsed())?,
             }
+            pool.forget();
         }
     }
 
-    fn attempt(setup: &'a Setup, trace: Option<&Trace>, earlier: &Attempts) -> Result<Self, Error> {
+    fn attempt(
+        setup: &'a Setup,
+        trace: Option<&Trace>,
+        earlier: &Attempts,
+        pool: &mut Pool,
+    ) -> Result<Self, Error> {
         let Setup { scenario, system, selection, coupling, .. } = setup;
-        let mut instances = instantiate::instantiate(scenario, system, trace, earlier.any())?;
+        let mut instances = instantiate::instantiate(scenario, system, trace, earlier.any(), pool)?;
         earlier.apply_to(&mut instances);
         let initialized =
             initialize(system, &mut instances, scenario.experiment, scenario.initialization)?;

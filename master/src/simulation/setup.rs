@@ -25,7 +25,11 @@ impl Setup {
     /// The first error found.
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
         scenario.check()?;
-        let mut system = System::new(scenario)?;
+        Self::of(scenario, System::new(scenario)?)
+    }
+
+    /// Checks what goes beyond the system.
+    pub(super) fn of(scenario: &Scenario, mut system: System) -> Result<Self, Error> {
         let story = Story::new(scenario, &mut system)?;
         let selection = Selection::new(scenario, &system)?;
         let coupling = CouplingSetup::new(scenario, &system)?;

@@ -79,10 +79,20 @@ impl System {
     /// # Errors
     /// The first error found.
     pub fn new(scenario: &Scenario) -> Result<Self> {
+        Self::of_units(scenario, &mut |name, unit| open(name, unit, scenario.strict).map(Arc::new))
+    }
+
+    /// Checks everything with units that `open` opens.
+    ///
+    /// # Errors
+    /// The first error found.
+    pub(crate) fn of_units(
+        scenario: &Scenario,
+        open: &mut dyn FnMut(&str, &UnitSource) -> Result<Arc<Package>>,
+    ) -> Result<Self> {
         let mut packages = IndexMap::new();
         for (name, unit) in &scenario.units {
-            let package = open(name, unit, scenario.strict)?;
-            packages.insert(name.as_str(), Arc::new(package));
+            packages.insert(name.as_str(), open(name, unit)?);
         }
         let mut system = Self {
             instances: Vec::new(),
@@ -143,7 +153,7 @@ impl System {
 }
 
 /// Opens a unit. A strict run does not tolerate errors in it.
-fn open(name: &str, unit: &UnitSource, strict: bool) -> Result<Package> {
+pub(crate) fn open(name: &str, unit: &UnitSource, strict: bool) -> Result<Package> {
     let failed = |source| SystemError::Package { name: name.to_owned(), source };
     let package = fmi2_derive::open(unit).map_err(failed)?;
     if strict {

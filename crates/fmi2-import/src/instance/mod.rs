@@ -182,6 +182,25 @@ impl Instance {
         self.order(&Request::Reset)
     }
 
+    /// Returns to the state after instantiation, for another run: also saved states, counts, messages and what the FMU
+    /// was found to refuse are forgotten.
+    ///
+    /// # Errors
+    /// The call of `fmi2Reset` fails. The instance is of no use then.
+    pub fn renew(&mut self) -> Result<(), FmuError> {
+        if let Some(state) = self.saved_before.take() {
+            self.free_state(state)?;
+        }
+        self.reset()?;
+        self.take_messages();
+        self.earlier.clear();
+        self.warnings = Warnings::default();
+        self.offers = offers::Offers::of(self.package.description());
+        (self.steps, self.time, self.pending_limit) = (0, None, PENDING_LIMIT);
+        self.place.set_time(f64::NAN);
+        Ok(())
+    }
+
     /// Requests a report, an extension of the standard (`fmi2_export_report`).
     ///
     /// # Errors

@@ -2,13 +2,14 @@
 
 use std::fs;
 
+use in_memory::{Signals, metrics, ride};
 use indexmap::IndexMap;
 
 use super::course::Course;
 use super::journal::Journal;
 use super::output::Files;
 use super::pace::Pacer;
-use super::{Job, Observer, metrics, remove_checkpoint, ride, totals};
+use super::{Job, Observer, remove_checkpoint, totals};
 use crate::error::Error;
 use master::participant::Participant;
 use master::{Setup, Simulation};
@@ -88,7 +89,7 @@ impl<'a> Course<'a> {
         let gatherers = output.gatherers.clone();
         let (files, completed) = output.finish(progress.done > 0);
         let reached = setup.time_after(progress.done);
-        let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, job.folder));
+        let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, Signals::Folder(job.folder)));
         let participants = simulation.map_or(&[][..], Simulation::participants);
         for text in totals::warned_steps(participants) {
             observer.notice(&text);
@@ -99,7 +100,10 @@ impl<'a> Course<'a> {
             noted = noted.and(journal.note(reached, EventKind::Note, text));
         }
         let ended = result.as_ref().ok();
-        let judged = ended.map(|_| metrics::judge(setup, job.folder, ride_quality.as_ref()));
+        let judged = ended.map(|_| {
+            let as_run = fs::read_to_string(job.folder.join(results::AS_RUN)).ok();
+            metrics::judge(setup, Signals::Folder(job.folder), as_run, ride_quality.as_ref())
+        });
         let (metrics, listed) = match judged.transpose() {
             Ok(None) => (Vec::new(), Ok(())),
             Ok(Some(verdicts)) if verdicts.is_empty() => (verdicts, Ok(())),

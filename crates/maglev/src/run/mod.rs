@@ -15,15 +15,12 @@
 //! | [`Checkpoint`] | the state of a run in a file; `CheckpointOrigin` is what all checkpoints of a run share |
 //! | `RunEnd` | a run whose files are written and whose units are still to be terminated |
 
-mod as_run;
 mod checkpoint;
 mod course;
 mod end;
 mod journal;
-mod metrics;
 mod output;
 mod pace;
-mod ride;
 mod shared;
 mod totals;
 
@@ -32,6 +29,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use in_memory::as_run;
 use indexmap::IndexSet;
 
 use checkpoint::CheckpointOrigin;

@@ -4,7 +4,6 @@
 //! not stopped, and anybody can compute them again from the recorded signals.
 
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 
 use analysis::ride::sperling::{self, Direction};
 use analysis::ride::{Exposure, Weighting, comfort, iso2631};
@@ -16,6 +15,8 @@ use thiserror::Error;
 use master::Setup;
 use master::system::Port;
 use results::{ReadError, Table};
+
+use crate::Signals;
 use scenario::{RidePoint, VerticalWeighting};
 
 /// The shortest time that is judged (s): frequencies of 0.5 Hz need a mean over several periods.
@@ -54,13 +55,14 @@ struct RideSignal {
     values: Vec<f64>,
 }
 
-/// Judges the scenario's points by the results in the folder. `None` if the scenario has no points.
-pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
+/// Judges the scenario's points by recorded signals. `None` if the scenario has no points.
+#[must_use]
+pub fn judge(setup: &Setup, signals: Signals<'_>) -> Option<RideQuality> {
     let points = &setup.scenario().ride_quality;
     if points.is_empty() {
         return None;
     }
-    let recorded = RecordedSignals::read(setup, folder);
+    let recorded = RecordedSignals::read(setup, signals);
     let units = [
         ("weighted_rms", "m/s2"),
         ("maximum_transient", "m/s2"),
@@ -77,7 +79,8 @@ pub(super) fn judge(setup: &Setup, folder: &Path) -> Option<RideQuality> {
 }
 
 /// Why points are not judged, one line per reason.
-pub(super) fn notes(quality: &RideQuality) -> Vec<String> {
+#[must_use]
+pub fn notes(quality: &RideQuality) -> Vec<String> {
     let mut reasons: IndexMap<&str, Vec<&str>> = IndexMap::new();
     for point in &quality.points {
         for warning in &point.warnings {
@@ -100,7 +103,7 @@ struct RecordedSignals {
 }
 
 impl RecordedSignals {
-    fn read(setup: &Setup, folder: &Path) -> Self {
+    fn read(setup: &Setup, recorded_signals: Signals<'_>) -> Self {
         let mut recorded = Self { series: HashMap::new(), missing: HashMap::new() };
         let columns = setup.selection().columns(setup.system());
         let mut wanted = HashSet::new();
@@ -118,9 +121,9 @@ impl RecordedSignals {
             };
             recorded.missing.insert(signal.clone(), error.to_string());
         }
-        let table = Table::read_signals(folder, |name| wanted.contains(name));
+        let table = recorded_signals.table(|name| wanted.contains(name));
         match table.map_err(RideError::from).and_then(|it| it.ok_or(RideError::NoTable)) {
-            Ok(table) => recorded.take(&table),
+            Ok(table) => recorded.take(&table, |name| wanted.contains(name)),
             Err(error) => {
                 let text = results::causes(&error).join(": ");
                 let missing = wanted.into_iter().map(|name| (name.to_owned(), text.clone()));
@@ -130,8 +133,8 @@ impl RecordedSignals {
         recorded
     }
 
-    fn take(&mut self, table: &Table) {
-        for (k, name) in table.names.iter().enumerate() {
+    fn take(&mut self, table: &Table, wanted: impl Fn(&str) -> bool) {
+        for (k, name) in table.names.iter().enumerate().filter(|(_, name)| wanted(name)) {
             let (times, values) = table.samples(k);
             self.series.insert(name.clone(), RideSignal { times, values });
         }

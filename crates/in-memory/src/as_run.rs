@@ -13,18 +13,22 @@ use master::system::{InstanceIndex, System};
 use results::{AS_RUN, write_whole};
 use scenario::{InstanceSettings, Scenario, Setting};
 
-/// Writes the scenario with the changes of the command line: their values are those of the instances, and
-/// paths of units and of their resources are absolute. Running it again gives the same results. A comment contains the identifier of
-/// the run.
+/// Writes the scenario as run into a results folder, with the identifier of the run in a comment.
 ///
 /// # Errors
 /// The file cannot be written.
-pub(super) fn write(
-    run: &str,
-    scenario: &Scenario,
-    system: &System,
-    folder: &Path,
-) -> io::Result<()> {
+pub fn write(run: &str, scenario: &Scenario, system: &System, folder: &Path) -> io::Result<()> {
+    let text = text(Some(run), scenario, system)?;
+    write_whole(&folder.join(AS_RUN), text.as_bytes())
+}
+
+/// The text of a scenario with the changes of the command line: their values are those of the instances, and paths of
+/// units and of their resources are absolute. Running it again gives the same results. If there is an identifier of the
+/// run, a comment contains it.
+///
+/// # Errors
+/// There is no working directory.
+pub fn text(run: Option<&str>, scenario: &Scenario, system: &System) -> io::Result<String> {
     let mut scenario = scenario.clone();
     // the path would be relative to the scenario file
     scenario.schema = None;
@@ -36,17 +40,17 @@ pub(super) fn write(
     if !system.overridden.is_empty() {
         scenario.instances = merged(&scenario.instances, system);
     }
-    let marked = Marked { comment: format!("run {run}"), scenario: &scenario };
-    let mut text = serde_json::to_string_pretty(&marked)?;
+    let comment = run.map(|run| format!("run {run}"));
+    let mut text = serde_json::to_string_pretty(&Marked { comment, scenario: &scenario })?;
     text.push('\n');
-    write_whole(&folder.join(AS_RUN), text.as_bytes())
+    Ok(text)
 }
 
 /// A scenario with the identifier of its run.
 #[derive(Serialize)]
 struct Marked<'a> {
-    #[serde(rename = "$comment")]
-    comment: String,
+    #[serde(rename = "$comment", skip_serializing_if = "Option::is_none")]
+    comment: Option<String>,
     #[serde(flatten)]
     scenario: &'a Scenario,
 }

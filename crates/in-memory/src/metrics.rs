@@ -4,21 +4,24 @@
 //! same as one that was not stopped.
 
 use std::collections::HashSet;
-use std::path::Path;
 
-use criteria::{Over, OverName, Verdict};
+use criteria::{Metric, Over, OverName, Verdict};
 use master::Setup;
 use report::RunEvidence;
 use results::summary::RideQuality;
-use results::{AS_RUN, ReadError, ScenarioAsRun, Table};
+use results::{ReadError, ScenarioAsRun};
 
-/// Judges the scenario's objectives and limits by the results in the folder.
+use crate::{Signals, as_run};
+
+/// Judges the scenario's objectives and limits by recorded signals. `as_run` is the text of scenario-as-run.json, if it is
+/// at hand.
 ///
 /// # Errors
 /// The table cannot be read.
-pub(super) fn judge(
+pub fn judge(
     setup: &Setup,
-    folder: &Path,
+    signals: Signals<'_>,
+    as_run: Option<String>,
     ride: Option<&RideQuality>,
 ) -> Result<Vec<Verdict>, ReadError> {
     let metrics = setup.scenario().metrics();
@@ -35,9 +38,16 @@ pub(super) fn judge(
             wanted.extend(names.iter().map(String::as_str).filter(|name| name.ends_with(".speed")));
         }
     }
-    let table = Table::read_signals(folder, |name| wanted.contains(name))?.unwrap_or_default();
-    let text = std::fs::read_to_string(folder.join(AS_RUN)).unwrap_or_default();
-    let scenario = ScenarioAsRun::parse(text).ok();
+    let table = signals.table(|name| wanted.contains(name))?.unwrap_or_default();
+    // only these look at more than the table
+    let looks = |metric: &Metric| {
+        matches!(metric.over, Some(Over::Named(_))) || metric.quantity.is_some()
+    };
+    let scenario = metrics.values().any(looks).then(|| {
+        let text = as_run.or_else(|| as_run::text(None, setup.scenario(), setup.system()).ok());
+        text.and_then(|text| ScenarioAsRun::parse(text).ok())
+    });
+    let scenario = scenario.flatten();
     let units = columns.into_iter().filter_map(|column| Some((column.name, column.unit?)));
     let evidence = RunEvidence::new(&table, units.collect(), scenario.as_ref(), ride.cloned());
     Ok(criteria::judge(&metrics, &evidence))

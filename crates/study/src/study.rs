@@ -1,0 +1,411 @@
+//! A checked study, and its points.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use criteria::Metric;
+use scenario::{Override, Scenario, Setting};
+
+use crate::sample::{LatinHypercube, MOST_DIMENSIONS, MOST_SOBOL, sobol};
+use crate::{Design, Factor, FactorValue, StudyError, StudyFile, content, plan, table};
+
+/// Columns of the results that are no factor and no figure.
+const RESERVED: [&str; 6] = ["point", "run", "status", "limits", "reached", "chunk"];
+
+/// A study whose file is checked and whose base scenario is read.
+pub struct Study {
+    pub(crate) path: PathBuf,
+    pub(crate) file: StudyFile,
+    name: String,
+    /// the base scenario with the changes that all points share
+    pub(crate) base: Scenario,
+    /// what all points depend on, as text
+    identity: String,
+    rows: Rows,
+    seeds: Option<SeedFactor>,
+}
+
+/// A combination of values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Its number, from 1.
+    pub number: u64,
+    /// Its values in the order of the factors.
+    pub values: Vec<FactorValue>,
+    /// Name that follows from its content: the scenario, the units, and the values. It does not change if points are
+    /// added.
+    pub name: String,
+}
+
+/// A figure of the results.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Its definition.
+    pub metric: Metric,
+    /// Whether it is a limit.
+    pub is_limit: bool,
+}
+
+/// The combinations without seeds.
+enum Rows {
+    Grid { levels: Vec<u64> },
+    Table(Vec<Vec<FactorValue>>),
+    LatinHypercube(LatinHypercube),
+    Sobol,
+    Random,
+    Saltelli,
+}
+
+/// The factor with seeds.
+struct SeedFactor {
+    place: usize,
+    count: u64,
+    common: bool,
+}
+
+impl Study {
+    /// Reads and checks a study file and its scenario. The units are not opened yet.
+    ///
+    /// # Errors
+    /// A file cannot be read, or something is not allowed.
+    pub fn load(path: &Path) -> Result<Self, StudyError> {
+        Self::new(StudyFile::load(path)?, path)
+    }
+
+    /// Checks a study. `path` names it, and is for messages; paths in the study are relative to the working directory.
+    ///
+    /// # Errors
+    /// A file cannot be read, or something is not allowed.
+    pub fn new(file: StudyFile, path: &Path) -> Result<Self, StudyError> {
+        check(&file, path)?;
+        let mut base = Scenario::load(&file.scenario).map_err(StudyError::Scenario)?;
+        base.overrides = file.set.iter().map(|(target, it)| set(target, it)).collect();
+        for (own, given) in
+            [(&mut base.objectives, &file.objectives), (&mut base.limits, &file.limits)]
+        {
+            own.extend(given.iter().map(|(name, metric)| (name.clone(), metric.clone())));
+        }
+        // a name moves from one list to the other if the study says so
+        base.objectives.retain(|name, _| !file.limits.contains_key(name));
+        base.limits.retain(|name, _| !file.objectives.contains_key(name));
+        quiet(&mut base);
+        let problem = |at: String, problem: String| StudyError::Key {
+            path: path.to_owned(),
+            at,
+            problem,
+        };
+        if let Some(name) = base.metrics().keys().find(|name| file.factors.contains_key(*name)) {
+            let text = "a figure has the same name; choose another one".to_owned();
+            return Err(problem(format!("factors.{name}"), text));
+        }
+        if let Some(name) = base.metrics().keys().find(|it| RESERVED.contains(&it.as_str())) {
+            let text = "this name is that of a column of the results; choose another one";
+            return Err(problem(format!("objectives.{name}"), text.to_owned()));
+        }
+        let identity = plan::identity(&file, &base)?;
+        let seeds = file.factors.values().enumerate().find_map(|(place, factor)| {
+            let count = factor.seeds?;
+            Some(SeedFactor { place, count, common: factor.common })
+        });
+        let mut study = Self {
+            name: name(&file, path),
+            path: path.to_owned(),
+            base,
+            identity,
+            rows: Rows::Sobol,
+            seeds,
+            file,
+        };
+        study.rows = study.rows(path)?;
+        // the first point shows whether the targets exist in the scenario
+        plan::apply(&study, &study.point(1)?)?;
+        Ok(study)
+    }
+
+    fn rows(&self, path: &Path) -> Result<Rows, StudyError> {
+        let names = self.names_without_seeds();
+        let problem = |at: &str, problem: String| StudyError::Key {
+            path: path.to_owned(),
+            at: at.to_owned(),
+            problem,
+        };
+        if let Some(points) = self.file.design.sampled() {
+            let sequence = matches!(self.file.design, Design::Sobol { .. } | Design::Saltelli { .. });
+            if points == 0 {
+                return Err(problem("design.points", "0; give 1 or more".to_owned()));
+            }
+            if sequence && points > MOST_SOBOL {
+                let text = format!("{points}; at most {MOST_SOBOL}, or take \"random\"");
+                return Err(problem("design.points", text));
+            }
+            if u32::try_from(points).is_err() {
+                return Err(problem("design.points", format!("{points}; at most {}", u32::MAX)));
+            }
+            let doubled = matches!(self.file.design, Design::Saltelli { .. });
+            let dimensions = names.len() * if doubled { 2 } else { 1 };
+            if sequence && dimensions > MOST_DIMENSIONS {
+                let text = format!("a sample of {dimensions} dimensions; at most {MOST_DIMENSIONS}");
+                return Err(problem("design.kind", text));
+            }
+            if names.is_empty() {
+                let text = "there is nothing to sample: all factors are seeds; take \"grid\"";
+                return Err(problem("design.kind", text.to_owned()));
+            }
+        }
+        Ok(match &self.file.design {
+            Design::Grid => {
+                let mut levels = Vec::new();
+                for (name, factor) in self.without_seeds() {
+                    let Some(count) = factor.levels() else {
+                        let text = "a grid needs \"values\" or a \"range\"; for a distribution take the design \
+                                    \"sobol\" or \"latin-hypercube\"";
+                        return Err(problem(&format!("factors.{name}.distribution"), text.to_owned()));
+                    };
+                    levels.push(count);
+                }
+                let all = levels.iter().try_fold(1_u64, |all, count| all.checked_mul(*count));
+                let all = all.and_then(|all| all.checked_mul(self.replicates()));
+                if all.is_none_or(|all| all > u64::from(u32::MAX)) {
+                    return Err(problem("factors", format!("more than {} points", u32::MAX)));
+                }
+                Rows::Grid { levels }
+            }
+            Design::Table { file } => Rows::Table(table::read(file, &names)?),
+            Design::LatinHypercube { points } => {
+                // checked above
+                let rows = u32::try_from(*points).unwrap_or(u32::MAX);
+                Rows::LatinHypercube(LatinHypercube::new(self.file.seed, rows, &names))
+            }
+            Design::Sobol { .. } => Rows::Sobol,
+            Design::Random { .. } => Rows::Random,
+            Design::Saltelli { .. } => Rows::Saltelli,
+        })
+    }
+
+    /// Name of the study: that of its file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The content of its file.
+    #[must_use]
+    pub fn file(&self) -> &StudyFile {
+        &self.file
+    }
+
+    /// The base scenario with the changes that all points share.
+    #[must_use]
+    pub fn base(&self) -> &Scenario {
+        &self.base
+    }
+
+    /// The figures of its results: objectives, then limits.
+    #[must_use]
+    pub fn columns(&self) -> Vec<Column> {
+        let of = |is_limit| {
+            move |(name, metric): (&String, &Metric)| Column {
+                name: name.clone(),
+                metric: metric.clone(),
+                is_limit,
+            }
+        };
+        let Scenario { objectives, limits, .. } = &self.base;
+        objectives.iter().map(of(false)).chain(limits.iter().map(of(true))).collect()
+    }
+
+    fn without_seeds(&self) -> impl Iterator<Item = (&String, &Factor)> {
+        self.file.factors.iter().filter(|(_, factor)| factor.seeds.is_none())
+    }
+
+    fn names_without_seeds(&self) -> Vec<&str> {
+        self.without_seeds().map(|(name, _)| name.as_str()).collect()
+    }
+
+    fn replicates(&self) -> u64 {
+        self.seeds.as_ref().map_or(1, |seeds| seeds.count)
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        let rows = match &self.rows {
+            Rows::Grid { levels } => levels.iter().product(),
+            Rows::Table(rows) => rows.len() as u64,
+            Rows::Saltelli => {
+                let factors = self.names_without_seeds().len() as u64;
+                self.file.design.sampled().unwrap_or(0) * (factors + 2)
+            }
+            _ => self.file.design.sampled().unwrap_or(0),
+        };
+        rows * self.replicates()
+    }
+
+    /// A point by its number, from 1.
+    ///
+    /// # Errors
+    /// There is no such point.
+    pub fn point(&self, number: u64) -> Result<Point, StudyError> {
+        let count = self.count();
+        if !(1..=count).contains(&number) {
+            return Err(StudyError::NoPoint { number, count });
+        }
+        let (row, replicate) =
+            ((number - 1) / self.replicates(), (number - 1) % self.replicates());
+        let mut values = self.row(row);
+        if let Some(SeedFactor { place, common, .. }) = self.seeds {
+            let name = self.file.factors.get_index(place).map_or("", |(name, _)| name.as_str());
+            let others = if common { String::new() } else { self.shown(&values, place) };
+            let text = format!("seed {replicate} of {name} at {others}");
+            values.insert(place, FactorValue::Integer(content::seed(self.file.seed, &text)));
+        }
+        let name = content::name(&self.content(&values));
+        Ok(Point { number, values, name })
+    }
+
+    /// All points in order.
+    pub fn points(&self) -> impl Iterator<Item = Point> + '_ {
+        (1..=self.count()).filter_map(|number| self.point(number).ok())
+    }
+
+    /// The values of a combination without seeds.
+    fn row(&self, k: u64) -> Vec<FactorValue> {
+        let seed = self.file.seed;
+        let factors = self.without_seeds().enumerate();
+        // each factor has a value in each design, which was checked
+        let nothing = || FactorValue::Text(String::new());
+        match &self.rows {
+            Rows::Grid { levels } => {
+                let mut rest = k;
+                let mut places: Vec<u64> = levels
+                    .iter()
+                    .rev()
+                    .map(|count| {
+                        let place = rest % count;
+                        rest /= count;
+                        place
+                    })
+                    .collect();
+                places.reverse();
+                factors.map(|(j, (_, it))| it.level(places[j]).unwrap_or_else(nothing)).collect()
+            }
+            Rows::Table(rows) => usize::try_from(k).map(|k| rows[k].clone()).unwrap_or_default(),
+            Rows::LatinHypercube(sample) => factors
+                .map(|(j, (name, factor))| {
+                    factor.quantile(sample.at(seed, k, j, name)).unwrap_or_else(nothing)
+                })
+                .collect(),
+            Rows::Sobol => factors
+                .map(|(j, (_, it))| it.quantile(sobol(seed, k, j)).unwrap_or_else(nothing))
+                .collect(),
+            Rows::Random => factors
+                .map(|(_, (name, factor))| {
+                    let u = content::uniform(seed, &format!("value {k} of {name}"));
+                    factor.quantile(u).unwrap_or_else(nothing)
+                })
+                .collect(),
+            Rows::Saltelli => {
+                let count = self.names_without_seeds().len();
+                let block = count as u64 + 2;
+                let (row, member) = (k / block, k % block);
+                factors
+                    .map(|(j, (_, factor))| {
+                        // A, B, then A with column j of B
+                        let of_b = member == 1 || member == j as u64 + 2;
+                        let dimension = if of_b { count + j } else { j };
+                        factor.quantile(sobol(seed, row, dimension)).unwrap_or_else(nothing)
+                    })
+                    .collect()
+            }
+        }
+    }
+
+    /// The values without that of the seeds, by the names of their factors.
+    fn shown(&self, values: &[FactorValue], seeds: usize) -> String {
+        let names = self.file.factors.keys().enumerate().filter(|(k, _)| *k != seeds);
+        let mut shown: Vec<String> =
+            names.zip(values).map(|((_, name), value)| format!("{name}={value}")).collect();
+        // the order of the factors is none of the content
+        shown.sort_unstable();
+        shown.join(";")
+    }
+
+    /// What the results of a point depend on.
+    fn content(&self, values: &[FactorValue]) -> String {
+        let factors = self.file.factors.values().zip(values);
+        let mut changes: Vec<String> = factors
+            .map(|(factor, value)| {
+                // targets and values are plain JSON, which always prints
+                let change = (&factor.target, factor.scale, value);
+                serde_json::to_string(&change).unwrap_or_default()
+            })
+            .collect();
+        changes.sort_unstable();
+        format!("{}\n{}", self.identity, changes.join("\n"))
+    }
+}
+
+/// A value that all points share, as an option `--set`.
+fn set(target: &str, value: &Setting) -> Override {
+    let value = match value {
+        Setting::Text(text) => text.clone(),
+        other => other.to_string(),
+    };
+    Override { target: target.to_owned(), value }
+}
+
+/// Leaves out what a point does not need.
+fn quiet(base: &mut Scenario) {
+    base.plots.clear();
+    base.checkpoint = None;
+    base.real_time = None;
+    base.trace = None;
+    base.notes.clear();
+    base.log_level = scenario::LogLevel::default();
+}
+
+/// The name of the file, or that of the study in a results folder.
+fn name(file: &StudyFile, path: &Path) -> String {
+    let as_run = file.as_run.as_ref().and_then(|it| it["name"].as_str());
+    let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    as_run.map_or_else(stem, str::to_owned)
+}
+
+/// Checks what the types cannot express.
+fn check(file: &StudyFile, path: &Path) -> Result<(), StudyError> {
+    let wrong = |at: String, problem: String| {
+        Err(StudyError::Key { path: path.to_owned(), at, problem })
+    };
+    if file.factors.is_empty() {
+        return wrong("factors".to_owned(), "empty; give at least one factor".to_owned());
+    }
+    let in_table = matches!(file.design, Design::Table { .. });
+    let mut seeds = HashSet::new();
+    for (name, factor) in &file.factors {
+        let plain = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
+        if name.is_empty() || !name.chars().all(plain) {
+            let text = "a name must be letters, digits, _ - . and blanks".to_owned();
+            return wrong(format!("factors.{name}"), text);
+        }
+        if RESERVED.contains(&name.as_str()) {
+            let text = "this name is that of a column of the results; choose another one";
+            return wrong(format!("factors.{name}"), text.to_owned());
+        }
+        if let Some((key, problem)) = factor.fault(in_table) {
+            return wrong(format!("factors.{name}.{key}"), problem);
+        }
+        if factor.seeds.is_some() && !seeds.insert(name) | (seeds.len() > 1) {
+            let text = "another factor has seeds already; name all targets in one factor";
+            return wrong(format!("factors.{name}.seeds"), text.to_owned());
+        }
+    }
+    if let Some(it) = file.timeout.filter(|it| !(*it > 0.0 && it.is_finite())) {
+        return wrong("timeout".to_owned(), format!("{it} is not a positive number of seconds"));
+    }
+    if file.tries == 0 {
+        return wrong("tries".to_owned(), "0; give 1 or more".to_owned());
+    }
+    Ok(())
+}
