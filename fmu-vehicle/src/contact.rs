@@ -32,7 +32,6 @@ pub(crate) struct ContactHandles {
     skid: SideHandles,
     slip_speed: RealVar,
     start_on_skids: BooleanVar,
-    travel_speed: RealVar,
     /// The output `contact_force_NN`.
     pub force: RealVars,
 }
@@ -100,7 +99,7 @@ impl SideHandles {
 
 impl ContactHandles {
     /// Declares the parameters and the output.
-    pub fn declare(interface: &mut Interface, model: &VehicleModel, travel_speed: RealVar) -> Self {
+    pub fn declare(interface: &mut Interface, model: &VehicleModel) -> Self {
         let data = model.contact();
         Self {
             stop: SideHandles::declare(
@@ -141,7 +140,6 @@ impl ContactHandles {
                      the load at the nominal gap",
                 )
                 .done(),
-            travel_speed,
             force: interface
                 .reals("contact_force", model.counts().magnets)
                 .output()
@@ -158,7 +156,7 @@ impl ContactHandles {
 
     /// Parameters on which a start depends.
     pub fn rows(&self) -> Vec<VariableRow> {
-        let own = [self.slip_speed.row(), self.start_on_skids.row(), self.travel_speed.row()];
+        let own = [self.slip_speed.row(), self.start_on_skids.row()];
         [&self.stop.rows()[..], &self.skid.rows(), &own].concat()
     }
 
@@ -171,8 +169,13 @@ impl ContactHandles {
         }
     }
 
-    /// Stops and skids, and whether to start on the skids.
-    pub fn start(&self, model: &VehicleModel, values: &Values) -> Result<(Contact, bool), Error> {
+    /// Stops and skids, and whether to start on the skids, at a speed along the track.
+    pub fn start(
+        &self,
+        model: &VehicleModel,
+        values: &Values,
+        speed: f64,
+    ) -> Result<(Contact, bool), Error> {
         let contact = self.contact(values);
         contact
             .check_gaps(model.nominal_gap())
@@ -183,33 +186,42 @@ impl ContactHandles {
                 "start_on_skids: there are no skids to stand on; set contact_skid_on",
             ));
         }
-        let speed = values.real(self.travel_speed);
         if landed && speed != 0.0 {
             return Err(Error::invalid(format!(
                 "start_on_skids: a vehicle that slides on its skids at {speed} m/s is not in equilibrium; \
-                 set travel_speed to 0"
+                 set travel_speed to 0, and speed_change at the start"
             )));
         }
         Ok((contact, landed))
     }
 
     /// The rail at this moment; none without stops and skids.
-    pub fn track<'a>(&self, values: &'a Values, inputs: &InputHandles) -> Option<TrackContact<'a>> {
+    pub fn track<'a>(
+        &self,
+        values: &'a Values,
+        inputs: &InputHandles,
+        speed: f64,
+    ) -> Option<TrackContact<'a>> {
         let contact = self.contact(values);
         contact.any().then(|| TrackContact {
             contact,
-            speed: values.real(self.travel_speed),
+            speed,
             height: values.reals(inputs.track_displacement),
             rate: values.reals(inputs.track_rate),
         })
     }
 
     /// The rail over a step; none without stops and skids.
-    pub fn course<'a>(&self, values: &'a Values, inputs: &InputHandles) -> Option<TrackCourse<'a>> {
+    pub fn course<'a>(
+        &self,
+        values: &'a Values,
+        inputs: &InputHandles,
+        speed: [f64; 4],
+    ) -> Option<TrackCourse<'a>> {
         let contact = self.contact(values);
         contact.any().then(|| TrackCourse {
             contact,
-            speed: values.real(self.travel_speed),
+            speed,
             height: values.taylors(inputs.track_displacement),
             rate: values.taylors(inputs.track_rate),
         })
@@ -219,14 +231,14 @@ impl ContactHandles {
     pub fn write(
         &self,
         model: &VehicleModel,
-        state: &State,
+        state: &crate::state::State,
         inputs: &InputHandles,
         values: &mut Values,
     ) {
         for k in model.magnets() {
             let force = self
-                .track(values, inputs)
-                .map_or(0.0, |track| model.contact_force(state, k, &track).z);
+                .track(values, inputs, state.journey.speed)
+                .map_or(0.0, |track| model.contact_force(&state.vehicle, k, &track).z);
             values.set_real(self.force.get(k.0), force);
         }
     }

@@ -6,6 +6,7 @@ use multibody::{ComponentIndex, MagnetIndex, ObservedIndex, VehicleModel};
 use crate::adjustments::Adjustments;
 use crate::contact::ContactHandles;
 use crate::external::ExternalHandles;
+use crate::journey::JourneyHandles;
 use crate::table::{InputHandles, OutputHandles, ParameterHandles};
 
 /// Handles of all variables that depend on others, or others on them.
@@ -16,12 +17,13 @@ pub(crate) struct Handles<'a> {
     pub parameters: &'a ParameterHandles,
     pub contact: &'a ContactHandles,
     pub external: &'a ExternalHandles,
+    pub journey: &'a JourneyHandles,
     pub adjustments: &'a Adjustments,
 }
 
 /// Declares the direct dependencies of outputs on inputs.
 pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &Handles) {
-    let Handles { inputs, outputs, parameters, contact, external, adjustments } = *handles;
+    let Handles { inputs, outputs, parameters, contact, external, journey, adjustments } = *handles;
     interface.depends_elementwise(outputs.gap, inputs.track_displacement);
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
@@ -45,6 +47,8 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     // what the static equilibrium depends on
     let mut rest = vec![track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
     rest.extend(contact.rows());
+    // on skids, it may not move along the track
+    rest.extend(journey.speed_rows());
     rest.extend(external.rows());
     rest.extend(adjustments.rows());
     let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest[..], more].concat() };
@@ -80,7 +84,7 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     interface.independent(outputs.position);
     interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
     interface.independent(outputs.speed);
-    interface.initially_depends(outputs.speed, &[parameters.travel_speed]);
+    interface.initially_depends(outputs.speed, &journey.speed_rows());
     for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
         interface.independent(row);
         interface.initially_independent(row);

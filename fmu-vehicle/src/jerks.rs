@@ -8,6 +8,7 @@ use multibody::{
 
 use crate::contact::ContactHandles;
 use crate::external::ExternalHandles;
+use crate::journey::Journey;
 use crate::state::State;
 use crate::table::InputHandles;
 
@@ -16,6 +17,7 @@ use crate::table::InputHandles;
 pub(crate) struct Jerks {
     known: bool,
     state: multibody::State,
+    journey: Option<Journey>,
     force: Vec<f64>,
     lateral: Vec<f64>,
     force_rate: Vec<f64>,
@@ -67,6 +69,7 @@ impl Jerks {
         Self {
             known: false,
             state: model.initial_state(),
+            journey: None,
             force: zero(),
             lateral: zero(),
             force_rate: zero(),
@@ -95,7 +98,11 @@ impl Jerks {
             && self.lateral_rate == state.rates.lateral_force
             && external.are(&self.external, values)
             && self.external_rate == state.rates.external
-            && self.rail.is(contact.track(values, inputs).as_ref(), &state.rates.track_rate)
+            && self.rail.is(
+                contact.track(values, inputs, state.journey.speed).as_ref(),
+                &state.rates.track_rate,
+            )
+            && self.journey.is_some_and(|it| it.alike(&state.journey))
             && self.state == state.vehicle;
     }
 
@@ -111,7 +118,11 @@ impl Jerks {
         if !self.known {
             let magnets =
                 Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
-            let rates = AppliedForces { magnets, external: &state.rates.external };
+            let rates = AppliedForces {
+                magnets,
+                external: &state.rates.external,
+                acceleration: state.journey.jerk,
+            };
             let moving = track.map(|track| (track, &state.rates.track_rate[..]));
             model.jerks_in_contact(&state.vehicle, *forces, rates, moving, [work, probe])?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
@@ -125,6 +136,7 @@ impl Jerks {
 
     fn remember(&mut self, state: &State, forces: &AppliedForces) {
         self.known = true;
+        self.journey = Some(state.journey);
         self.state.clone_from(&state.vehicle);
         self.force.copy_from_slice(forces.magnets.vertical);
         self.lateral.copy_from_slice(forces.magnets.lateral);

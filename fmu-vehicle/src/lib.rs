@@ -6,10 +6,11 @@
 //! magnets) is data: `vehicle.json` in the unit's resources.
 //!
 //! # Frames
-//! The equations run in a frame that travels with `travel_speed`; it is inertial, and the file's
+//! The equations run in a frame that travels with `travel_speed` + `speed_change`, and the file's
 //! `ground` travels with it. So a single magnet on a vertical guide can travel along a track as
 //! well as a train. A magnet's `position` along the track is its place in that frame plus
-//! `initial_position` + `travel_speed`·(time since the start).
+//! `initial_position` plus the integral of the frame's speed. Where the speed changes, each body
+//! feels its inertia, and the motor acts at the magnets ([`multibody::AppliedForces::acceleration`]).
 
 mod adjustments;
 #[cfg(test)]
@@ -22,6 +23,9 @@ mod dependencies;
 mod derivative_tests;
 mod external;
 mod jerks;
+mod journey;
+#[cfg(test)]
+mod journey_tests;
 mod linear;
 mod model;
 mod modes;

@@ -2,11 +2,12 @@
 
 use fmi2_export::{Error, RealVars, StateSpace, Values};
 use multibody::math::Vec3;
-use multibody::{AppliedForces, Linearisation, MagnetSprings, State, VehicleModel};
+use multibody::{AppliedForces, Linearisation, MagnetSprings, VehicleModel};
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::contact::{ContactHandles, check_linear};
 use crate::external::ExternalHandles;
+use crate::state::State;
 use crate::table::{InputHandles, OutputHandles};
 
 /// Handles of the variables that the report names.
@@ -27,7 +28,8 @@ pub(crate) fn report(
     handles: &Handles,
 ) -> Result<String, Error> {
     let Handles { inputs, outputs, contact, external } = *handles;
-    let track = contact.track(values, inputs);
+    let (journey, state) = (state.journey, &state.vehicle);
+    let track = contact.track(values, inputs, journey.speed);
     check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
     let failed = |e: multibody::Error| Error::caused(&e).context("the report linear");
     let linear = model
@@ -36,6 +38,7 @@ pub(crate) fn report(
             AppliedForces {
                 magnets: inputs.loads(values),
                 external: external.memory().hold(external, values),
+                acceleration: journey.acceleration,
             },
             &MagnetSprings::default(),
             track.as_ref(),
@@ -83,7 +86,11 @@ struct MagnetShapes {
 }
 
 impl MagnetShapes {
-    fn new(model: &VehicleModel, state: &State, linear: &Linearisation) -> Result<Self, Error> {
+    fn new(
+        model: &VehicleModel,
+        state: &multibody::State,
+        linear: &Linearisation,
+    ) -> Result<Self, Error> {
         let all = model.magnet_shapes(state, linear);
         let magnets = all.nrows() / 3;
         let axis =

@@ -14,6 +14,7 @@ use crate::contact::{ContactHandles, check_linear};
 use crate::dependencies::{Handles, depend};
 use crate::external::{ExternalHandles, ExternalLoads};
 use crate::jerks::Jerks;
+use crate::journey::JourneyHandles;
 use crate::linear;
 use crate::modes::{self, At};
 use crate::start;
@@ -35,6 +36,7 @@ pub struct VehicleFmu {
     parameters: ParameterHandles,
     contact: ContactHandles,
     external: ExternalHandles,
+    journey: JourneyHandles,
     /// Memory for the values of the external loads.
     loads: ExternalLoads,
     work: Workspace,
@@ -134,8 +136,13 @@ impl VehicleFmu {
     }
 
     /// At the nominal gap no stop and no skid may touch, or it would not be an equilibrium.
-    fn check_levitated(&self, values: &Values, state: &multibody::State) -> Result<(), Error> {
-        let Some(track) = self.contact.track(values, &self.inputs) else { return Ok(()) };
+    fn check_levitated(
+        &self,
+        values: &Values,
+        state: &multibody::State,
+        speed: f64,
+    ) -> Result<(), Error> {
+        let Some(track) = self.contact.track(values, &self.inputs, speed) else { return Ok(()) };
         let touches = |k: &MagnetIndex| self.model.contact_force(state, *k, &track).z != 0.0;
         match self.model.magnets().find(touches) {
             None => Ok(()),
@@ -208,15 +215,17 @@ impl Model for VehicleFmu {
         let inputs = InputHandles::declare(interface, model.counts().magnets);
         let outputs = OutputHandles::declare(interface, &model);
         table::declare_constants(interface, &model);
-        let contact = ContactHandles::declare(interface, &model, parameters.travel_speed);
+        let contact = ContactHandles::declare(interface, &model);
         let external = ExternalHandles::declare(interface, &model);
         let adjustments = Adjustments::declare(interface, layout)?;
+        let journey = JourneyHandles::declare(interface, &parameters);
         let handles = Handles {
             inputs: &inputs,
             outputs: &outputs,
             parameters: &parameters,
             contact: &contact,
             external: &external,
+            journey: &journey,
             adjustments: &adjustments,
         };
         depend(interface, &model, &handles);
@@ -235,6 +244,7 @@ impl Model for VehicleFmu {
             parameters,
             contact,
             external,
+            journey,
         })
     }
 
@@ -242,19 +252,20 @@ impl Model for VehicleFmu {
         let key = self.adjustments.key(values);
         self.use_vehicle(key, values)?;
         values.set_real(self.adjustments.mass(), self.model.total_mass());
-        let (contact, landed) = self.contact.start(&self.model, values)?;
+        let journey = self.journey.start(values, time);
+        let (contact, landed) = self.contact.start(&self.model, values, journey.speed)?;
         let equilibrium = self.equilibrium(values, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
         self.fastest = start::fastest(&self.model, &equilibrium, &mut self.probe)?;
         let vehicle = if landed {
             self.landed(values, &contact, &equilibrium)?
         } else {
-            self.check_levitated(values, &equilibrium.state)?;
+            self.check_levitated(values, &equilibrium.state, journey.speed)?;
             equilibrium.state
         };
         Ok(State {
             vehicle,
-            start: time,
+            journey,
             key,
             rates: LoadRates::zero(equilibrium.loads.len(), self.loads.now.len()),
             loads: equilibrium.loads,
@@ -267,19 +278,21 @@ impl Model for VehicleFmu {
         self.model
             .accelerations_in_contact(
                 &state.vehicle,
-                AppliedForces { magnets: self.inputs.loads(values), external },
-                self.contact.track(values, &self.inputs).as_ref(),
+                AppliedForces {
+                    magnets: self.inputs.loads(values),
+                    external,
+                    acceleration: state.journey.acceleration,
+                },
+                self.contact.track(values, &self.inputs, state.journey.speed).as_ref(),
                 &mut self.work,
             )
             .map_err(|e| Error::caused(&e))?;
-        self.contact.write(&self.model, &state.vehicle, &self.inputs, values);
-        let speed = values.real(self.parameters.travel_speed);
-        let travelled =
-            values.real(self.parameters.initial_position) + speed * (time - state.start);
-        self.write_magnets(state, values, travelled);
+        self.contact.write(&self.model, state, &self.inputs, values);
+        self.write_magnets(state, values, state.journey.place_at(time));
         self.write_observed(state, values);
         let outputs = &self.outputs;
-        values.set_real(outputs.speed, speed + self.model.relative_speed(&state.vehicle));
+        let speed = state.journey.speed + self.model.relative_speed(&state.vehicle);
+        values.set_real(outputs.speed, speed);
         let (opening, rate) = self.model.constraint_violation(&state.vehicle, &mut self.work);
         values.set_real(outputs.joint_opening, opening);
         values.set_real(outputs.joint_opening_rate, rate);
@@ -293,12 +306,22 @@ impl Model for VehicleFmu {
             vertical: values.taylors(self.inputs.force),
             lateral: values.taylors(self.inputs.lateral_force),
         };
-        let course = AppliedCourse { magnets, external: self.loads.follow(&self.external, values) };
-        let track = self.contact.course(values, &self.inputs);
+        let speed = self.journey.speed_course(values);
+        let [_, a, j, s] = speed;
+        let course = AppliedCourse {
+            magnets,
+            external: self.loads.follow(&self.external, values),
+            acceleration: [a, j, s, 0.0],
+        };
+        let track = self.contact.course(values, &self.inputs, speed);
         let max_step = values.real(self.parameters.max_step);
         start::check_step(self.fastest, step.size.min(max_step))?;
         self.trial.clone_from(&state.vehicle);
         self.trial.time = step.time;
+        let jump = speed[0] - state.journey.speed;
+        if jump != 0.0 {
+            self.model.jump(&mut self.trial, jump, &mut self.work).map_err(|e| refused(&e))?;
+        }
         self.model
             .step_in_contact(
                 &mut self.trial,
@@ -310,6 +333,7 @@ impl Model for VehicleFmu {
             )
             .map_err(|e| refused(&e))?;
         state.vehicle.clone_from(&self.trial);
+        state.journey = state.journey.after(speed, step);
         state.rates.after(&self.inputs, &self.external, values, step.size);
         Ok(())
     }
@@ -351,15 +375,17 @@ impl Model for VehicleFmu {
             let forces = AppliedForces {
                 magnets: inputs.loads(values),
                 external: loads.hold(external, values),
+                acceleration: state.journey.acceleration,
             };
-            let track = contact.track(values, inputs);
+            let track = contact.track(values, inputs, state.journey.speed);
             let jerks = jerks
                 .all(model, state, &forces, track.as_ref(), [work, probe])
                 .map_err(|e| Error::caused(&e))?;
             return Ok(Some(jerks[k]));
         }
         if let Some(k) = find(self.contact.force, output) {
-            let slope = self.contact.track(values, &self.inputs).map_or(0.0, |track| {
+            let rail = self.contact.track(values, &self.inputs, state.journey.speed);
+            let slope = rail.map_or(0.0, |track| {
                 let [by_gap, by_rate] =
                     self.model.contact_slopes(&state.vehicle, MagnetIndex(k), &track);
                 by_gap.z * values.real(gap_rate.get(k)) + by_rate.z * bend(k)
@@ -371,7 +397,7 @@ impl Model for VehicleFmu {
         }
         if let Some(k) = find(position, output) {
             let relative = self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.x;
-            return Ok(Some(values.real(self.parameters.travel_speed) + relative));
+            return Ok(Some(state.journey.speed + relative));
         }
         Ok(find(self.outputs.static_load, output).map(|_| 0.0))
     }
@@ -389,8 +415,9 @@ impl Model for VehicleFmu {
         result.reals_mut(outputs.gap_rate).copy_from_slice(seed.reals(inputs.track_rate));
         let magnets =
             Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
-        let forces = AppliedForces { magnets, external: self.loads.seed(&self.external, seed) };
-        let track = self.contact.track(values, inputs);
+        let external = self.loads.seed(&self.external, seed);
+        let forces = AppliedForces { magnets, external, acceleration: 0.0 };
+        let track = self.contact.track(values, inputs, state.journey.speed);
         let height = seed.reals(inputs.track_displacement);
         let rate = seed.reals(inputs.track_rate);
         let moved = track.as_ref().map(|track| (track, height, rate));
@@ -432,7 +459,7 @@ impl Model for VehicleFmu {
         if request == StateSpace::REQUEST {
             let Self { model, inputs, outputs, contact, external, .. } = self;
             let handles = linear::Handles { inputs, outputs, contact, external };
-            return linear::report(model, &state.vehicle, values, &handles).map(Some);
+            return linear::report(model, state, values, &handles).map(Some);
         }
         let (name, options) = request.split_once(' ').unwrap_or((request, ""));
         if name != "modes" {
@@ -441,17 +468,19 @@ impl Model for VehicleFmu {
         let options = modes::ModesOptions::read(options)?;
         let answer = match options.at {
             At::State => {
-                let track = self.contact.track(values, &self.inputs);
+                let track = self.contact.track(values, &self.inputs, state.journey.speed);
                 let magnets = self.inputs.loads(values);
                 let external = self.loads.hold(&self.external, values);
-                let forces = AppliedForces { magnets, external };
+                let acceleration = state.journey.acceleration;
+                let forces = AppliedForces { magnets, external, acceleration };
                 check_linear(&self.model, &state.vehicle, track.as_ref())?;
                 modes::report(&self.model, &state.vehicle, &forces, track.as_ref(), &options)
             }
             At::Equilibrium => {
                 let found = self.equilibrium(values, state.vehicle.time)?;
                 let magnets = Loads { vertical: &found.loads, lateral: &found.lateral };
-                let forces = AppliedForces { magnets, external: &found.external };
+                let external = &found.external;
+                let forces = AppliedForces { magnets, external, acceleration: 0.0 };
                 modes::report(&self.model, &found.state, &forces, None, &options)
             }
         };

@@ -53,7 +53,7 @@ pub(crate) fn fastest(
     work: &mut Workspace,
 ) -> Result<f64, Error> {
     let magnets = Loads { vertical: &found.loads, lateral: &found.lateral };
-    let forces = multibody::AppliedForces { magnets, external: &found.external };
+    let forces = multibody::AppliedForces { magnets, external: &found.external, acceleration: 0.0 };
     model
         .fastest_rate(&found.state, forces, work)
         .map_err(|e| Error::caused(&e).context("the fastest motion of the vehicle"))

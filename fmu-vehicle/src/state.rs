@@ -5,14 +5,15 @@ use multibody::ExternalLoad;
 use serde::{Deserialize, Serialize};
 
 use crate::external::ExternalHandles;
+use crate::journey::Journey;
 use crate::table::InputHandles;
 
 /// Everything that changes while stepping.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
     pub(crate) vehicle: multibody::State,
-    /// When the journey began, s.
-    pub(crate) start: f64,
+    /// Speed and place of the frame.
+    pub(crate) journey: Journey,
     /// Fingerprint of the parameters that the vehicle was built with.
     pub(crate) key: u64,
     /// Static load of each magnet, N.
@@ -68,7 +69,7 @@ impl Clone for State {
         let LoadRates { force, lateral_force, track_rate, external } = &self.rates;
         Self {
             vehicle: self.vehicle.clone(),
-            start: self.start,
+            journey: self.journey,
             key: self.key,
             loads: self.loads.clone(),
             rates: LoadRates {
@@ -83,7 +84,7 @@ impl Clone for State {
     /// Reuses the memory, so that saving and restoring need not allocate.
     fn clone_from(&mut self, source: &Self) {
         self.vehicle.clone_from(&source.vehicle);
-        self.start = source.start;
+        self.journey = source.journey;
         self.key = source.key;
         self.loads.clone_from(&source.loads);
         self.rates.force.clone_from(&source.rates.force);

@@ -37,6 +37,7 @@ impl VehicleModel {
             vertical: vec![0.0; self.magnets.len()],
             lateral: vec![0.0; self.magnets.len()],
             external: vec![[0.0; 6]; self.watched.len()],
+            acceleration: 0.0,
         }
     }
 
@@ -77,6 +78,7 @@ impl VehicleModel {
         ws.vertical.copy_from_slice(forces.magnets.vertical);
         ws.lateral.copy_from_slice(forces.magnets.lateral);
         copy_external(&mut ws.external, forces.external);
+        ws.acceleration = forces.acceleration;
         self.evaluate(&state.bodies, state.time, ws)
     }
 
@@ -261,9 +263,9 @@ impl VehicleModel {
         Error::Singular { time, joint: name.clone(), row: vanished.row }
     }
 
-    /// Forces of all elements, gravity, drive, magnets and contacts.
+    /// Forces of all elements, gravity, inertia in the frame, drive, magnets and contacts.
     pub(crate) fn apply_forces(&self, ws: &mut Workspace) {
-        let Workspace { kin, wrenches, vertical, lateral, external, .. } = ws;
+        let Workspace { kin, wrenches, vertical, lateral, external, acceleration, .. } = ws;
         wrenches.fill(Wrench::zero());
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
             wrench.force = self.gravity * composite.mass;
@@ -288,7 +290,8 @@ impl VehicleModel {
             }
         }
         let magnets = Loads { vertical, lateral };
-        self.apply_loads(kin, &AppliedForces { magnets, external }, wrenches);
+        let forces = AppliedForces { magnets, external, acceleration: *acceleration };
+        self.apply_loads(kin, &forces, wrenches);
         self.apply_contact(ws);
     }
 
@@ -396,8 +399,7 @@ impl VehicleModel {
     ) -> Result<(), Error> {
         self.check_forces(state, forces)?;
         self.prepare(&state.bodies, state.time, ws)?;
-        ws.evaluated = false;
-        let Workspace { kin, wrenches, solution, factors, .. } = ws;
+        let Workspace { kin, wrenches, .. } = &mut *ws;
         wrenches.fill(Wrench::zero());
         self.apply_loads(kin, forces, wrenches);
         for k in self.magnets() {
@@ -407,6 +409,13 @@ impl VehicleModel {
                 wrenches[magnet.body].add(&force, &kin[magnet.body].turn(&magnet.local));
             }
         }
+        self.respond_to_wrenches(state.time, ws)
+    }
+
+    /// Accelerations and multipliers that the wrenches in the workspace alone cause, for the pose whose factors it holds.
+    pub(crate) fn respond_to_wrenches(&self, time: f64, ws: &mut Workspace) -> Result<(), Error> {
+        ws.evaluated = false;
+        let Workspace { kin, wrenches, solution, factors, .. } = &mut *ws;
         solution.fill(0.0);
         for (k, wrench) in wrenches[..self.composites.len()].iter().enumerate() {
             let moment = kin[k].a.tr_mul(&wrench.moment);
@@ -414,7 +423,7 @@ impl VehicleModel {
             solution[6 * k + 3..6 * k + 6].copy_from_slice(moment.as_slice());
         }
         self.solver.solve(factors, solution);
-        self.check_finite(state.time, ws)
+        self.check_finite(time, ws)
     }
 
     fn apply_loads(&self, kin: &[Kinematics], forces: &AppliedForces, wrenches: &mut [Wrench]) {
@@ -429,6 +438,10 @@ impl VehicleModel {
             let wrench = &mut wrenches[member.composite];
             wrench.add(&force, &kin[member.composite].turn(&member.offset));
             wrench.moment += moment;
+        }
+        // without it no bit changes
+        if forces.acceleration != 0.0 {
+            self.apply_frame(kin, forces.acceleration, wrenches);
         }
     }
 }

@@ -82,7 +82,7 @@ impl VehicleModel {
     }
 
     pub(crate) fn check_course(&self, state: &State, forces: &AppliedCourse) -> Result<(), Error> {
-        let AppliedCourse { magnets, external } = forces;
+        let AppliedCourse { magnets, external, .. } = forces;
         self.check_lengths(state, [magnets.vertical.len(), magnets.lateral.len(), external.len()])
     }
 
@@ -94,7 +94,7 @@ impl VehicleModel {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         let InternalStep { begin, offset, h } = *step;
-        let AppliedCourse { magnets, external } = &course.forces;
+        let AppliedCourse { magnets, external, acceleration } = &course.forces;
         let stages = self.scheme.stages();
         ws.start.copy_from_slice(bodies);
         // taken out so that the evaluation may borrow the workspace; returned below
@@ -107,6 +107,7 @@ impl VehicleModel {
                 ws.vertical[k] = polynomial(&magnets.vertical[k], t);
                 ws.lateral[k] = polynomial(&magnets.lateral[k], t);
             }
+            ws.acceleration = polynomial(acceleration, t);
             if external.is_empty() {
                 ws.external.fill([0.0; 6]);
             }

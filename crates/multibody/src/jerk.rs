@@ -89,7 +89,9 @@ impl VehicleModel {
                         track.height[k] + dt * (track.rate[k] + 0.5 * dt * acceleration);
                     probe.touch.rate[k] = track.rate[k] + dt * acceleration;
                 }
+                probe.touch.speed = track.speed + dt * forces.acceleration;
             }
+            probe.acceleration = forces.acceleration + rates.acceleration * dt;
             copy_external(&mut probe.external, forces.external);
             let shifted = probe.external.as_flattened_mut().iter_mut();
             for (shifted, rate) in shifted.zip(rates.external.as_flattened()) {
@@ -98,6 +100,8 @@ impl VehicleModel {
             self.imbalance(&state.bodies, dt, ws, probe);
             std::mem::swap(&mut probe.solution, &mut probe.spare);
         }
+        // from here on its rate
+        probe.acceleration = rates.acceleration;
         for (rate, later) in probe.solution.iter_mut().zip(&probe.spare) {
             *rate = (later - *rate) / (2.0 * DIFFERENCE);
         }
@@ -154,6 +158,7 @@ impl VehicleModel {
         let alpha_rate = kin.turn(&angular) + w.cross(&alpha);
         let arm_rate = w.cross(&arm);
         linear
+            + Vec3::new(probe.acceleration, 0.0, 0.0)
             + alpha_rate.cross(&arm)
             + alpha.cross(&arm_rate) * 2.0
             + w.cross(&(alpha.cross(&arm) + w.cross(&arm_rate)))

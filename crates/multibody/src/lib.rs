@@ -9,8 +9,8 @@
 //! # Coordinates
 //! Each rigid body has the position r of its centre of mass and a unit quaternion p; velocities are
 //! v (world axes) and ω (body axes), so the mass matrix diag(m I, J) is constant. x forward, y
-//! left, z up, in a world frame that travels with the vehicle's nominal speed. No small-angle
-//! approximation is made.
+//! left, z up, in a world frame that travels with the vehicle's nominal speed; where that changes, inertia and the
+//! motor's force act ([`AppliedForces::acceleration`]). No small-angle approximation is made.
 //!
 //! | symbol | meaning | size | unit | in the code |
 //! |---|---|---|---|---|
@@ -67,6 +67,7 @@ mod error;
 mod explain;
 mod fastest;
 mod file;
+mod frame;
 mod groups;
 #[cfg(test)]
 mod growth;

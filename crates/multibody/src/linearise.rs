@@ -241,7 +241,7 @@ impl LinearisationProbe<'_> {
         }
         let [vertical, lateral] = self.held(&beside);
         let magnets = Loads { vertical: &vertical, lateral: &lateral };
-        let forces = AppliedForces { magnets, external: self.forces.external };
+        let forces = AppliedForces { magnets, ..self.forces };
         self.model.accelerations_in_contact(&beside, forces, self.track, self.ws)?;
         let mut result = DVector::zeros(direction.len());
         for (k, body) in beside.bodies.iter().enumerate() {

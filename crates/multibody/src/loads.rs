@@ -30,6 +30,9 @@ pub struct AppliedForces<'a> {
     pub magnets: Loads<'a>,
     /// One entry per observed body, or none at all.
     pub external: &'a [ExternalLoad],
+    /// Acceleration of the travelling frame along the track, m/s². Each body then feels minus its mass times this, and
+    /// the motor applies the mass of the vehicle times this, in equal parts at the magnets.
+    pub acceleration: f64,
 }
 
 /// All forces from outside over a step. A [`LoadCourse`] alone converts into this.
@@ -39,17 +42,19 @@ pub struct AppliedCourse<'a> {
     pub magnets: LoadCourse<'a>,
     /// One entry per observed body, or none at all; polynomials as in [`LoadCourse`].
     pub external: &'a [[[f64; 4]; 6]],
+    /// Acceleration of the travelling frame along the track, m/s²; a polynomial as in [`LoadCourse`].
+    pub acceleration: [f64; 4],
 }
 
 impl<'a> From<&Loads<'a>> for AppliedForces<'a> {
     fn from(magnets: &Loads<'a>) -> Self {
-        Self { magnets: *magnets, external: &[] }
+        Self { magnets: *magnets, external: &[], acceleration: 0.0 }
     }
 }
 
 impl<'a> From<&LoadCourse<'a>> for AppliedCourse<'a> {
     fn from(magnets: &LoadCourse<'a>) -> Self {
-        Self { magnets: *magnets, external: &[] }
+        Self { magnets: *magnets, external: &[], acceleration: [0.0; 4] }
     }
 }
 

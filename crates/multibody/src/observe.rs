@@ -208,11 +208,13 @@ impl VehicleModel {
     }
 
     fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
+        let frame = Vec3::new(ws.acceleration, 0.0, 0.0);
         if anchor.body == self.ground() {
-            return Vec3::zeros();
+            return frame;
         }
         let kin = &ws.kin[anchor.body];
-        self.response(ws, anchor) + kin.centripetal(&kin.turn(&anchor.local))
+        let relative = self.response(ws, anchor) + kin.centripetal(&kin.turn(&anchor.local));
+        if ws.acceleration == 0.0 { relative } else { relative + frame }
     }
 }
 

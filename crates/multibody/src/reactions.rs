@@ -157,7 +157,8 @@ impl VehicleModel {
         } else {
             (Vec3::zeros(), Vec3::zeros())
         };
-        let acceleration = linear + angular.cross(&arm) + kin.centripetal(&arm);
+        let frame = Vec3::new(ws.acceleration, 0.0, 0.0);
+        let acceleration = linear + angular.cross(&arm) + kin.centripetal(&arm) + frame;
         let turn = kin.a * rotation_matrix(member.twist);
         let inertia = turn * self.attachments.inertias[k] * turn.transpose();
         let wrench = Wrench {
@@ -216,7 +217,8 @@ impl VehicleModel {
         };
         for (k, (magnet, end)) in self.magnets.iter().zip(&self.attachments.magnets).enumerate() {
             if sum.inside[*end] {
-                let mut force = Vec3::new(0.0, ws.lateral[k], ws.vertical[k]);
+                let mut force =
+                    Vec3::new(self.thrust(ws.acceleration), ws.lateral[k], ws.vertical[k]);
                 if ws.touch.contact.is_some() {
                     force += ws.touch.force[k];
                 }

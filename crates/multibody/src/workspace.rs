@@ -36,6 +36,8 @@ pub struct Workspace {
     pub(crate) vertical: Vec<f64>,
     pub(crate) lateral: Vec<f64>,
     pub(crate) external: Vec<ExternalLoad>,
+    /// Acceleration of the travelling frame, m/s².
+    pub(crate) acceleration: f64,
     pub(crate) touch: ContactScratch,
 }
 
@@ -108,6 +110,7 @@ impl Workspace {
             && same_bits(forces.magnets.vertical, &self.vertical)
             && same_bits(forces.magnets.lateral, &self.lateral)
             && self.has_external(forces.external)
+            && forces.acceleration.to_bits() == self.acceleration.to_bits()
             && self.has_motion(bodies)
     }
 }

@@ -57,7 +57,7 @@ impl<'a> Run<'a> {
     fn step(&mut self, state: &mut State, h: f64, max_step: f64) {
         let zero = vec![[0.0; 4]; self.vertical.len()];
         let loads = LoadCourse { vertical: &self.vertical, lateral: &zero };
-        let (contact, speed) = (self.contact, self.speed);
+        let (contact, speed) = (self.contact, [self.speed, 0.0, 0.0, 0.0]);
         let track = TrackCourse { contact, speed, height: &self.track, rate: &self.track_rate };
         self.model.step_in_contact(state, h, max_step, &loads, Some(&track), &mut self.ws).unwrap();
     }

@@ -44,7 +44,7 @@ fn analytic_a_free_body_obeys_newton_and_euler() {
     let mut ws = model.workspace();
     let magnets = Loads { vertical: &[0.0], lateral: &[0.0] };
     let external = [[4.0, -8.0, 12.0, 3.0, 2.0, 8.0]];
-    let forces = AppliedForces { magnets, external: &external };
+    let forces = AppliedForces { magnets, external: &external, acceleration: 0.0 };
     model.accelerations(&model.initial_state(), forces, &mut ws).unwrap();
     let (v, w) = ws.acceleration(BodyIndex(0));
     for (value, expected) in v.iter().chain(w.iter()).zip([1.0, -2.0, 3.0, 1.0, -1.0, 2.0]) {
@@ -67,13 +67,27 @@ fn analytic_a_growing_force_over_a_step() {
     external[0][1] = [8.0, 40.0, 0.0, 0.0];
     let mut state = model.initial_state();
     model
-        .step(&mut state, 0.1, 0.03, AppliedCourse { magnets, external: &external }, &mut ws)
+        .step(
+            &mut state,
+            0.1,
+            0.03,
+            AppliedCourse { magnets, external: &external, acceleration: [0.0; 4] },
+            &mut ws,
+        )
         .unwrap();
     let way = 0.5 * 2.0 * 0.01 + 10.0 * 0.001 / 6.0;
     assert!((state.bodies[0].position.y - 2.0 - way).abs() < 1e-14);
     let still = Loads { vertical: &[0.0], lateral: &[0.0] };
-    let now = AppliedForces { magnets: still, external: &[[0.0, 12.0, 0.0, 0.0, 0.0, 0.0]] };
-    let rates = AppliedForces { magnets: still, external: &[[0.0, 40.0, 0.0, 0.0, 0.0, 0.0]] };
+    let now = AppliedForces {
+        magnets: still,
+        external: &[[0.0, 12.0, 0.0, 0.0, 0.0, 0.0]],
+        acceleration: 0.0,
+    };
+    let rates = AppliedForces {
+        magnets: still,
+        external: &[[0.0, 40.0, 0.0, 0.0, 0.0, 0.0]],
+        acceleration: 0.0,
+    };
     model.jerks(&state, now, rates, &mut ws, &mut probe).unwrap();
     let jerk = model.magnet_jerk(&ws, &probe, MagnetIndex(0));
     assert!((jerk.y - 10.0).abs() < 1e-6, "{jerk}");
@@ -99,7 +113,7 @@ fn analytic_wind_on_a_car_is_carried_by_the_magnets() {
     let up: f64 = found.loads.iter().sum::<f64>() - calm.loads.iter().sum::<f64>();
     assert!((up - 1500.0).abs() < 1e-5, "{up} N");
     let magnets = Loads { vertical: &found.loads, lateral: &found.lateral };
-    let forces = AppliedForces { magnets, external: &external };
+    let forces = AppliedForces { magnets, external: &external, acceleration: 0.0 };
     model.accelerations(&found.state, forces, &mut ws).unwrap();
     for body in 0..found.state.bodies.len() {
         let (v, w) = ws.acceleration(BodyIndex(body));
@@ -153,7 +167,7 @@ fn invariant_no_wind_changes_no_bit() {
     let side = [7.0; 32];
     let magnets = Loads { vertical: &found.loads, lateral: &side };
     let mut answer = |external: &[[f64; 6]]| -> Vec<u64> {
-        let forces = AppliedForces { magnets, external };
+        let forces = AppliedForces { magnets, external, acceleration: 0.0 };
         model.accelerations(&found.state, forces, &mut ws).unwrap();
         let all = (0..found.state.bodies.len()).flat_map(|k| {
             let (v, w) = ws.acceleration(BodyIndex(k));
@@ -180,7 +194,7 @@ fn analytic_a_bracket_carries_the_external_load() {
     d.observed.push(observed("mast"));
     let model = VehicleModel::new(&d).unwrap();
     let external = [[0.0, 10.0, 0.0, 0.0, 0.0, 2.0]];
-    let forces = AppliedForces { magnets: NONE, external: &external };
+    let forces = AppliedForces { magnets: NONE, external: &external, acceleration: 0.0 };
     let mut ws = model.workspace();
     let reaction = model.reaction("foot", &model.initial_state(), forces, &mut ws).unwrap();
     assert!((reaction.force.y + 10.0).abs() < 1e-6, "{}", reaction.force);
@@ -204,7 +218,7 @@ fn analytic_shapes_of_external_loads_agree_with_accelerations() {
         let mut load = [0.0; 6];
         load[component] = 1.0;
         let silent = Loads { vertical: &side, lateral: &side };
-        let forces = AppliedForces { magnets: silent, external: &[load] };
+        let forces = AppliedForces { magnets: silent, external: &[load], acceleration: 0.0 };
         model.load_response(&found.state, forces, &mut ws).unwrap();
         let reduced = factors.solve(&shapes.row(component).transpose());
         let felt = &linear.basis * reduced;
@@ -224,11 +238,11 @@ fn refusal_of_external_loads_names_the_body() {
     let mut ws = model.workspace();
     let magnets = Loads { vertical: &[0.0], lateral: &[0.0] };
     let external = [[0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0]];
-    let forces = AppliedForces { magnets, external: &external };
+    let forces = AppliedForces { magnets, external: &external, acceleration: 0.0 };
     let failed = model.accelerations(&model.initial_state(), forces, &mut ws).unwrap_err();
     assert!(failed.to_string().contains("external force or moment on `mass`"), "{failed}");
     let two = [[0.0; 6]; 2];
-    let forces = AppliedForces { magnets, external: &two };
+    let forces = AppliedForces { magnets, external: &two, acceleration: 0.0 };
     let failed = model.accelerations(&model.initial_state(), forces, &mut ws).unwrap_err();
     assert!(matches!(failed, Error::Argument { what: "external loads", .. }), "{failed}");
 }

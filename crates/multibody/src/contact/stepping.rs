@@ -58,7 +58,6 @@ impl VehicleModel {
         self.check_course(state, &forces)?;
         self.check_track(track.height.len(), track.rate.len())?;
         ws.touch.contact = Some(track.contact);
-        ws.touch.speed = track.speed;
         let course = Course { forces, track: Some(*track) };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
@@ -137,11 +136,12 @@ impl VehicleModel {
     /// Clearances and slips of all magnets at a time after the start of the step.
     fn clearances(&self, bodies: &[BodyState], course: &Course, t: f64, ws: &mut Workspace) {
         let Some(track) = &course.track else { return };
+        let speed = track.speed_at(t);
         for k in self.magnets() {
             let motion = self.magnet_motion(bodies, k);
             ws.touch.after[k] =
                 self.clearance_of(&motion, track.height_at(k.0, t), track.rate_at(k.0, t));
-            ws.touch.slip[k] = [track.speed + motion.velocity.x, motion.velocity.y];
+            ws.touch.slip[k] = [speed + motion.velocity.x, motion.velocity.y];
         }
     }
 

@@ -24,7 +24,7 @@ pub struct TrackCourse<'a> {
     /// Stops and skids.
     pub contact: Contact,
     /// Speed of the travelling frame along the track, m/s.
-    pub speed: f64,
+    pub speed: [f64; 4],
     /// Height of the track's surface, m, up positive. Where no derivative is given, the height follows
     /// its rate.
     pub height: &'a [[f64; 4]],
@@ -44,7 +44,12 @@ impl TrackCourse<'_> {
         }
     }
 
-    /// Its rate.
+    /// Speed of the frame.
+    pub(crate) fn speed_at(&self, t: f64) -> f64 {
+        polynomial(&self.speed, t)
+    }
+
+    /// Rate of the height.
     pub(crate) fn rate_at(&self, k: usize, t: f64) -> f64 {
         polynomial(&self.rate[k], t)
     }
@@ -107,6 +112,7 @@ impl ContactScratch {
 
     /// Takes over the rail of a step at the time t after its start.
     pub fn follow(&mut self, course: &TrackCourse, t: f64) {
+        self.speed = course.speed_at(t);
         for (k, (height, rate)) in self.height.iter_mut().zip(&mut self.rate).enumerate() {
             *height = course.height_at(k, t);
             *rate = course.rate_at(k, t);

@@ -230,7 +230,7 @@ impl Search<'_> {
     /// Largest acceleration under the loads and the guidance forces alone.
     fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
         let magnets = Loads { vertical: &self.loads, lateral: &self.lateral };
-        let forces = AppliedForces { magnets, external: self.external };
+        let forces = AppliedForces { magnets, external: self.external, acceleration: 0.0 };
         self.model.accelerations(state, forces, ws)?;
         let n = 6 * self.model.composites.len();
         Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))

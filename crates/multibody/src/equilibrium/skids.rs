@@ -154,7 +154,7 @@ impl Landing<'_> {
     fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
         let none = vec![0.0; self.track.height.len()];
         let magnets = Loads { vertical: &none, lateral: &none };
-        let forces = AppliedForces { magnets, external: self.external };
+        let forces = AppliedForces { magnets, external: self.external, acceleration: 0.0 };
         self.model.accelerations_in_contact(state, forces, Some(&self.track), ws)?;
         let n = 6 * self.model.composites.len();
         Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))

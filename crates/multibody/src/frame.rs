@@ -1,0 +1,57 @@
+//! The travelling frame gains or loses speed: the inertia of the bodies, and the force of the motor.
+//!
+//! In a frame with the acceleration a along the track each body feels −m a at its centre of mass (d'Alembert). The
+//! linear motor applies M a, with M the mass of all bodies, in equal parts at the magnets, where the modules with its
+//! windings are. So the centre of mass follows the frame, and the car bodies, which are pulled from below, pitch.
+//! A jump of the speed by Δv is the limit of this: impulses −m Δv and M Δv at the same points. Force elements do not
+//! transmit impulses, joints do.
+
+use crate::error::Error;
+use crate::math::Vec3;
+use crate::model::VehicleModel;
+use crate::state::{Kinematics, State, Wrench};
+use crate::workspace::Workspace;
+
+impl VehicleModel {
+    /// Force of the motor at each magnet for an acceleration of the frame, along the track (N).
+    pub(crate) fn thrust(&self, acceleration: f64) -> f64 {
+        let mass: f64 = self.composites.iter().map(|it| it.mass).sum();
+        mass * acceleration / self.magnets.len() as f64
+    }
+
+    /// Adds inertia and motor for an acceleration of the frame, m/s².
+    pub(crate) fn apply_frame(
+        &self,
+        kin: &[Kinematics],
+        acceleration: f64,
+        wrenches: &mut [Wrench],
+    ) {
+        for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
+            wrench.force.x -= composite.mass * acceleration;
+        }
+        if self.magnets.is_empty() {
+            return;
+        }
+        let force = Vec3::new(self.thrust(acceleration), 0.0, 0.0);
+        for magnet in &self.magnets {
+            wrenches[magnet.body].add(&force, &kin[magnet.body].turn(&magnet.local));
+        }
+    }
+
+    /// Changes the velocities of a state as a jump of the frame's speed (m/s) does. Velocities are those relative to the
+    /// frame.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], [`Error::NotFinite`], [`Error::Projection`] or [`Error::Argument`].
+    pub fn jump(&self, state: &mut State, speed: f64, ws: &mut Workspace) -> Result<(), Error> {
+        self.prepare(&state.bodies, state.time, ws)?;
+        ws.wrenches.fill(Wrench::zero());
+        self.apply_frame(&ws.kin, speed, &mut ws.wrenches);
+        self.respond_to_wrenches(state.time, ws)?;
+        for (body, change) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
+            body.velocity += Vec3::new(change[0], change[1], change[2]);
+            body.angular_velocity += Vec3::new(change[3], change[4], change[5]);
+        }
+        self.close_joints(state, ws)
+    }
+}
