@@ -289,12 +289,18 @@ fn conclude(verdict: &mut Verdict, metric: &Metric, found: Vec<Finding>) {
 
 /// The unit of a metric's value, if it is known.
 fn unit(metric: &Metric, found: &[Finding], evidence: &dyn Evidence) -> Option<String> {
+    unit_of(metric, found.first().and_then(|it| evidence.unit(&it.place)))
+}
+
+/// The unit of a metric's value, if it is known, by that of its signal.
+#[must_use]
+pub fn unit_of(metric: &Metric, signal: Option<String>) -> Option<String> {
     let own = match (metric.quantity, metric.figure) {
         (Some(Quantity::FrequencyTimesSpan), _) => Some("m/s".to_owned()),
         (Some(Quantity::VibrationTotal), _) => Some("m/s2".to_owned()),
         (Some(_), _) => Some("1".to_owned()),
         (None, Some(Figure::SettlingTime)) => Some("s".to_owned()),
-        (None, _) => evidence.unit(&found.first()?.place),
+        (None, _) => signal,
     };
     let divisor = match metric.over {
         None => return own,

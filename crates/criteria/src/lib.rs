@@ -24,6 +24,6 @@ mod verdict;
 pub use bound::Bound;
 pub use figure::{FigureError, Found, compute};
 pub use file::{CriteriaError, CriteriaFile};
-pub use judge::{Evidence, Finding, Place, judge, selected};
+pub use judge::{Evidence, Finding, Place, judge, selected, unit_of};
 pub use metric::{Figure, Metric, MetricError, Over, OverName, Quantity};
 pub use verdict::{Outcome, Verdict, shown};

@@ -20,7 +20,9 @@ Exit statuses:
      finds an error; reference results are outside their tolerance; a report
      cannot be written
   2  bad usage or input: unknown option, invalid scenario or layout, a unit or
-     file that cannot be read, a folder that is in use or has no results";
+     file that cannot be read, a folder that is in use or has no results
+  75 try again: another process computes the points of a study, or points
+     remain";
 
 /// Runs co-simulations of FMI 2.0 units.
 #[derive(Parser)]
@@ -66,7 +68,9 @@ pub enum Command {
     /// Repeat the reference experiments that a unit contains, and compare
     #[command(arg_required_else_help = true)]
     Reference(commands::reference::Arguments),
-    /// Print the JSON schema of scenarios, layouts of vehicle and guideway, or criteria
+    /// Compute many variants of a scenario: grids, samples, seeds
+    Study(commands::study::Arguments),
+    /// Print the JSON schema of scenarios, studies, layouts of vehicle and guideway, or criteria
     Schema(commands::schema::Arguments),
     /// Print completions for a shell
     #[command(arg_required_else_help = true)]

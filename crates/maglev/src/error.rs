@@ -14,6 +14,7 @@ use fmi2_import::package::PackageError;
 use linear::LinearError;
 use results::ParquetError;
 use scenario::ScenarioError;
+use study::StudyError;
 use thiserror::Error;
 
 use crate::run::CheckpointError;
@@ -24,6 +25,9 @@ pub enum Error {
     /// The co-simulation: its setup, its start or a step.
     #[error(transparent)]
     Master(#[from] master::Error),
+    /// A study.
+    #[error(transparent)]
+    Study(#[from] StudyError),
     /// The modes of the coupled system.
     #[error("cannot find the modes of the system")]
     Modes(#[source] LinearError),
@@ -144,6 +148,7 @@ impl Error {
         match self {
             Self::Master(error) if error.is_failed_run() => 1,
             Self::Plot { .. } | Self::GivenUp => 1,
+            Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Write { .. } | Self::Program(_) => 1,
@@ -175,6 +180,7 @@ impl Error {
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
             Self::Master(error) => return error.help(),
+            Self::Study(error) => return error.help(),
             Self::Modes(error) => return error.help(),
             Self::Package(error) => return error.help(),
             Self::Derive(error) => return error.help(),

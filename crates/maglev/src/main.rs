@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         Command::ConformanceResume(arguments) => Ok(commands::conformance::resume(&arguments)),
         Command::Completions(arguments) => commands::completions::run(&arguments),
         Command::Man(arguments) => commands::man::run(&arguments),
+        Command::Study(arguments) => commands::study::run(&arguments),
         Command::Schema(arguments) => commands::schema::run(&arguments),
     };
     let status = outcome.unwrap_or_else(|error| {

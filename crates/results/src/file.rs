@@ -28,7 +28,10 @@ pub fn write_whole(path: &Path, content: &[u8]) -> io::Result<()> {
 
 /// Lets `write` fill a temporary file, waits until its content is on the disk, and renames it to
 /// `path`. The temporary name is fixed, so that the next run removes what a killed one has left.
-pub(crate) fn replace<E: From<io::Error>>(
+///
+/// # Errors
+/// The error of `write`, or the file cannot be written. What had its name before is unchanged.
+pub fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&File) -> Result<(), E>,
 ) -> Result<(), E> {

@@ -30,7 +30,7 @@ mod verify;
 
 pub use curve::Curve;
 pub use events::{Event, EventKind, EventLog, LogState};
-pub use file::{Fingerprint, causes, fingerprint, write_whole};
+pub use file::{Fingerprint, causes, fingerprint, replace, write_whole};
 pub use folder::{Folder, FolderError, add_files};
 pub use growing::Position;
 pub use keeper::write_now;

@@ -75,9 +75,53 @@ pub enum StudyError {
         #[source]
         source: master::Error,
     },
+    /// Points cannot be computed from a results folder.
+    #[error("{path} is the study of a results folder, which cannot be computed here")]
+    ResultsOnly {
+        /// Path of its study.json.
+        path: PathBuf,
+    },
+    /// A file in the results folder cannot be read or written.
+    #[error("cannot write the results of the study to {folder}")]
+    Output {
+        /// The results folder.
+        folder: PathBuf,
+        /// What the operating system reported.
+        #[source]
+        source: std::io::Error,
+    },
+    /// Another process computes the same points.
+    #[error("another process computes these points: it holds {journal}")]
+    Busy {
+        /// The journal.
+        journal: PathBuf,
+    },
+    /// Folders are of different studies.
+    #[error("{folder} has points of another scenario, other units or other figures than {from}")]
+    Differs {
+        /// The folder that does not fit.
+        folder: PathBuf,
+        /// The folder that it should be merged into.
+        from: PathBuf,
+    },
+    /// A process that computes points cannot be started.
+    #[error("cannot start a process that computes points")]
+    Spawn(#[source] std::io::Error),
+    /// A process that computes points does not begin its work.
+    #[error("a process that computes points ended before its first point: {reason}")]
+    Worker {
+        /// How it ended, and what it said.
+        reason: String,
+    },
 }
 
 impl StudyError {
+    /// Whether a second try can succeed without a change of the study.
+    #[must_use]
+    pub fn can_try_again(&self) -> bool {
+        matches!(self, Self::Output { .. } | Self::Busy { .. } | Self::Spawn(_))
+    }
+
     /// How to fix it, where that is known.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
@@ -91,6 +135,14 @@ impl StudyError {
             Self::Input { .. } | Self::Point { .. } => return None,
             Self::NoPoint { .. } => "`maglev study points` lists the points",
             Self::Setup { source, .. } => return source.help(),
+            Self::ResultsOnly { .. } => "give the study file that it was made from",
+            Self::Output { .. } => {
+                "free space on the disk, then run the study again: it continues where it ended"
+            }
+            Self::Busy { .. } => "wait until it ends, or choose another folder with --out",
+            Self::Differs { .. } => "merge only folders of one study with the same units",
+            Self::Spawn(_) => "run the study again when the machine has room for processes",
+            Self::Worker { .. } => "run one point with `maglev run` to see what happens",
         })
     }
 

@@ -15,7 +15,7 @@ use crate::{FactorValue, Point, Study, StudyError, StudyFile, Target};
 /// # Errors
 /// A target does not exist, or cannot have the value.
 pub(crate) fn apply(study: &Study, point: &Point) -> Result<Scenario, StudyError> {
-    let mut scenario = study.base.clone();
+    let mut scenario = study.base()?.clone();
     for ((name, factor), value) in study.file.factors.iter().zip(&point.values) {
         let value = match (factor.scale, value.number()) {
             (Some(scale), Some(number)) => FactorValue::Number(scale * number),

@@ -90,8 +90,8 @@ pub struct Row {
     /// Whether it keeps all limits. `None` without limits, or if it did not end regularly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
-    /// Last time that it reached (s).
-    pub reached: f64,
+    /// Last time that it reached (s), if that is known.
+    pub reached: Option<f64>,
     /// Its figures in the order of [`Study::columns`](crate::Study::columns); `None` where one is not known.
     pub metrics: Vec<Option<f64>>,
     /// Why it failed or ended early, or why figures are missing.
@@ -102,6 +102,6 @@ pub struct Row {
 impl Row {
     /// The row of a point that has not been computed to its end.
     pub(crate) fn without_figures(run: String, status: Status, message: String) -> Self {
-        Self { run, status, limits: None, reached: f64::NAN, metrics: Vec::new(), message }
+        Self { run, status, limits: None, reached: None, metrics: Vec::new(), message }
     }
 }

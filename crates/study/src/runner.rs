@@ -10,7 +10,7 @@ use results::Table;
 use results::summary::Status as RunStatus;
 use scenario::{Recorded, Scenario};
 
-use crate::{Limits, Point, Row, Status, Study, StudyError, plan};
+use crate::{Column, Limits, Point, Row, Status, Study, StudyError, plan};
 
 /// Computes points of a study, one after the other, with units that are opened and libraries that are loaded once.
 pub struct Runner<'a> {
@@ -18,6 +18,8 @@ pub struct Runner<'a> {
     pool: Pool,
     /// what a point records
     record: Vec<Recorded>,
+    /// units of measure of the figures
+    units: Vec<Option<String>>,
     resets: Vec<Reset>,
 }
 
@@ -53,7 +55,21 @@ impl<'a> Runner<'a> {
         let setup =
             pool.setup(&first).map_err(|source| StudyError::Setup { number, source })?;
         let record = needed(&setup, &study.file.keep.signals);
-        Ok(Self { study, pool, record, resets: Vec::new() })
+        let signals = setup.selection().columns(setup.system());
+        let names: Vec<String> = signals.iter().map(|it| it.name.clone()).collect();
+        let unit = |column: &Column| {
+            let pattern = column.metric.signal.as_deref().unwrap_or_default();
+            let first = criteria::selected(pattern, &names).into_iter().next();
+            criteria::unit_of(&column.metric, first.and_then(|k| signals[k].unit.clone()))
+        };
+        let units = study.columns().iter().map(unit).collect();
+        Ok(Self { study, pool, record, units, resets: Vec::new() })
+    }
+
+    /// Units of measure of the figures, in the order of [`Study::columns`].
+    #[must_use]
+    pub fn units(&self) -> &[Option<String>] {
+        &self.units
     }
 
     /// Finds out which instances can be reset and used again. Without it all instances are made anew.
@@ -170,8 +186,8 @@ fn row(point: &Point, run: &Run) -> Row {
         run: point.name.clone(),
         status,
         limits: Limits::of(&run.verdicts).filter(|_| regular),
-        reached: run.reached,
-        metrics: if regular { run.verdicts.iter().map(|it| it.value).collect() } else { Vec::new() },
+        reached: Some(run.reached),
+        metrics: if regular { run.verdicts.iter().map(|it| it.value.filter(|it| it.is_finite())).collect() } else { Vec::new() },
         message,
     }
 }

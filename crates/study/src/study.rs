@@ -4,8 +4,10 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use criteria::Metric;
+use indexmap::IndexMap;
 use scenario::{Override, Scenario, Setting};
 
+use crate::folder::{Kind, STUDY};
 use crate::sample::{LatinHypercube, MOST_DIMENSIONS, MOST_SOBOL, sobol};
 use crate::{Design, Factor, FactorValue, StudyError, StudyFile, content, plan, table};
 
@@ -17,9 +19,10 @@ pub struct Study {
     pub(crate) path: PathBuf,
     pub(crate) file: StudyFile,
     name: String,
-    /// the base scenario with the changes that all points share
-    pub(crate) base: Scenario,
-    /// what all points depend on, as text
+    /// the base scenario with the changes that all points share; none of a study in a results folder
+    base: Option<Scenario>,
+    columns: Vec<Column>,
+    /// hash of what all points depend on
     identity: String,
     rows: Rows,
     seeds: Option<SeedFactor>,
@@ -74,6 +77,24 @@ impl Study {
         Self::new(StudyFile::load(path)?, path)
     }
 
+    /// The study of a results folder, with its points and figures. Neither its scenario nor its units are needed, so it
+    /// can be read on another machine; its points cannot be computed.
+    ///
+    /// # Errors
+    /// The folder has no study.json, or it is invalid.
+    pub fn of_results(folder: &Path) -> Result<Self, StudyError> {
+        let path = folder.join(STUDY);
+        let file = StudyFile::load(&path)?;
+        check(&file, &path)?;
+        let identity = file.as_run.as_ref().and_then(|it| it["identity"].as_str());
+        let Some(identity) = identity.map(str::to_owned) else {
+            let problem = "missing; this file was not written by `maglev study run`".to_owned();
+            return Err(StudyError::Key { path, at: "as_run.identity".to_owned(), problem });
+        };
+        let columns = columns(&file.objectives, &file.limits);
+        Self::with(file, &path, None, columns, identity)
+    }
+
     /// Checks a study. `path` names it, and is for messages; paths in the study are relative to the working directory.
     ///
     /// # Errors
@@ -104,23 +125,28 @@ impl Study {
             let text = "this name is that of a column of the results; choose another one";
             return Err(problem(format!("objectives.{name}"), text.to_owned()));
         }
-        let identity = plan::identity(&file, &base)?;
+        let identity = content::name(&plan::identity(&file, &base)?);
+        let columns = columns(&base.objectives, &base.limits);
+        let study = Self::with(file, path, Some(base), columns, identity)?;
+        // the first point shows whether the targets exist in the scenario
+        plan::apply(&study, &study.point(1)?)?;
+        Ok(study)
+    }
+
+    fn with(
+        file: StudyFile,
+        path: &Path,
+        base: Option<Scenario>,
+        columns: Vec<Column>,
+        identity: String,
+    ) -> Result<Self, StudyError> {
         let seeds = file.factors.values().enumerate().find_map(|(place, factor)| {
             let count = factor.seeds?;
             Some(SeedFactor { place, count, common: factor.common })
         });
-        let mut study = Self {
-            name: name(&file, path),
-            path: path.to_owned(),
-            base,
-            identity,
-            rows: Rows::Sobol,
-            seeds,
-            file,
-        };
-        study.rows = study.rows(path)?;
-        // the first point shows whether the targets exist in the scenario
-        plan::apply(&study, &study.point(1)?)?;
+        let (name, path, rows) = (name(&file, path), path.to_owned(), Rows::Random);
+        let mut study = Self { name, path, base, columns, identity, rows, seeds, file };
+        study.rows = study.rows(&study.path)?;
         Ok(study)
     }
 
@@ -190,6 +216,22 @@ impl Study {
         &self.name
     }
 
+    /// Path of its file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Units of measure of the figures, as a results folder has them.
+    pub(crate) fn units(&self) -> Vec<Option<String>> {
+        let columns = self.file.as_run.as_ref().and_then(|it| it["columns"].as_array());
+        let unit = |name: &str| {
+            let column = columns?.iter().find(|it| it["name"] == name)?;
+            column["unit"].as_str().filter(|unit| !unit.is_empty()).map(str::to_owned)
+        };
+        self.columns.iter().map(|column| unit(&column.name)).collect()
+    }
+
     /// The content of its file.
     #[must_use]
     pub fn file(&self) -> &StudyFile {
@@ -197,23 +239,51 @@ impl Study {
     }
 
     /// The base scenario with the changes that all points share.
-    #[must_use]
-    pub fn base(&self) -> &Scenario {
-        &self.base
+    ///
+    /// # Errors
+    /// The study was read from a results folder.
+    pub fn base(&self) -> Result<&Scenario, StudyError> {
+        self.base.as_ref().ok_or_else(|| StudyError::ResultsOnly { path: self.path.clone() })
     }
 
     /// The figures of its results: objectives, then limits.
     #[must_use]
-    pub fn columns(&self) -> Vec<Column> {
-        let of = |is_limit| {
-            move |(name, metric): (&String, &Metric)| Column {
-                name: name.clone(),
-                metric: metric.clone(),
-                is_limit,
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// A text that all points have in common and that changes with the scenario, the units and the figures.
+    pub(crate) fn identity(&self) -> &str {
+        &self.identity
+    }
+
+    /// Names of the factors, and the kind of their values.
+    pub(crate) fn kinds(&self) -> Vec<(&String, Kind)> {
+        let (names, rows) = self.table();
+        let of = |(name, factor): (&String, &Factor)| -> Kind {
+            let kind = |values: &mut dyn Iterator<Item = &FactorValue>| {
+                values.fold(Kind::Integer, |kind, value| match (kind, value) {
+                    (Kind::Text, _) | (_, FactorValue::Text(_) | FactorValue::Boolean(_)) => Kind::Text,
+                    (_, FactorValue::Number(_)) => Kind::Number,
+                    (kind, FactorValue::Integer(_)) => kind,
+                })
+            };
+            match (&factor.values, factor.seeds) {
+                (_, Some(_)) => Kind::Integer,
+                (Some(values), _) => kind(&mut values.iter()),
+                (None, _) => match names.iter().position(|it| it == name) {
+                    Some(k) if !rows.is_empty() => kind(&mut rows.iter().map(|row| &row[k])),
+                    _ => Kind::Number,
+                },
             }
         };
-        let Scenario { objectives, limits, .. } = &self.base;
-        objectives.iter().map(of(false)).chain(limits.iter().map(of(true))).collect()
+        self.file.factors.iter().map(|it| (it.0, of(it))).collect()
+    }
+
+    /// The rows of a table of points, with the names of its columns.
+    pub(crate) fn table(&self) -> (Vec<&str>, &[Vec<FactorValue>]) {
+        let rows = if let Rows::Table(rows) = &self.rows { rows.as_slice() } else { &[] };
+        (self.names_without_seeds(), rows)
     }
 
     fn without_seeds(&self) -> impl Iterator<Item = (&String, &Factor)> {
@@ -345,6 +415,21 @@ impl Study {
         changes.sort_unstable();
         format!("{}\n{}", self.identity, changes.join("\n"))
     }
+}
+
+/// Objectives, then limits.
+fn columns(
+    objectives: &IndexMap<String, Metric>,
+    limits: &IndexMap<String, Metric>,
+) -> Vec<Column> {
+    let of = |is_limit| {
+        move |(name, metric): (&String, &Metric)| Column {
+            name: name.clone(),
+            metric: metric.clone(),
+            is_limit,
+        }
+    };
+    objectives.iter().map(of(false)).chain(limits.iter().map(of(true))).collect()
 }
 
 /// A value that all points share, as an option `--set`.

@@ -17,6 +17,7 @@ pub mod resume;
 pub mod run;
 pub mod schema;
 pub mod stdout;
+pub mod study;
 pub mod table;
 pub mod unit_modes;
 pub mod validate;

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use criteria::CriteriaFile;
 use maglev::Error;
 use scenario::Scenario;
+use study::StudyFile;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,6 +37,8 @@ enum FileKind {
     Scenario,
     /// Criteria of `maglev check`.
     Criteria,
+    /// A study of `maglev study`.
+    Study,
     /// The layout of a vehicle, vehicle.json.
     Vehicle,
     /// The layout of a guideway, guideway.json.
@@ -47,6 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     match arguments.of {
         FileKind::Scenario => super::print(&Scenario::schema()),
         FileKind::Criteria => super::print(&CriteriaFile::json_schema()),
+        FileKind::Study => super::print(&StudyFile::json_schema()),
         FileKind::Vehicle => super::print(VEHICLE),
         FileKind::Guideway => super::print(GUIDEWAY),
     }

@@ -16,14 +16,28 @@ impl Reserved {
         reserve().map(Self).map_err(failed)
     }
 
+    /// Prints a text. It is no error if the reader has closed the pipe.
+    pub fn print(mut self, text: &str) -> Result<(), Error> {
+        self.write(text.as_bytes())
+    }
+
+    /// The file behind it.
+    pub fn file(&mut self) -> &mut File {
+        &mut self.0
+    }
+
+    fn write(&mut self, text: &[u8]) -> Result<(), Error> {
+        match self.0.write_all(text) {
+            Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(failed(source)),
+            _ => Ok(()),
+        }
+    }
+
     /// Prints a file. It is no error if the reader has closed the pipe.
     pub fn print_file(mut self, path: &Path) -> Result<(), Error> {
         let read = |source| Error::Output { path: path.into(), running: true, source };
         let document = fs::read(path).map_err(read)?;
-        match self.0.write_all(&document) {
-            Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(failed(source)),
-            _ => Ok(()),
-        }
+        self.write(&document)
     }
 }
 
