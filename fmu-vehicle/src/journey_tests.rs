@@ -92,7 +92,7 @@ fn invariant_a_constant_speed_gives_the_same_bits() {
 fn order_a_staircase_of_speeds_approaches_the_profile() {
     let end = 0.4;
     let run = |steps: u32, slopes: bool| {
-        let mut unit = loaded("one-bogie", 8, 5.0);
+        let mut unit = loaded("one-car", 32, 5.0);
         let size = end / f64::from(steps);
         for n in 0..steps {
             let t = f64::from(n) * size;

@@ -45,6 +45,9 @@ pub struct Control {
     report: ControlReport,
 }
 
+/// What changes in a control from step to step.
+pub(super) type ControlMark = ([f64; 3], ControlReport);
+
 /// A step within a span.
 #[derive(Clone, Copy)]
 struct Piece {
@@ -85,6 +88,16 @@ impl Control {
     #[must_use]
     pub fn state(&self) -> [f64; 3] {
         [self.next, self.last_error, self.span]
+    }
+
+    /// Everything that changes, counts included.
+    pub(super) fn mark(&self) -> ControlMark {
+        (self.state(), self.report)
+    }
+
+    pub(super) fn return_to(&mut self, (state, report): ControlMark) {
+        self.restore(state);
+        self.report = report;
     }
 
     /// Restores such a state.

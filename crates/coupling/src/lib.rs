@@ -13,6 +13,7 @@ mod index_types;
 
 pub mod acceleration;
 mod algorithm;
+mod bracket;
 mod control;
 mod coupled;
 mod exchange;
@@ -21,6 +22,7 @@ mod index;
 mod iterated;
 mod jacobi;
 mod links;
+mod mark;
 mod newton;
 mod power;
 mod schedule;
@@ -31,6 +33,7 @@ mod unit;
 mod workers;
 
 pub use algorithm::Algorithm;
+pub use bracket::Bracket;
 pub use control::Control;
 pub use coupled::Coupling;
 pub use exchange::{Course, Exchange, ExchangeState};
@@ -41,6 +44,7 @@ pub use jacobi::Jacobi;
 pub use links::{
     HeldLink, Input, IntegerLink, Links, RealLink, Size, UnitValues, Whole, WholeLink, WholeOutput,
 };
+pub use mark::Mark;
 pub use newton::Newton;
 pub use power::PowerMeter;
 pub use schedule::{Schedule, StepGroup};

@@ -63,6 +63,15 @@ impl PowerMeter {
         }
     }
 
+    /// The sums so far, for a mark.
+    pub(super) fn mark(&self) -> PowerReport {
+        self.report
+    }
+
+    pub(super) fn return_to(&mut self, report: PowerReport) {
+        self.report = report;
+    }
+
     /// The residual so far; `None` without pairs.
     #[must_use]
     pub fn report(&self) -> Option<PowerReport> {

@@ -94,8 +94,10 @@ pub trait Unit: Send {
 }
 
 /// Number of places for saved states that a unit needs.
-pub const PLACES: usize = 2;
+pub const PLACES: usize = 3;
 /// Place of the states at the beginning of a step that is iterated.
 pub(super) const ITERATION: usize = 0;
 /// Place of the states at the beginning of a step of variable size.
 pub(super) const CONTROL: usize = 1;
+/// Place of the states at a [`Mark`](super::Mark).
+pub(super) const MARK: usize = 2;

@@ -120,7 +120,7 @@ impl CriteriaFile {
     /// It is invalid.
     pub fn parse(text: &str, path: &Path) -> Result<Self, CriteriaError> {
         let json = |source| CriteriaError::Json { path: path.to_owned(), source };
-        let file: Self = strict_json::read(text).map_err(json)?;
+        let file: Self = strict_json::read_commented(text).map_err(json)?;
         if file.criteria.is_empty() {
             return Err(CriteriaError::Empty { path: path.to_owned() });
         }
@@ -150,7 +150,8 @@ impl CriteriaFile {
     #[must_use]
     pub fn json_schema() -> String {
         // a schema is a plain JSON value, which always prints
-        let schema = schemars::schema_for!(Self);
+        let mut schema = schemars::schema_for!(Self).to_value();
+        strict_json::allow_comments(&mut schema);
         serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n"
     }
 }
@@ -171,6 +172,19 @@ impl CriteriaError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn analytic_comments_are_ignored_anywhere() {
+        let text = r#"{"$comment": "of our line", "criteria": {"gap": {"$comment": ["to be", "discussed"],
+            "signal": "a.b", "figure": "max", "max": 1, "source": "us"}}}"#;
+        let file = CriteriaFile::parse(text, Path::new("c.json")).unwrap();
+        assert_eq!(file.criteria.len(), 1);
+        let wrong = text.replace("\"of our line\"", "3");
+        let error = CriteriaFile::parse(&wrong, Path::new("c.json")).unwrap_err();
+        let said = std::error::Error::source(&error).unwrap().to_string();
+        assert!(said.contains("$comment") && said.contains("a text"), "{said}");
+        assert!(CriteriaFile::json_schema().contains("\"$comment\""));
+    }
 
     #[test]
     fn golden_published_schema_is_current() {

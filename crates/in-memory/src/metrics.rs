@@ -40,9 +40,8 @@ pub fn judge(
     }
     let table = signals.table(|name| wanted.contains(name))?.unwrap_or_default();
     // only these look at more than the table
-    let looks = |metric: &Metric| {
-        matches!(metric.over, Some(Over::Named(_))) || metric.quantity.is_some()
-    };
+    let looks =
+        |metric: &Metric| matches!(metric.over, Some(Over::Named(_))) || metric.quantity.is_some();
     let scenario = metrics.values().any(looks).then(|| {
         let text = as_run.or_else(|| as_run::text(None, setup.scenario(), setup.system()).ok());
         text.and_then(|text| ScenarioAsRun::parse(text).ok())

@@ -78,9 +78,9 @@ fn trace(setup: &Setup, pool: &mut Pool) -> Result<Trace, Error> {
         }
     }
     let instances = &setup.system().instances;
-    let serializes = instances
-        .iter()
-        .all(|it| it.description().co_simulation.can_serialize_fmu_state && it.isolate != Some(true));
+    let serializes = instances.iter().all(|it| {
+        it.description().co_simulation.can_serialize_fmu_state && it.isolate != Some(true)
+    });
     let state = match serializes {
         true => serde_json::to_vec(&simulation.state()?).ok(),
         false => None,

@@ -5,13 +5,13 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A condition on a signal: exactly one of `above`, `below`, `rising` and `falling`. It is checked at the communication
-/// points.
+/// A condition on a signal: exactly one of `above`, `below`, `rising` and `falling`. The time at which it becomes true
+/// is located within a step, if the units can save their states and vary their steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Condition {
-    /// `instance.variable`, patterns allowed. Of several signals, the first one that meets the condition counts. Values
-    /// are in the variable's own unit of measurement; true is 1.
+    /// `instance.variable`, patterns allowed that match signals of one unit of measurement. Of several signals, the first
+    /// one that meets the condition counts. Values are in the variable's own unit of measurement; true is 1.
     pub signal: String,
     /// True while the signal is greater than this value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -95,14 +95,14 @@ impl Condition {
             }
             Some(_) => {
                 let after = self.after?;
-                (!within.contains(after)).then(|| ("when.after", after.to_string(), WITHIN))
+                (!within.allows(after)).then(|| ("when.after", after.to_string(), WITHIN))
             }
         }
     }
 }
 
 /// What is allowed for a time.
-pub(crate) const WITHIN: &str = "a time (s) within the run, before its stop time";
+pub(crate) const WITHIN: &str = "a time (s), not before the start of the run";
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::condition::{Condition, WITHIN};
-use crate::{Experiment, Setting};
+use crate::{Experiment, Scenario, Setting};
 
 /// Something that happens once: at a time, or when a condition becomes true, variables get other values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -17,7 +17,7 @@ pub struct Event {
     /// Time of the event (s). Either this or `when`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
-    /// The event happens at the first communication point at which this condition is true. Either this or `at`.
+    /// The event happens when this condition becomes true. Either this or `at`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<Condition>,
     /// The new values: `instance.variable`, patterns allowed, of tunable parameters and of inputs without a source.
@@ -31,7 +31,7 @@ pub struct StopCondition {
     /// Name of the condition, for the summary and messages.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// The run ends at the first communication point at which this condition is true.
+    /// The run ends when this condition becomes true.
     pub when: Condition,
 }
 
@@ -50,9 +50,14 @@ impl Span {
         Self { start: experiment.start, stop: experiment.stop }
     }
 
-    /// Whether something that happens then can have an effect.
-    pub(crate) fn contains(self, time: f64) -> bool {
-        (self.start..self.stop).contains(&time)
+    /// Whether something may be planned for then. It may be after the stop time, which `--stop` may have shortened.
+    pub(crate) fn allows(self, time: f64) -> bool {
+        time >= self.start && time.is_finite()
+    }
+
+    /// Whether something that happens then has no effect on the run.
+    fn ends_before(self, time: f64) -> bool {
+        time >= self.stop
     }
 }
 
@@ -73,7 +78,7 @@ impl Event {
             (None, None) => {
                 Some(("at", "missing".to_owned(), "a time (s), unless \"when\" is given"))
             }
-            (Some(at), None) => (!within.contains(at)).then(|| ("at", at.to_string(), WITHIN)),
+            (Some(at), None) => (!within.allows(at)).then(|| ("at", at.to_string(), WITHIN)),
             (None, Some(when)) => when.out_of_range(within),
         }
     }
@@ -84,4 +89,38 @@ impl StopCondition {
     pub(crate) fn out_of_range(&self, within: Span) -> Option<Fault> {
         self.when.out_of_range(within)
     }
+}
+
+impl Scenario {
+    /// Sentences about events and conditions that are planned for after the stop time.
+    #[must_use]
+    pub fn out_of_time(&self) -> Vec<String> {
+        let (span, stop) = (Span::of(&self.experiment), self.experiment.stop);
+        let late = |time: Option<f64>| time.filter(|it| span.ends_before(*it));
+        let after = |when: &Condition| late(when.after);
+        let mut texts = Vec::new();
+        for (k, event) in self.events.iter().enumerate() {
+            let place = format!("events[{k}]");
+            if let Some(at) = late(event.at) {
+                texts.push(format!(
+                    "{place}.at is {at} s, and the run ends at {stop} s: it does not happen"
+                ));
+            }
+            if let Some(time) = event.when.as_ref().and_then(after) {
+                texts.push(unchecked(&place, time, stop));
+            }
+        }
+        for (k, condition) in self.stop_when.iter().enumerate() {
+            if let Some(time) = after(&condition.when) {
+                texts.push(unchecked(&format!("stop_when[{k}]"), time, stop));
+            }
+        }
+        texts
+    }
+}
+
+fn unchecked(place: &str, time: f64, stop: f64) -> String {
+    format!(
+        "{place}.when.after is {time} s, and the run ends at {stop} s: the condition is not checked"
+    )
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use strict_json::{FormError, PathStep, shown};
 
-use crate::{ScenarioError, comment};
+use crate::ScenarioError;
 
 /// Key of the file that is extended.
 const EXTENDS: &str = "extends";
@@ -64,8 +64,7 @@ impl ScenarioFile {
             }
         })?;
         let mut file = Self { path: path.to_owned(), text, value, extends: None };
-        if let Err(steps) = comment::strip(&mut file.value) {
-            let error = FormError::new("a comment must be a text or a list of texts");
+        if let Err((steps, error)) = strict_json::strip_comments(&mut file.value) {
             return Err(file.error(&steps, &error));
         }
         let extends = file.value.as_object_mut().and_then(|it| it.shift_remove(EXTENDS));

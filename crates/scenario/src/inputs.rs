@@ -36,7 +36,9 @@ pub enum SignalOverTime {
     /// Points in the scenario.
     Table(TableSignal),
     /// Points in a CSV file.
-    Csv(CsvSignal),
+    Csv(FileSignal),
+    /// Points in a Parquet file.
+    Parquet(FileSignal),
     /// Normally distributed random values at equal intervals.
     Noise(NoiseSignal),
 }
@@ -136,11 +138,11 @@ pub struct TableSignal {
     pub interpolation: Interpolation,
 }
 
-/// Points in a CSV file with a header line. The first value holds before the first point, the last one after the last
-/// point. Rows in which the column is empty are left out, so that a results.csv can be used.
+/// Two columns of a CSV file with a header line, or of a Parquet file. The first value holds before the first point, the
+/// last one after the last point. Rows in which the column is empty are left out, so that results of a run can be used.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CsvSignal {
+pub struct FileSignal {
     /// Path of the file, relative to the scenario file.
     pub file: PathBuf,
     /// Name of the column with the times (s).
@@ -204,7 +206,7 @@ impl InputSignal {
                 .then(|| (key, value.to_string(), "a frequency (Hz) of 0 or more"))
         };
         match &self.signal {
-            SignalOverTime::Step(_) | SignalOverTime::Csv(_) => None,
+            SignalOverTime::Step(_) | SignalOverTime::Csv(_) | SignalOverTime::Parquet(_) => None,
             SignalOverTime::Ramp(it) => ordered(it.start, it.end),
             SignalOverTime::Pulse(it) => ordered(it.start, it.end),
             SignalOverTime::Sine(it) => frequency("signal.frequency", it.frequency),

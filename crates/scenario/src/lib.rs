@@ -10,7 +10,6 @@ pub mod algorithm;
 mod alone;
 mod chained;
 mod check;
-mod comment;
 mod condition;
 mod conditions;
 mod connection;
@@ -52,11 +51,12 @@ pub use events::{Event, StopCondition};
 pub use experiment::Experiment;
 pub use fmi2_derive::UnitSource;
 pub use inputs::{
-    ChirpSignal, CsvSignal, InputSignal, Interpolation, NoiseSignal, PulseSignal, RampSignal,
+    ChirpSignal, FileSignal, InputSignal, Interpolation, NoiseSignal, PulseSignal, RampSignal,
     SignalOverTime, SineSignal, StepSignal, TableSignal,
 };
 pub use instance::{FileSetting, InstanceSettings, Setting};
 pub use log::{DebugLog, LogLevel};
+pub use objectives::MetricSignal;
 pub use overrides::Override;
 pub use record::{Plot, PlotPanel, Record, Recorded, RecordedGroup, ResultFormat};
 pub use ride::{RidePoint, VerticalWeighting};

@@ -6,7 +6,25 @@ use criteria::Metric;
 
 use crate::{Scenario, ScenarioError};
 
+/// The signals that a figure needs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MetricSignal<'a> {
+    /// JSON path.
+    pub place: String,
+    /// `instance.variable`, patterns allowed.
+    pub pattern: &'a str,
+    /// Whether it is no error if there is no such signal.
+    pub optional: bool,
+}
+
 impl Scenario {
+    /// Adds criteria to the limits. A limit of the scenario with the same name remains.
+    pub fn add_limits(&mut self, criteria: IndexMap<String, Metric>) {
+        for (name, metric) in criteria {
+            self.limits.entry(name).or_insert(metric);
+        }
+    }
+
     /// All figures: `objectives`, then `limits`.
     #[must_use]
     pub fn metrics(&self) -> IndexMap<String, Metric> {
@@ -15,11 +33,15 @@ impl Scenario {
 
     /// The signals that figures need, with the place of each in the scenario. They are recorded also if `record` does not
     /// name them.
-    pub fn metric_signals(&self) -> impl Iterator<Item = (String, &str)> {
+    pub fn metric_signals(&self) -> impl Iterator<Item = MetricSignal<'_>> {
         let lists = [("objectives", &self.objectives), ("limits", &self.limits)];
         lists.into_iter().flat_map(|(key, list)| {
             list.iter().filter_map(move |(name, metric)| {
-                Some((format!("{key}.{name}.signal"), metric.signal.as_deref()?))
+                Some(MetricSignal {
+                    place: format!("{key}.{name}.signal"),
+                    pattern: metric.signal.as_deref()?,
+                    optional: metric.optional,
+                })
             })
         })
     }
@@ -102,7 +124,9 @@ mod tests {
         let names: Vec<String> = scenario.metrics().into_keys().collect();
         assert_eq!(names, ["b", "a"]);
         let signals: Vec<_> = scenario.metric_signals().collect();
-        assert_eq!(signals[1], ("limits.a.signal".to_owned(), "a.z"));
+        let second =
+            MetricSignal { place: "limits.a.signal".to_owned(), pattern: "a.z", optional: false };
+        assert_eq!(signals[1], second);
         let text = serde_json::to_string(&scenario).unwrap();
         assert_eq!(Scenario::parse(&text, Path::new("s.json")).unwrap(), scenario);
     }

@@ -54,8 +54,8 @@ impl Scenario {
             chain.iter().find(given).and_then(|source| source.path.parent())
         });
         for input in &mut scenario.inputs {
-            if let SignalOverTime::Csv(csv) = &mut input.signal {
-                csv.file = absolute(&csv.file).unwrap_or(std::mem::take(&mut csv.file));
+            if let SignalOverTime::Csv(it) | SignalOverTime::Parquet(it) = &mut input.signal {
+                it.file = absolute(&it.file).unwrap_or(std::mem::take(&mut it.file));
             }
         }
         left_out.complete(&mut scenario, given)?;
@@ -131,7 +131,11 @@ fn scenario(chain: &[ScenarioFile], mut whole: Value) -> Result<Scenario, Scenar
 
 /// An error in the merged value, reported for the file that it comes from: the first one in the chain that contains
 /// most of the path to the place.
-pub(crate) fn blame(chain: &[ScenarioFile], steps: &[PathStep], error: &FormError) -> ScenarioError {
+pub(crate) fn blame(
+    chain: &[ScenarioFile],
+    steps: &[PathStep],
+    error: &FormError,
+) -> ScenarioError {
     let depth = |file: &ScenarioFile| strict_json::depth(&file.value, steps);
     let deepest = chain.iter().map(depth).max().unwrap_or(0);
     let source = chain.iter().find(|file| depth(file) == deepest).unwrap_or(&chain[0]);

@@ -7,7 +7,6 @@
 use serde_json::{Map, Value, json};
 
 use crate::Scenario;
-use crate::comment::COMMENT;
 
 /// Suffix of a definition's name for its form in a patch.
 const PATCH: &str = "Patch";
@@ -29,16 +28,18 @@ impl Scenario {
 
 fn schema() -> Value {
     let mut whole = schemars::schema_for!(Scenario).to_value();
-    allow_comments(&mut whole);
+    strict_json::allow_comments(&mut whole);
     let mut take = |key| whole.as_object_mut().and_then(|it| it.shift_remove(key));
     let (draft, title, description) = (take("$schema"), take("title"), take("description"));
     let mut definitions = match take(DEFINITIONS) {
         Some(Value::Object(map)) => map,
         _ => Map::new(),
     };
+    // comments are the same in a patch
+    let comment = definitions.shift_remove("Comment");
     definitions.insert(WHOLE.to_owned(), whole);
     add_patch(&mut definitions, WHOLE);
-    definitions.insert("Comment".to_owned(), comment());
+    definitions.extend(comment.map(|it| ("Comment".to_owned(), it)));
     let extends = json!({
         "description": "Path of the scenario file that this one changes, relative to this one. Objects are merged \
                         member by member, null removes a member, anything else replaces it (RFC 7396).",
@@ -59,34 +60,12 @@ fn schema() -> Value {
     })
 }
 
-fn comment() -> Value {
-    json!({
-        "description": "A comment, ignored: a text, or a list of lines.",
-        "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
-    })
-}
-
 fn reference(name: &str) -> Value {
     json!({ "$ref": format!("#/{DEFINITIONS}/{name}") })
 }
 
 fn patch_name(name: &str) -> String {
     format!("{name}{PATCH}")
-}
-
-/// Allows a comment in every object.
-fn allow_comments(schema: &mut Value) {
-    match schema {
-        Value::Array(items) => items.iter_mut().for_each(allow_comments),
-        Value::Object(map) => {
-            map.values_mut().for_each(allow_comments);
-            if map.get("type").is_some_and(|it| it == "object") {
-                let members = map.entry("properties").or_insert_with(|| json!({}));
-                members[COMMENT] = reference("Comment");
-            }
-        }
-        _ => {}
-    }
 }
 
 /// Adds the form of a definition in a patch, and of those that it refers to.
@@ -116,7 +95,7 @@ fn patch(definitions: &mut Map<String, Value>, mut schema: Value) -> Value {
     }
     if let Some(Value::Object(members)) = map.get_mut("properties") {
         for (name, member) in members {
-            if name != COMMENT {
+            if name != strict_json::COMMENT {
                 *member = member_of_patch(definitions, member.take());
             }
         }

@@ -7,9 +7,12 @@
 
 mod noise;
 mod points;
-mod read;
+mod read_csv;
+mod read_parquet;
+mod rows;
 mod waves;
 
+use std::fmt;
 use std::path::PathBuf;
 
 use scenario::{Interpolation, SignalOverTime};
@@ -27,12 +30,30 @@ pub const MAX_BREAKS: usize = 1_000_000;
 pub enum SourceError {
     /// The file cannot be read, or is not CSV.
     #[error("cannot read {path}")]
-    File {
+    Csv {
         /// Path of the file.
         path: PathBuf,
         /// What is wrong.
         #[source]
         source: csv::Error,
+    },
+    /// The file cannot be opened.
+    #[error("cannot read {path}")]
+    Open {
+        /// Path of the file.
+        path: PathBuf,
+        /// What the operating system reported.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The file is not Parquet, or damaged, or compressed in a way that is not supported.
+    #[error("cannot read {path} as Parquet")]
+    Parquet {
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong.
+        #[source]
+        source: parquet::errors::ParquetError,
     },
     /// A column is missing.
     #[error("{path} has no column \"{column}\"; its columns: {}{}", known.join(", "),
@@ -48,24 +69,24 @@ pub enum SourceError {
         suggestion: Option<String>,
     },
     /// A field is not a finite number.
-    #[error("{path}, line {line}, column \"{column}\": \"{text}\" is not a finite number")]
+    #[error("{path}, {row}, column \"{column}\": \"{text}\" is not a finite number")]
     Number {
         /// Path of the file.
         path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
+        /// Where in the file.
+        row: Row,
         /// Name of the column.
         column: String,
         /// The field.
         text: String,
     },
     /// A time is not after the one before.
-    #[error("{path}, line {line}: the time {time} s is not after the one before, {before} s")]
+    #[error("{path}, {row}: the time {time} s is not after the one before, {before} s")]
     Order {
         /// Path of the file.
         path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
+        /// Where in the file.
+        row: Row,
         /// The time (s).
         time: f64,
         /// The time before (s).
@@ -84,16 +105,39 @@ pub enum SourceError {
     TooMany,
 }
 
+/// A row of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Row {
+    /// Line of a text file, from 1.
+    Line(u64),
+    /// Row of a table, from 1.
+    Number(u64),
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Number(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
 impl SourceError {
     /// How to fix it, where that is known.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
-            Self::File { .. } => {
-                "give the path of a CSV file with a header line, relative to the scenario file"
+            Self::Csv { .. } | Self::Open { .. } => {
+                "give the path of a CSV file with a header line, or of a Parquet file, relative to the scenario \
+                 file"
+            }
+            Self::Parquet { .. } => {
+                "write the file without compression, or with Snappy (pandas: \
+                 to_parquet(FILE, compression=\"snappy\")); for CSV use \"type\": \"csv\""
             }
             Self::Column { .. } => {
-                "name the columns with \"time\" and \"column\"; fields are separated by commas"
+                "name the columns with \"time\" and \"column\"; fields of a CSV file are separated by commas"
             }
             Self::Order { .. } => "sort the rows by time, and remove duplicate times",
             Self::TooMany => "use a larger interval, or linear interpolation",
@@ -123,7 +167,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// Prepares a signal. Reads the file of a CSV signal.
+    /// Prepares a signal. Reads its file, if it has one.
     ///
     /// # Errors
     /// The file cannot be used.
@@ -141,10 +185,8 @@ impl Source {
             SignalOverTime::Table(it) => {
                 Self::Points(Points::new(it.times.clone(), it.values.clone(), it.interpolation))
             }
-            SignalOverTime::Csv(it) => {
-                let (times, values) = read::columns(it)?;
-                Self::Points(Points::new(times, values, it.interpolation))
-            }
+            SignalOverTime::Csv(it) => Self::Points(read_csv::points(it)?),
+            SignalOverTime::Parquet(it) => Self::Points(read_parquet::points(it)?),
             SignalOverTime::Noise(it) => Self::Noise(Noise::new(it.clone())),
         })
     }

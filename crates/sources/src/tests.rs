@@ -128,3 +128,74 @@ fn refusal_files_say_where_they_are_wrong() {
     let error = Source::new(&serde_json::from_str::<SignalOverTime>(missing).unwrap()).unwrap_err();
     assert!(error.to_string().contains("cannot read no/where.csv") && error.help().is_some());
 }
+
+/// Two columns of 32-bit and 64-bit floats with a null, and a text, compressed as pandas does.
+fn parquet_file(path: &std::path::Path, times: &[f64]) {
+    use parquet::basic::Compression;
+    use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, FloatType};
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
+
+    let schema =
+        "message m { OPTIONAL FLOAT y; REQUIRED BYTE_ARRAY note (UTF8); REQUIRED DOUBLE time; }";
+    let schema = parse_message_type(schema).unwrap().into();
+    let snappy = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+    let file = fs::File::create(path).unwrap();
+    let mut writer = SerializedFileWriter::new(file, schema, snappy.into()).unwrap();
+    // two groups of rows
+    for times in [&times[..2], &times[2..]] {
+        let mut group = writer.next_row_group().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        let levels: Vec<i16> = (0..times.len()).map(|k| i16::from(k != 1)).collect();
+        let values: Vec<f32> = times.iter().map(|t| *t as f32 * 2.0).collect();
+        let present: Vec<f32> =
+            values.iter().zip(&levels).filter(|(_, level)| **level == 1).map(|it| *it.0).collect();
+        column.typed::<FloatType>().write_batch(&present, Some(&levels), None).unwrap();
+        column.close().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        let notes = vec![ByteArray::from("n"); times.len()];
+        column.typed::<ByteArrayType>().write_batch(&notes, None, None).unwrap();
+        column.close().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        column.typed::<DoubleType>().write_batch(times, None, None).unwrap();
+        column.close().unwrap();
+        group.close().unwrap();
+    }
+    writer.close().unwrap();
+}
+
+#[test]
+fn analytic_parquet_files_are_read_as_csv_files_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("track.parquet");
+    let read = |column: &str| {
+        let signal = serde_json::json!({ "type": "parquet", "file": path, "column": column,
+            "factor": 3, "delay": 1 });
+        Source::new(&serde_json::from_value::<SignalOverTime>(signal).unwrap())
+    };
+    parquet_file(&path, &[0.0, 1.0, 2.0, 4.0, 8.0]);
+    let it = read("y").unwrap();
+    // the rows at 1 and 4 have no value
+    for (time, value) in [(0.0, 0.0), (1.0, 0.0), (2.0, 6.0), (3.0, 12.0), (6.0, 30.0), (9.0, 48.0)]
+    {
+        assert!((it.at(time)[0] - value).abs() < 1e-12, "{time}");
+    }
+    assert!(it.checksum() != 0);
+    for (column, part) in [
+        ("x", "no column \"x\"; its columns: y, note, time"),
+        ("note", "row 1, column \"note\": \"\"n\"\" is not a finite number"),
+    ] {
+        let error = read(column).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    parquet_file(&path, &[0.0, 1.0, 2.0, 2.5, 2.0]);
+    let error = read("y").unwrap_err().to_string();
+    assert!(error.contains("row 5: the time 3 s is not after"), "{error}");
+    fs::write(&path, "time,y\n0,1\n").unwrap();
+    let error = read("y").unwrap_err();
+    assert!(error.to_string().contains("as Parquet") && error.help().unwrap().contains("csv"));
+    fs::remove_file(&path).unwrap();
+    let error = read("y").unwrap_err();
+    assert!(error.to_string().contains("cannot read") && error.help().is_some());
+}

@@ -3,6 +3,7 @@
 //! [`read`] is all that most callers need. A caller that changes the document before it uses it, as scenarios that
 //! extend each other, takes the steps one by one: [`parse`], [`merge`], [`from_value`], and [`position`] for messages.
 
+mod comment;
 mod compose;
 mod merge;
 mod place;
@@ -12,6 +13,7 @@ mod typed;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+pub use comment::{COMMENT, allow_comments, strip_comments};
 pub use compose::compose_by_name;
 pub use merge::{merge, merge_by_name};
 pub use place::{PathStep, depth, position, shown};
@@ -39,6 +41,18 @@ pub struct JsonError {
 /// The text is not JSON, has a duplicate key, or does not have the form of the type.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
     from_value(parse(text)?).map_err(|(steps, error)| {
+        let message = error.located(text, &steps);
+        JsonError { path: shown(&steps), message, syntax: false }
+    })
+}
+
+/// Reads a text as a type, without its comments: members `"$comment"` of any object.
+///
+/// # Errors
+/// As [`read`], or a comment is not text.
+pub fn read_commented<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
+    let mut value = parse(text)?;
+    strip_comments(&mut value).and_then(|()| from_value(value)).map_err(|(steps, error)| {
         let message = error.located(text, &steps);
         JsonError { path: shown(&steps), message, syntax: false }
     })

@@ -17,7 +17,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let study = Study::load(Path::new(&path))?;
     let mut runner = Runner::new(&study)?;
     for reset in runner.prove_resets()? {
-        println!("{}: instances {} used again", reset.fmu.display(), if reset.renewed { "are" } else { "are not" });
+        println!(
+            "{}: instances {} used again",
+            reset.fmu.display(),
+            if reset.renewed { "are" } else { "are not" }
+        );
     }
     let begin = Instant::now();
     let mut steps = Duration::ZERO;
@@ -26,7 +30,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let point = runner.compute(number, &mut |_| ControlFlow::Continue(()))?;
         steps += point.step_time;
         if number <= 5 {
-            println!("{number}: {:?} {:?} in {:?}", point.row.status, point.row.metrics, point.time);
+            println!(
+                "{number}: {:?} {:?} in {:?}",
+                point.row.status, point.row.metrics, point.time
+            );
         }
     }
     let (all, n) = (begin.elapsed(), f64::from(u32::try_from(count)?));

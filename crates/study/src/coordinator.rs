@@ -115,11 +115,8 @@ pub fn coordinate(
     let task = serde_json::to_string(&task).map_err(|error| failed(error.into()))? + "\n";
     let workers = order.workers.clamp(1, usize::try_from(to_do.max(1)).unwrap_or(usize::MAX));
     let crew = Crew { study, queue: &queue, task: &task, command };
-    let computed = if to_do > 0 {
-        crew.compute(workers, &mut journal, watcher, &failed)
-    } else {
-        Ok(0)
-    };
+    let computed =
+        if to_do > 0 { crew.compute(workers, &mut journal, watcher, &failed) } else { Ok(0) };
     let synced = journal.sync().map_err(failed);
     let counts = if order.points.is_none() {
         // also of a study that ends early: what is there can be looked at
@@ -170,7 +167,10 @@ fn copy_missing(from: &Path, to: &Path) -> io::Result<()> {
     };
     std::fs::create_dir_all(to)?;
     for entry in entries {
-        let (from, to) = { let entry = entry?; (entry.path(), to.join(entry.file_name())) };
+        let (from, to) = {
+            let entry = entry?;
+            (entry.path(), to.join(entry.file_name()))
+        };
         if from.is_dir() {
             copy_missing(&from, &to)?;
         } else if !to.exists() {
@@ -182,7 +182,10 @@ fn copy_missing(from: &Path, to: &Path) -> io::Result<()> {
 
 /// What a worker's thread reports.
 enum Report {
-    Row { row: Row, seconds: f64 },
+    Row {
+        row: Row,
+        seconds: f64,
+    },
     /// Not enough processes can work.
     Broken(StudyError),
 }
@@ -234,7 +237,9 @@ impl Crew<'_> {
                         let more = std::iter::from_fn(|| receiver.try_recv().ok());
                         for report in std::iter::once(report).chain(more) {
                             match report {
-                                Report::Row { row, seconds } => entries.push(Entry { row, seconds }),
+                                Report::Row { row, seconds } => {
+                                    entries.push(Entry { row, seconds })
+                                }
                                 Report::Broken(broken) => error = error.or(end(Some(broken))),
                             }
                         }
@@ -275,7 +280,8 @@ impl Crew<'_> {
         let Some(limit) = self.study.file().timeout else { return };
         let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
         for slot in slots {
-            let late = lock(slot).since.is_some_and(|it| it.elapsed() > limit.saturating_add(GRACE));
+            let late =
+                lock(slot).since.is_some_and(|it| it.elapsed() > limit.saturating_add(GRACE));
             if late {
                 lock(slot).timed_out = true;
                 kill(slot);

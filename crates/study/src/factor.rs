@@ -140,7 +140,10 @@ impl Factor {
         }
         match (given.next(), given.next(), in_table) {
             (Some(first), Some(second), _) => {
-                return Some((second, format!("given together with \"{first}\"; give one of them")));
+                return Some((
+                    second,
+                    format!("given together with \"{first}\"; give one of them"),
+                ));
             }
             (Some(key), None, true) if key != "seeds" => {
                 return Some((key, "the table of points has the values; leave it out".to_owned()));
@@ -249,8 +252,7 @@ mod tests {
     #[test]
     fn analytic_ranges_are_even_and_their_ends_exact() {
         let factor = read(r#""range": {"from": 0.1, "to": 0.7, "count": 4}"#);
-        let values: Vec<f64> =
-            (0..4).map(|k| factor.level(k).unwrap().number().unwrap()).collect();
+        let values: Vec<f64> = (0..4).map(|k| factor.level(k).unwrap().number().unwrap()).collect();
         assert_eq!((values[0], values[3]), (0.1, 0.7));
         assert!((values[1] - 0.3).abs() < 1e-15 && (values[2] - 0.5).abs() < 1e-15);
         let factor = read(r#""range": {"from": 1, "to": 1000, "count": 4, "spacing": "log"}"#);

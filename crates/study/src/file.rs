@@ -96,8 +96,7 @@ impl StudyFile {
     /// A file cannot be read, or has a form that is not allowed.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         // the first file by a name of its own, since errors of the others call it a scenario
-        std::fs::read(path)
-            .map_err(|source| StudyError::Read { path: path.to_owned(), source })?;
+        std::fs::read(path).map_err(|source| StudyError::Read { path: path.to_owned(), source })?;
         scenario::read_chain(path, locate).map_err(StudyError::File)
     }
 

@@ -17,9 +17,9 @@ use std::path::{Path, PathBuf};
 use results::Table;
 use serde_json::{Value, json};
 
+use crate::journal::Rows;
 use crate::parquet_file::{self, Values};
 use crate::{Column, Design, FactorValue, Row, Study};
-use crate::journal::Rows;
 
 /// Points in a file of the dataset.
 const CHUNK: u64 = 4096;
@@ -99,7 +99,12 @@ pub(crate) fn write(
                     metrics.write_record(fields(number, &point.values, &row, columns.len()))?;
                     if !row.message.is_empty() {
                         let number = number.to_string();
-                        failures.write_record([&number, &row.run, row.status.name(), &row.message])?;
+                        failures.write_record([
+                            &number,
+                            &row.run,
+                            row.status.name(),
+                            &row.message,
+                        ])?;
                     }
                     chunk.push((number, point.values, row));
                 }

@@ -54,8 +54,7 @@ impl Journal {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }
-        let mut file =
-            OpenOptions::new().read(true).append(true).create(true).open(path)?;
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(JournalError::Busy),
             // the file system has no locks
@@ -262,7 +261,10 @@ mod tests {
             let expected = [0, first, whole.len()].into_iter().rfind(|it| *it <= length).unwrap();
             let mut rows = Rows::read(folder.path()).unwrap();
             assert_eq!(rows.status("a").is_some(), expected >= first);
-            assert_eq!(rows.row("b").unwrap(), (length == whole.len()).then(|| entries[1].row.clone()));
+            assert_eq!(
+                rows.row("b").unwrap(),
+                (length == whole.len()).then(|| entries[1].row.clone())
+            );
             let mut journal = Journal::open(&path).map_err(|_| ()).unwrap();
             assert_eq!(fs::metadata(&path).unwrap().len(), expected as u64);
             journal.append(&entries[..1]).unwrap();

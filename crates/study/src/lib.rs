@@ -39,11 +39,11 @@ mod table;
 mod target;
 pub mod worker;
 
+pub use coordinator::{Order, Outcome, Watcher, coordinate, merge};
 pub use design::Design;
 pub use distribution::Distribution;
 pub use error::StudyError;
 pub use factor::{Factor, FactorValue, Range, Spacing};
-pub use coordinator::{Order, Outcome, Watcher, coordinate, merge};
 pub use file::{Keep, KeepRuns, StudyFile};
 pub use folder::{Counts, FAILURES, METRICS};
 pub use row::{Limits, Row, Status};

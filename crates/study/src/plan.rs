@@ -72,11 +72,7 @@ fn layout(
     Ok(())
 }
 
-fn event(
-    scenario: &mut Scenario,
-    target: &EventTarget,
-    value: &FactorValue,
-) -> Result<(), String> {
+fn event(scenario: &mut Scenario, target: &EventTarget, value: &FactorValue) -> Result<(), String> {
     let names: Vec<String> = scenario.events.iter().map(|it| it.name.clone()).collect();
     let Some(event) = scenario.events.iter_mut().find(|it| it.name == target.event) else {
         let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };

@@ -52,8 +52,7 @@ impl<'a> Runner<'a> {
     pub fn starting_with(study: &'a Study, number: u64) -> Result<Self, StudyError> {
         let mut pool = Pool::default();
         let first = plan::apply(study, &study.point(number)?)?;
-        let setup =
-            pool.setup(&first).map_err(|source| StudyError::Setup { number, source })?;
+        let setup = pool.setup(&first).map_err(|source| StudyError::Setup { number, source })?;
         let record = needed(&setup, &study.file.keep.signals);
         let signals = setup.selection().columns(setup.system());
         let names: Vec<String> = signals.iter().map(|it| it.name.clone()).collect();
@@ -187,7 +186,11 @@ fn row(point: &Point, run: &Run) -> Row {
         status,
         limits: Limits::of(&run.verdicts).filter(|_| regular),
         reached: Some(run.reached),
-        metrics: if regular { run.verdicts.iter().map(|it| it.value.filter(|it| it.is_finite())).collect() } else { Vec::new() },
+        metrics: if regular {
+            run.verdicts.iter().map(|it| it.value.filter(|it| it.is_finite())).collect()
+        } else {
+            Vec::new()
+        },
         message,
     }
 }

@@ -112,11 +112,8 @@ impl Study {
         base.objectives.retain(|name, _| !file.limits.contains_key(name));
         base.limits.retain(|name, _| !file.objectives.contains_key(name));
         quiet(&mut base);
-        let problem = |at: String, problem: String| StudyError::Key {
-            path: path.to_owned(),
-            at,
-            problem,
-        };
+        let problem =
+            |at: String, problem: String| StudyError::Key { path: path.to_owned(), at, problem };
         if let Some(name) = base.metrics().keys().find(|name| file.factors.contains_key(*name)) {
             let text = "a figure has the same name; choose another one".to_owned();
             return Err(problem(format!("factors.{name}"), text));
@@ -158,7 +155,8 @@ impl Study {
             problem,
         };
         if let Some(points) = self.file.design.sampled() {
-            let sequence = matches!(self.file.design, Design::Sobol { .. } | Design::Saltelli { .. });
+            let sequence =
+                matches!(self.file.design, Design::Sobol { .. } | Design::Saltelli { .. });
             if points == 0 {
                 return Err(problem("design.points", "0; give 1 or more".to_owned()));
             }
@@ -172,7 +170,8 @@ impl Study {
             let doubled = matches!(self.file.design, Design::Saltelli { .. });
             let dimensions = names.len() * if doubled { 2 } else { 1 };
             if sequence && dimensions > MOST_DIMENSIONS {
-                let text = format!("a sample of {dimensions} dimensions; at most {MOST_DIMENSIONS}");
+                let text =
+                    format!("a sample of {dimensions} dimensions; at most {MOST_DIMENSIONS}");
                 return Err(problem("design.kind", text));
             }
             if names.is_empty() {
@@ -187,7 +186,10 @@ impl Study {
                     let Some(count) = factor.levels() else {
                         let text = "a grid needs \"values\" or a \"range\"; for a distribution take the design \
                                     \"sobol\" or \"latin-hypercube\"";
-                        return Err(problem(&format!("factors.{name}.distribution"), text.to_owned()));
+                        return Err(problem(
+                            &format!("factors.{name}.distribution"),
+                            text.to_owned(),
+                        ));
                     };
                     levels.push(count);
                 }
@@ -263,7 +265,9 @@ impl Study {
         let of = |(name, factor): (&String, &Factor)| -> Kind {
             let kind = |values: &mut dyn Iterator<Item = &FactorValue>| {
                 values.fold(Kind::Integer, |kind, value| match (kind, value) {
-                    (Kind::Text, _) | (_, FactorValue::Text(_) | FactorValue::Boolean(_)) => Kind::Text,
+                    (Kind::Text, _) | (_, FactorValue::Text(_) | FactorValue::Boolean(_)) => {
+                        Kind::Text
+                    }
                     (_, FactorValue::Number(_)) => Kind::Number,
                     (kind, FactorValue::Integer(_)) => kind,
                 })
@@ -322,8 +326,7 @@ impl Study {
         if !(1..=count).contains(&number) {
             return Err(StudyError::NoPoint { number, count });
         }
-        let (row, replicate) =
-            ((number - 1) / self.replicates(), (number - 1) % self.replicates());
+        let (row, replicate) = ((number - 1) / self.replicates(), (number - 1) % self.replicates());
         let mut values = self.row(row);
         if let Some(SeedFactor { place, common, .. }) = self.seeds {
             let name = self.file.factors.get_index(place).map_or("", |(name, _)| name.as_str());
@@ -460,9 +463,8 @@ fn name(file: &StudyFile, path: &Path) -> String {
 
 /// Checks what the types cannot express.
 fn check(file: &StudyFile, path: &Path) -> Result<(), StudyError> {
-    let wrong = |at: String, problem: String| {
-        Err(StudyError::Key { path: path.to_owned(), at, problem })
-    };
+    let wrong =
+        |at: String, problem: String| Err(StudyError::Key { path: path.to_owned(), at, problem });
     if file.factors.is_empty() {
         return wrong("factors".to_owned(), "empty; give at least one factor".to_owned());
     }

@@ -5,7 +5,10 @@ use serde::{Deserialize, Serialize};
 
 /// What a factor changes: one target or a list of them, which all get its value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a target, such as \"vehicle.travel_speed\", or a list of targets")]
+#[serde(
+    untagged,
+    expecting = "expected a target, such as \"vehicle.travel_speed\", or a list of targets"
+)]
 pub enum Targets {
     /// One target.
     One(Target),

@@ -139,7 +139,10 @@ fn timed(
 
 /// Why a point has the status `timed-out`.
 pub(crate) fn timed_out(study: &Study) -> String {
-    format!("it took longer than the {} s that the study allows", study.file().timeout.unwrap_or(0.0))
+    format!(
+        "it took longer than the {} s that the study allows",
+        study.file().timeout.unwrap_or(0.0)
+    )
 }
 
 fn keeps_run(keep: KeepRuns, row: &Row) -> bool {

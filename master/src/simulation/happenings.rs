@@ -9,8 +9,8 @@
 //! If a unit cannot vary its step, or steps only every so many communication steps, nothing is divided: what is due takes
 //! effect at the next communication point, and the history is discarded after the step that begins there.
 //!
-//! Conditions are checked after each communication step. An event whose condition has become true happens at the
-//! beginning of the next step.
+//! Conditions are located within a step ([`locate`](super::locate)). Where units do not allow that, they are checked
+//! after each communication step, and an event whose condition has become true happens at the beginning of the next.
 
 use serde::{Deserialize, Serialize};
 
@@ -52,12 +52,32 @@ pub(super) struct Happenings<'a> {
     slots: Vec<Vec<(InstanceIndex, Slot)>>,
     state: HappeningsState,
     /// whether steps can be divided
-    divides: bool,
+    pub(super) divides: bool,
+    /// whether they can be repeated too, so that conditions are located within them
+    pub(super) locates: bool,
+    /// from when on conditions are checked that have not become true (s)
+    watched_from: f64,
     /// the communication step (s)
-    step: f64,
+    pub(super) step: f64,
     /// sentences about events since they were last taken
     news: Vec<(f64, String)>,
-    stopped: Option<String>,
+    pub(super) stopped: Option<String>,
+}
+
+/// A signal that meets the condition of a watch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Met {
+    watch: usize,
+    /// which of its signals
+    place: usize,
+    value: f64,
+}
+
+impl Met {
+    /// Whether it is the same signal of the same condition.
+    pub(super) fn is_like(self, other: Self) -> bool {
+        (self.watch, self.place) == (other.watch, other.place)
+    }
 }
 
 impl<'a> Happenings<'a> {
@@ -74,6 +94,8 @@ impl<'a> Happenings<'a> {
             story.watches.iter().map(|it| it.ports.iter().filter_map(slot).collect()).collect();
         let before = slots.iter().map(|slots| vec![f64::NAN; slots.len()]).collect();
         let varies = participants.iter().all(|it| it.capabilities().variable_step);
+        let divides = varies && system.instances.iter().all(|it| it.every == 1);
+        let restores = participants.iter().all(|it| it.capabilities().restore);
         let state = HappeningsState {
             done: 0,
             over: vec![false; story.watches.len()],
@@ -81,30 +103,59 @@ impl<'a> Happenings<'a> {
             before,
             checksum: story.checksum(),
         };
-        Self {
+        let mut happenings = Self {
             story,
             system,
             slots,
             state,
-            divides: varies && system.instances.iter().all(|it| it.every == 1),
+            divides,
+            locates: divides && restores,
+            watched_from: f64::INFINITY,
             step,
             news: Vec::new(),
             stopped: None,
-        }
+        };
+        happenings.find_watched();
+        happenings
     }
 
-    /// A sentence, if steps cannot be divided although that would be needed.
-    pub(super) fn limit(&self, start: f64) -> Option<String> {
+    /// Finds out from when on a condition can become true.
+    fn find_watched(&mut self) {
+        let open = self.story.watches.iter().zip(&self.state.over).filter(|(_, over)| !**over);
+        self.watched_from = open.map(|(watch, _)| watch.after).fold(f64::INFINITY, f64::min);
+    }
+
+    /// Whether a condition that is located can become true up to a time.
+    #[inline]
+    pub(super) fn watches(&self, end: f64) -> bool {
+        self.locates && self.watched_from < end + SNAP * self.step
+    }
+
+    /// Sentences, if units do not allow what events and conditions need.
+    pub(super) fn limits(&self, start: f64) -> Vec<String> {
         let off_grid = |due: &&Due| {
             let steps = (due.time - start) / self.step;
             (steps - steps.round()).abs() > SNAP
         };
-        let Due { time, .. } = self.story.agenda.iter().find(off_grid).filter(|_| !self.divides)?;
-        Some(format!(
-            "events and changes of inputs between communication points, the first at {time} s, take effect at \
-             the next communication point: a unit needs equal steps (canHandleVariableCommunicationStepSize, or \
-             \"every\")"
-        ))
+        let due = self.story.agenda.iter().find(off_grid).filter(|_| !self.divides);
+        let due = due.map(|Due { time, .. }| {
+            format!(
+                "events and changes of inputs between communication points, the first at {time} s, take effect at \
+                 the next communication point: a unit needs equal steps (canHandleVariableCommunicationStepSize, or \
+                 \"every\")"
+            )
+        });
+        let checked = (!self.slots.is_empty() && !self.locates).then(|| {
+            let why = if self.divides {
+                "a unit cannot save its state (canGetAndSetFMUstate)"
+            } else {
+                "a unit needs equal steps (canHandleVariableCommunicationStepSize, or \"every\")"
+            };
+            format!(
+                "conditions are checked at communication points, not located between them: {why}"
+            )
+        });
+        due.into_iter().chain(checked).collect()
     }
 
     /// Time of the next entry of the agenda (s).
@@ -119,7 +170,7 @@ impl<'a> Happenings<'a> {
         let snap = SNAP * self.step;
         let later =
             if self.divides { self.next() >= end - snap } else { self.next() > time + snap };
-        later && self.state.pending.is_empty()
+        later && self.state.pending.is_empty() && !self.watches(end)
     }
 
     /// Takes what is due up to a time: events by their position, with the reason, and whether a value jumps.
@@ -146,37 +197,60 @@ impl<'a> Happenings<'a> {
     }
 
     fn check(&mut self, time: f64, participants: &[Participant]) {
-        let Self { story, slots, state, .. } = self;
-        for (k, watch) in story.watches.iter().enumerate() {
-            let mut met = None;
-            for ((place, &(instance, slot)), before) in
-                slots[k].iter().enumerate().zip(&mut state.before[k])
-            {
-                let now = participants[instance].value(slot);
-                let holds = watch.comparison.holds(watch.limit, *before, now);
-                *before = now;
-                if holds && met.is_none() {
-                    met = Some((watch.ports[place], now));
-                }
-            }
-            let Some((port, value)) = met.filter(|_| time >= watch.after - SNAP * self.step) else {
-                continue;
-            };
-            if std::mem::replace(&mut state.over[k], true) {
-                continue;
-            }
-            let unit = self.system.variable(port).unit.as_ref();
-            let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
-            let (name, limit) = (self.system.port_name(port), watch.limit);
-            let reason =
-                format!("{name} {} {limit}{unit}: it is {value:.6}{unit}", watch.comparison);
-            match &watch.outcome {
-                Outcome::Event(event) => state.pending.push((*event, reason)),
-                Outcome::Stop(stop) => {
-                    self.stopped.get_or_insert_with(|| format!("{stop}: {reason}"));
-                }
+        for k in 0..self.slots.len() {
+            if let Some(met) = self.met_by(k, time, participants) {
+                self.conclude(met);
             }
         }
+        for (slots, before) in self.slots.iter().zip(&mut self.state.before) {
+            for (&(instance, slot), before) in slots.iter().zip(before) {
+                *before = participants[instance].value(slot);
+            }
+        }
+    }
+
+    /// The first signal that meets the condition of a watch whose outcome has not followed yet.
+    fn met_by(&self, watch: usize, time: f64, participants: &[Participant]) -> Option<Met> {
+        let it = &self.story.watches[watch];
+        if self.state.over[watch] || time < it.after - SNAP * self.step {
+            return None;
+        }
+        let mut signals = self.slots[watch].iter().zip(&self.state.before[watch]).enumerate();
+        signals.find_map(|(place, (&(instance, slot), &before))| {
+            let value = participants[instance].value(slot);
+            it.comparison.holds(it.limit, before, value).then_some(Met { watch, place, value })
+        })
+    }
+
+    /// The first condition that is true since the values before.
+    pub(super) fn first_met(&self, time: f64, participants: &[Participant]) -> Option<Met> {
+        (0..self.slots.len()).find_map(|watch| self.met_by(watch, time, participants))
+    }
+
+    /// What a signal exceeds its limit by, before and now.
+    pub(super) fn excess(&self, met: Met, participants: &[Participant]) -> [f64; 2] {
+        let Met { watch, place, .. } = met;
+        let (limit, (instance, slot)) = (self.story.watches[watch].limit, self.slots[watch][place]);
+        [self.state.before[watch][place], participants[instance].value(slot)].map(|it| it - limit)
+    }
+
+    /// Notes what follows from a condition that has become true.
+    fn conclude(&mut self, met: Met) {
+        self.state.over[met.watch] = true;
+        let watch = &self.story.watches[met.watch];
+        let port = watch.ports[met.place];
+        let unit = self.system.variable(port).unit.as_ref();
+        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
+        let (name, limit) = (self.system.port_name(port), watch.limit);
+        let reason =
+            format!("{name} {} {limit}{unit}: it is {:.6}{unit}", watch.comparison, met.value);
+        match &watch.outcome {
+            Outcome::Event(event) => self.state.pending.push((*event, reason)),
+            Outcome::Stop(stop) => {
+                self.stopped.get_or_insert_with(|| format!("{stop}: {reason}"));
+            }
+        }
+        self.find_watched();
     }
 
     pub(super) fn state(&self) -> HappeningsState {
@@ -194,6 +268,7 @@ impl<'a> Happenings<'a> {
         if fits {
             self.state.clone_from(state);
             (self.stopped, self.news) = (None, Vec::new());
+            self.find_watched();
         }
         fits
     }
@@ -235,12 +310,17 @@ impl Simulation<'_> {
                 true => between(now, end),
                 false => between(now, next),
             };
-            let stepped = self.stepper.step(&mut self.participants, now, part);
-            stepped.map_err(|source| self.failed(now, source))?;
-            if last {
+            let sooner = self.watched_step(now, part)?;
+            if sooner.is_some() && self.happenings.stopped.is_some() {
+                self.ended = sooner;
                 break;
             }
-            now = next;
+            // an event that close to the end happens at the beginning of the next step
+            match sooner.filter(|sooner| *sooner < end - snap) {
+                Some(sooner) => now = sooner,
+                None if last => break,
+                None => now = next,
+            }
         }
         if discard {
             self.stepper.begin_anew();

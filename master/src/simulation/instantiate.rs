@@ -97,7 +97,7 @@ pub(super) fn connect(
             participant.retry_discarded_steps()?;
         }
         links[k].offered = participant.probe_output_derivatives()?;
-        if saved.contains(&k) {
+        if saved.contains(&k) || !story.watches.is_empty() {
             participant.probe_states()?;
         }
         if differentiated.contains(&k) {

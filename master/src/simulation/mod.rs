@@ -7,6 +7,7 @@ mod coupling_setup;
 mod happenings;
 mod instantiate;
 mod limits;
+mod locate;
 mod loops;
 mod pool;
 mod selection;
@@ -49,6 +50,8 @@ pub struct Simulation<'a> {
     /// remarks about the start
     notes: Vec<String>,
     done: u64,
+    /// time of a stop condition within the last step (s)
+    ended: Option<f64>,
 }
 
 /// Everything of a [`Simulation`] that changes from step to step.
@@ -131,11 +134,11 @@ impl<'a> Simulation<'a> {
         let step = scenario.experiment.step;
         let mut happenings = Happenings::new(&setup.story, system, &participants, step);
         happenings.observe(time, &participants);
-        stepper.add_limits(happenings.limit(time).into_iter().collect());
+        stepper.add_limits(happenings.limits(time));
         let slots = selection.slots(&participants);
-        let loops = initialized.loops;
-        let notes = late.notes;
-        Ok(Self { setup, stepper, happenings, participants, slots, loops, notes, done: 0 })
+        let (loops, notes) = (initialized.loops, late.notes);
+        let (done, ended) = (0, None);
+        Ok(Self { setup, stepper, happenings, participants, slots, loops, notes, done, ended })
     }
 
     /// The signals between the units.
@@ -204,10 +207,10 @@ impl<'a> Simulation<'a> {
         self.setup.steps.saturating_sub(self.done)
     }
 
-    /// The time that has been reached (s).
+    /// The time that has been reached (s). That of a stop condition may be within the last step.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.setup.time_after(self.done)
+        self.ended.unwrap_or_else(|| self.setup.time_after(self.done))
     }
 
     /// The present value of a recorded String, by its position among [`Setup::signals`].
@@ -349,7 +352,7 @@ impl<'a> Simulation<'a> {
         if !self.stepper.restore(&state.stepper) {
             return Err(StateError::Misfit { what: Misfit::Signals });
         }
-        self.done = state.done;
+        (self.done, self.ended) = (state.done, None);
         Ok(())
     }
 }

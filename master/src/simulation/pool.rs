@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
 
-use super::setup::Setup;
 use super::Simulation;
+use super::setup::Setup;
 use crate::error::Error;
 use crate::system::{self, InstanceSetup, System};
 use fmi2_import::instance::Instance;

@@ -8,7 +8,7 @@ use crate::participant::{Participant, Slot};
 use crate::system::{InstanceIndex, Port, System, SystemError};
 use fmi2_import::description::Type;
 use results::RecordedColumn;
-use scenario::{Recorded, Scenario, ScenarioError};
+use scenario::{MetricSignal, Recorded, Scenario, ScenarioError};
 
 /// The signals to record and to plot.
 #[derive(Debug)]
@@ -43,8 +43,11 @@ impl Selection {
                 }
             }
         }
-        for (place, pattern) in scenario.metric_signals() {
-            let chosen = Self::select(system, &place, pattern, Strings::Refused)?;
+        for MetricSignal { place, pattern, optional } in scenario.metric_signals() {
+            let chosen = match Self::select(system, &place, pattern, Strings::Refused) {
+                Err(_) if optional => continue,
+                chosen => chosen?,
+            };
             same_unit(system, place, pattern, &chosen)?;
             for port in chosen {
                 if let Entry::Vacant(entry) = known.entry(port) {

@@ -8,7 +8,7 @@ use super::setup::Setup;
 use crate::participant::Participant;
 use crate::system::Port;
 use coupling::{
-    Control, Coupling, Exchange, ExchangeState, PowerMeter, SignalIndex, UnitIndex, Workers,
+    Control, Coupling, Exchange, ExchangeState, Mark, PowerMeter, SignalIndex, UnitIndex, Workers,
 };
 use fmi2_import::instance::FmuError;
 use fmi2_import::logger;
@@ -21,6 +21,7 @@ pub(super) struct Stepper {
     exchange: Exchange,
     control: Option<Control>,
     power: PowerMeter,
+    mark: Mark,
     workers: Arc<Workers>,
     /// sentences about missing capabilities of units
     limits: Vec<String>,
@@ -70,8 +71,8 @@ impl Stepper {
         let coupling = Coupling::new(&layout.schedule, &exchange, &workers);
         let mut limits = limits.sentences(system);
         limits.extend(layout.loops.iter().filter_map(AlgebraicLoop::limit));
-        let handled = logger::arrived();
-        Ok(Self { coupling, exchange, control, power, workers, limits, handled })
+        let (handled, mark) = (logger::arrived(), Mark::default());
+        Ok(Self { coupling, exchange, control, power, mark, workers, limits, handled })
     }
 
     /// Adds sentences about what limits the coupling.
@@ -141,6 +142,18 @@ impl Stepper {
         coupling.step(exchange, participants, time, size)?;
         power.add(exchange, time + size, size);
         Ok(())
+    }
+
+    /// Marks this communication point, for [`go_back`](Self::go_back).
+    pub(super) fn mark(&mut self, participants: &mut [Participant]) -> Result<(), FmuError> {
+        let Self { exchange, control, power, mark, .. } = self;
+        mark.set(exchange, control.as_ref(), power, participants)
+    }
+
+    /// Returns to the communication point that was last marked.
+    pub(super) fn go_back(&mut self, participants: &mut [Participant]) -> Result<(), FmuError> {
+        let Self { exchange, control, power, mark, .. } = self;
+        mark.restore(exchange, control.as_mut(), power, participants)
     }
 
     /// Discards the history of all signals: values have jumped.

@@ -114,7 +114,7 @@ impl Story {
             let source = Arc::new(Source::new(&input.signal).map_err(failed)?);
             let to = format!("{place}.to");
             for pattern in input.to.as_slice() {
-                for port in system.select(&to, pattern)? {
+                for port in system.select_alike(&to, pattern)? {
                     drivable(system, &to, port, sources.get(&port))?;
                     if !driven.insert(port) {
                         return Err(refused(system, &to, port, "it has a signal already").into());
@@ -169,7 +169,7 @@ impl Story {
         // the scenario is checked: there is one
         let Some((comparison, limit)) = when.comparison() else { return Ok(()) };
         let place = format!("{place}.when.signal");
-        let ports = system.select(&place, &when.signal)?;
+        let ports = system.select_alike(&place, &when.signal)?;
         if let Some(text) = ports.iter().find(|port| system.variable(**port).kind == Type::String) {
             let port = system.port_name(*text);
             return Err(SystemError::NotNumeric { place, port }.into());

@@ -242,6 +242,20 @@ pub enum SystemError {
         /// Largest value.
         max: f64,
     },
+    /// A pattern for one number that stands for quantities of several kinds.
+    #[error(
+        "{place}: \"{pattern}\" matches signals of different units of measurement: {first} and {other}"
+    )]
+    MixedUnits {
+        /// JSON path.
+        place: String,
+        /// The pattern.
+        pattern: String,
+        /// `instance.variable (unit)`
+        first: String,
+        /// The first one with another unit of measurement.
+        other: String,
+    },
     /// A variable that cannot be set.
     #[error("{place}: {port} cannot be set: {why}")]
     NotSettable {
@@ -355,6 +369,9 @@ impl SystemError {
             }
             Self::File { .. } => {
                 "paths of the form {\"path\": \"...\"} are relative to the scenario file that they are in"
+            }
+            Self::MixedUnits { .. } => {
+                "`*` takes any text: use a range such as gap_[01..08], or an entry for each kind of signal"
             }
             Self::Form { .. } => "write instance.variable, such as motor.speed",
             _ => return None,

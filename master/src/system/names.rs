@@ -90,6 +90,26 @@ impl System {
         self.resolve(place, pattern, true)
     }
 
+    /// All ports that a name with ranges and stars matches, in order. They have the same unit of measurement.
+    ///
+    /// # Errors
+    /// As [`select`](Self::select), or units of measurement differ.
+    pub(crate) fn select_alike(&self, place: &str, pattern: &str) -> Result<Vec<Port>> {
+        let ports = self.select(place, pattern)?;
+        let unit = |port: Port| self.variable(port).unit.as_deref().unwrap_or("1");
+        let named = |port: Port| format!("{} ({})", self.port_name(port), unit(port));
+        let differs = |other: &&Port| unit(**other) != unit(ports[0]);
+        match ports.iter().find(differs) {
+            None => Ok(ports),
+            Some(&other) => Err(SystemError::MixedUnits {
+                place: place.to_owned(),
+                pattern: pattern.to_owned(),
+                first: named(ports[0]),
+                other: named(other),
+            }),
+        }
+    }
+
     /// All ports that a name with ranges matches, in order. A star has no special meaning.
     pub(super) fn ports(&self, place: &str, pattern: &str) -> Result<Vec<Port>> {
         self.resolve(place, pattern, false)

@@ -176,6 +176,10 @@ fn problem(run: &RunResults, status: Option<&str>) -> Option<String> {
 fn text(run: &RunVerdict) -> String {
     let RunVerdict { folder, title, status, passed, problem, criteria } = run;
     let mut text = format!("{folder}: {title}\n{}", verdicts::text(criteria));
+    let unrecorded = |it: &Verdict| it.reason.contains("recorded");
+    if criteria.iter().any(unrecorded) {
+        text += "`maglev run SCENARIO --criteria NAMES` records what criteria need\n";
+    }
     if status.as_deref().is_some_and(|it| it == "terminated" || it == "stopped") {
         text += &format!("the run ended early, with status {}\n", status.as_deref().unwrap_or(""));
     }

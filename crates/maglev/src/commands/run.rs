@@ -12,7 +12,7 @@ use scenario::{
 };
 
 use super::display::{EndOptions, watch};
-use super::names;
+use super::{check, names};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -73,6 +73,10 @@ pub struct Arguments {
     /// Run at most FACTOR simulated seconds per second.
     #[arg(long, value_name = "FACTOR")]
     real_time: Option<f64>,
+    /// Record what criteria need, and judge the run by them: files, or names of those that ship,
+    /// separated by commas. They become limits of the scenario.
+    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    criteria: Vec<String>,
     /// Formats of the results, separated by commas, instead of the scenario's.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = names::formats())]
     format: Vec<ResultFormat>,
@@ -115,6 +119,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         scenario.overrides.clone_from(&arguments.set);
         scenario
     };
+    match check::criteria(&arguments.criteria) {
+        Ok(criteria) => scenario.add_limits(criteria),
+        Err(error) => {
+            super::tell_chain(&results::causes(&error), error.help());
+            return Ok(ExitCode::from(2));
+        }
+    }
     change(&mut scenario, arguments);
     let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));

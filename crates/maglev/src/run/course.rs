@@ -57,6 +57,8 @@ struct Watch {
 /// How far a run has got.
 pub(super) struct Progress {
     pub(super) done: u64,
+    /// time of a stop condition within the last step (s)
+    pub(super) ended: Option<f64>,
     pub(super) start: Duration,
     pub(super) run: Duration,
     pub(super) loops: Vec<SolvedLoop>,
@@ -71,6 +73,7 @@ impl Default for Progress {
         let (start, run) = (Duration::ZERO, Duration::ZERO);
         Self {
             done: 0,
+            ended: None,
             start,
             run,
             loops: Vec::new(),
@@ -85,6 +88,7 @@ impl<'a> Course<'a> {
     pub(super) fn note_findings(&mut self) -> Result<(), Error> {
         let system = &self.setup.system();
         let mut texts = self.setup.scenario().notes.clone();
+        texts.extend(self.setup.scenario().out_of_time());
         texts.extend(system.notices(self.setup.scenario().experiment.step));
         texts.extend(self.setup.coupling().loops.iter().map(AlgebraicLoop::notice));
         let start = self.setup.time_after(0);
@@ -259,6 +263,7 @@ impl<'a> Course<'a> {
         let time = simulation.time();
         self.observer.notice(&format!("the run ends at {time} s: {text}"));
         self.progress.ended_by = Some(text.to_owned());
+        self.progress.ended = Some(time);
         let noted = self.journal.note(time, EventKind::Stopped, text);
         let noted = noted.and(self.output.take_last(simulation));
         noted.map(|()| true).map_err(|e| self.failed(e))

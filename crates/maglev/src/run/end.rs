@@ -88,8 +88,9 @@ impl<'a> Course<'a> {
         let failed = |source| Error::Output { path: job.folder.to_owned(), running: true, source };
         let gatherers = output.gatherers.clone();
         let (files, completed) = output.finish(progress.done > 0);
-        let reached = setup.time_after(progress.done);
-        let ride_quality = result.as_ref().ok().and_then(|_| ride::judge(setup, Signals::Folder(job.folder)));
+        let reached = progress.ended.unwrap_or_else(|| setup.time_after(progress.done));
+        let ride_quality =
+            result.as_ref().ok().and_then(|_| ride::judge(setup, Signals::Folder(job.folder)));
         let participants = simulation.map_or(&[][..], Simulation::participants);
         for text in totals::warned_steps(participants) {
             observer.notice(&text);

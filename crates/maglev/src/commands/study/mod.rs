@@ -125,10 +125,13 @@ impl FromStr for Span {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        let parts =
+            text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
         match parts {
             Some((first, last)) if 1 <= first && first <= last => Ok(Self(first, last)),
-            _ => Err("not of the form A..B with whole numbers, 1 or more, such as 1..100".to_owned()),
+            _ => {
+                Err("not of the form A..B with whole numbers, 1 or more, such as 1..100".to_owned())
+            }
         }
     }
 }

@@ -53,8 +53,7 @@ impl Watcher for Progress {
         if self.quiet || !std::io::stderr().is_terminal() || to_do == 0 {
             return;
         }
-        let bar =
-            ProgressBar::with_draw_target(Some(to_do), ProgressDrawTarget::stderr_with_hz(5));
+        let bar = ProgressBar::with_draw_target(Some(to_do), ProgressDrawTarget::stderr_with_hz(5));
         let style = "{percent:>3} % {bar:40} {pos}/{len} points{msg} (left: {eta})";
         if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style);

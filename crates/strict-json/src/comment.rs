@@ -1,14 +1,50 @@
-//! Comments: `"$comment"` members, which every object of a scenario may have.
+//! Comments: `"$comment"` members, which every object of a file may have.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use strict_json::PathStep;
+use crate::{FormError, PathStep};
 
 /// Key of a comment.
-pub(crate) const COMMENT: &str = "$comment";
+pub const COMMENT: &str = "$comment";
+/// Name of its definition in a schema.
+const DEFINITION: &str = "Comment";
 
-/// Removes all comments from a value. The error is the place of a comment that is not text.
-pub(crate) fn strip(value: &mut Value) -> Result<(), Vec<PathStep>> {
+/// Removes all comments from a value.
+///
+/// # Errors
+/// A comment is neither a text nor a list of texts; with the way to it.
+pub fn strip_comments(value: &mut Value) -> Result<(), (Vec<PathStep>, FormError)> {
+    let wrong = || FormError::new("a comment must be a text or a list of texts");
+    strip(value).map_err(|steps| (steps, wrong()))
+}
+
+/// Allows a comment in every object of a JSON schema.
+pub fn allow_comments(schema: &mut Value) {
+    allow(schema);
+    if let Some(map) = schema.as_object_mut() {
+        let definitions = map.entry("$defs").or_insert_with(|| json!({}));
+        definitions[DEFINITION] = json!({
+            "description": "A comment, ignored: a text, or a list of lines.",
+            "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
+        });
+    }
+}
+
+fn allow(schema: &mut Value) {
+    match schema {
+        Value::Array(items) => items.iter_mut().for_each(allow),
+        Value::Object(map) => {
+            map.values_mut().for_each(allow);
+            if map.get("type").is_some_and(|it| it == "object") {
+                let members = map.entry("properties").or_insert_with(|| json!({}));
+                members[COMMENT] = json!({ "$ref": format!("#/$defs/{DEFINITION}") });
+            }
+        }
+        _ => {}
+    }
+}
+
+fn strip(value: &mut Value) -> Result<(), Vec<PathStep>> {
     let mut here = Vec::new();
     strip_at(value, &mut here)
 }
