@@ -6,6 +6,7 @@ class Axis {
     Object.assign(this, { label, log, format, charts: new Set(), key: `axis-${Axis.count++}` });
     this.limits = null;
     this.view = null;
+    this.watchers = new Set();
     this.sync = uPlot.sync(this.key);
   }
 
@@ -36,6 +37,13 @@ class Axis {
     }
     this.view = view;
     for (const chart of this.charts) chart.follow();
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => { for (const watcher of this.watchers) watcher(); }, 150);
+  }
+
+  /** Calls a function when the visible range has changed and rests. */
+  watch(watcher) {
+    this.watchers.add(watcher);
   }
 
   /** Position of a value along the axis; `from` is the inverse. */
@@ -64,24 +72,40 @@ class Axis {
 }
 Axis.count = 0;
 
-/** Ticks of a logarithmic axis at 1, 2 and 5 times each power of ten, over many decades only at the powers. */
+/** Decades over which a logarithmic axis has lines at 1 to 9 times each power of ten, and labels at more than these. */
+const FINE = 6;
+const LABELLED = 2.5;
+
+/** Lines of a logarithmic axis: at 1 to 9 times each power of ten, over many decades at the powers only. */
 function ticksOf(log) {
   if (!log) return {};
   const splits = (_, __, low, high) => {
     const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
-    const steps = last - first > 3 ? [1] : [1, 2, 5];
+    const steps = last - first > FINE ? [1] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
     const ticks = [];
-    for (let power = first; power <= last; power++) ticks.push(...steps.map((step) => step * 10 ** power));
-    const inside = ticks.filter((tick) => tick >= low * (1 - 1e-9) && tick <= high * (1 + 1e-9));
-    const every = Math.ceil(inside.length / 10);
-    return inside.filter((_, k) => k % every === 0);
+    for (let power = first; power <= last; power++) ticks.push(...steps.map((step) => Number(`${step}e${power}`)));
+    return ticks.filter((tick) => tick >= low * (1 - 1e-9) && tick <= high * (1 + 1e-9));
   };
   return { splits, filter: (_, ticks) => ticks };
 }
 
+/** Labels of the lines of a logarithmic axis; most lines have none. */
+function logLabels(ticks) {
+  const known = ticks.filter((tick) => tick != null);
+  const decades = Math.log10(known[known.length - 1] / known[0]);
+  const every = Math.max(1, Math.ceil(decades / 8));
+  return ticks.map((tick) => {
+    if (tick == null) return "";
+    const [digit, power] = tick.toExponential(0).split("e").map(Number);
+    if (decades < 0.7) return number(tick, 3);
+    const shown = decades <= LABELLED ? [1, 2, 5].includes(digit) : digit === 1 && power % every === 0;
+    return shown ? number(tick) : "";
+  });
+}
+
 /** Labels of an axis. */
 function labels(ticks, log) {
-  if (log) return ticks.map((tick) => (tick == null ? "" : number(tick)));
+  if (log) return logLabels(ticks);
   const step = ticks.length > 1 ? ticks[1] - ticks[0] : 1;
   let digits = 0;
   while (digits < 9 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits++;

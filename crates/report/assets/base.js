@@ -54,6 +54,11 @@ function section(id, title, ...children) {
   return it;
 }
 
+/** A table in a box that scrolls on the screen and shows all of it on paper. */
+function scrolling(label, table) {
+  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": label }, table);
+}
+
 // ---- numbers and units ----
 
 /** Formats a number with at most `digits` significant digits and a real minus sign. */

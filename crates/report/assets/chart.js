@@ -2,6 +2,9 @@
 
 const HINT = "drag: zoom · Shift+drag or ← →: pan · wheel after a click, or + −: zoom · double click or 0: all";
 
+/** Most curves that a legend lists. */
+const LISTED = 40;
+
 class Chart {
   /**
    * curves: [{ label, x, y, colour: number, dash: number }], y already in the shown unit;
@@ -12,11 +15,15 @@ class Chart {
     const usual = { title: "", marks: [], levels: [], logY: false, height: 240, lowest: null, timed: false, yRange: null, under: null, read: null, plain: false };
     Object.assign(this, usual, settings);
     const { title, axis, curves } = this;
+    // many curves have shades instead of colours, and too many for a list share one entry
     this.many = curves.length > COLOURS.light.length;
+    this.crowd = curves.length > LISTED;
     this.table = join(curves);
     this.values = [];
     this.frame = element("div", { class: "canvas", tabindex: "0", role: "figure", "aria-label": this.spoken(), title: "" });
     this.box = element("figure", { class: "chart" }, element("figcaption", {}, title), this.legend(), this.frame);
+    // for tests
+    this.frame.chart = this;
     parent.append(this.box);
     const xs = this.table[0];
     axis.add(this, xs[0] ?? 0, xs[xs.length - 1] ?? 1);
@@ -38,12 +45,14 @@ class Chart {
     this.where = element("output", { class: "where", "aria-live": "off" });
     if (this.plain) {
       this.values = [];
-    } else if (this.many) {
+    } else if (this.crowd) {
       this.values = [element("output", { class: "value" })];
-      list.append(element("span", { class: "entry" }, `${this.curves.length} signals; nearest to the pointer: `, this.values[0]));
+      const [first, last] = [this.curves[0], this.curves[this.curves.length - 1]];
+      list.append(element("span", { class: "entry" }, `${this.curves.length} curves: ${first.label}`, shadesSample(), last.label),
+        element("span", { class: "entry screen" }, "nearest to the pointer: ", this.values[0]));
     } else {
       for (const [k, curve] of this.curves.entries()) {
-        const sample = svgSample(curve.dash);
+        const sample = svgSample(this.many ? 0 : curve.dash);
         const value = element("output", { class: "value" });
         const button = element("button", { type: "button", class: "entry", "aria-pressed": "true", title: "show or hide" }, sample, curve.label, value);
         button.addEventListener("click", () => {
@@ -68,7 +77,7 @@ class Chart {
       if (left >= 0) this.where.textContent = `${this.axis.format(this.plot.posToVal(left, "x"))}, ${this.read(this.plot.posToVal(left, "x"), this.plot.posToVal(top, "y"))}`;
       return;
     }
-    if (this.many) {
+    if (this.crowd) {
       const k = this.nearest;
       const known = at != null && k;
       this.values[0].textContent = known ? `${this.curves[k - 1].label} ${number(this.table[k][at])}` : "–";
@@ -126,24 +135,27 @@ class Chart {
   }
 
   series(curve, k) {
-    const count = this.curves.length;
     return {
       label: curve.label,
       scale: "y",
       width: this.many ? 1 : 1.5,
-      dash: DASHES[curve.dash % DASHES.length],
+      dash: this.many ? [] : DASHES[curve.dash % DASHES.length],
       spanGaps: true,
-      stroke: () => (this.many ? shade(k / Math.max(count - 1, 1)) : colour(curve.colour)),
+      stroke: () => this.tint(curve, k),
       points: { show: (plot) => curve.x.length < 3 || plot.bbox.width / visible(curve.x, this.axis.range()) > 14 * devicePixelRatio, size: 4 },
     };
+  }
+
+  /** The colour of curve k. */
+  tint(curve, k) {
+    return this.many ? shade(k / (this.curves.length - 1)) : colour(curve.colour);
   }
 
   /** Horizontal lines with labels, bright with a dark edge to be visible on a picture. */
   drawLevels(plot) {
     const { ctx, bbox } = plot;
     const ratio = devicePixelRatio;
-    let last = Infinity;
-    let right = 0;
+    const [gap, height] = [6 * ratio, 14 * ratio];
     for (const level of this.levels) {
       const y = plot.valToPos(level.at, "y", true);
       if (y < bbox.top) continue;
@@ -156,17 +168,12 @@ class Chart {
         ctx.lineTo(bbox.left + bbox.width, y);
         ctx.stroke();
       }
-      // left of the label below if there is no room above it
-      const width = ctx.measureText(level.label).width + 14 * ratio;
-      right = last - y < 14 * ratio ? right + width : width;
-      if (right === width) last = y;
-      ctx.setLineDash([]);
-      ctx.lineWidth = 3 * ratio;
-      ctx.strokeStyle = "rgb(0 0 0 / 60%)";
-      ctx.fillStyle = "#ffffff";
-      const left = bbox.left + bbox.width - right + 6 * ratio;
-      ctx.strokeText(level.label, left, y - 4 * ratio);
-      ctx.fillText(level.label, left, y - 4 * ratio);
+      // above the line or below it, as far right as other labels allow
+      const width = ctx.measureText(level.label).width + 2 * gap;
+      const candidates = [];
+      for (let right = bbox.left + bbox.width; right - width > bbox.left; right -= 2 * gap) candidates.push([right - width, y - height], [right - width, y + 1]);
+      const place = this.places.find(width, height, candidates);
+      if (place) writeLabel(ctx, level.label, place[0] + gap, place[1], height * 0.8, "#ffffff", "rgb(0 0 0 / 60%)");
     }
   }
 
@@ -179,10 +186,9 @@ class Chart {
     ctx.clip();
     const ratio = devicePixelRatio;
     ctx.font = `${11 * ratio}px system-ui, sans-serif`;
-    ctx.textAlign = "left";
-    ctx.textBaseline = "alphabetic";
+    this.places = new Places();
     this.drawLevels(plot);
-    const ends = [];
+    const written = [];
     for (const mark of this.marks) {
       const x = plot.valToPos(mark.at, "x", true);
       if (x < bbox.left - 1 || x > bbox.left + bbox.width + 1) continue;
@@ -194,14 +200,17 @@ class Chart {
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
       if (!mark.label) continue;
-      // the first row with room for the label
-      const width = ctx.measureText(mark.label).width;
-      const left = Math.min(x + 4 * ratio, bbox.left + bbox.width - width - 2 * ratio);
-      let row = ends.findIndex((end) => end < left - 8 * ratio);
-      if (row < 0) row = ends.length;
-      ends[row] = left + width;
-      ctx.fillText(mark.label, left, bbox.top + (13 + 14 * row) * ratio);
+      // right of the line or left of it, in the first row with room
+      const [gap, height] = [4 * ratio, 14 * ratio];
+      const width = ctx.measureText(mark.label).width + 2 * gap;
+      const sides = [x, x - width].filter((left) => left >= bbox.left && left + width <= bbox.left + bbox.width);
+      const rows = Math.floor(bbox.height / height) - 1;
+      const candidates = Array.from({ length: rows }, (_, row) => sides.map((left) => [left, bbox.top + 2 * ratio + row * height])).flat();
+      const place = this.places.find(width, height, candidates);
+      if (place) written.push([mark.label, place[0] + gap, place[1], height * 0.8, ctx.strokeStyle]);
     }
+    // above all lines
+    for (const [text, left, top, height, ink] of written) writeLabel(ctx, text, left, top, height, ink, styleColour("--ground"));
     if (this.timed && timeline.time != null) {
       const x = plot.valToPos(timeline.time, "x", true);
       ctx.strokeStyle = styleColour("--accent");
@@ -216,8 +225,8 @@ class Chart {
   }
 
   paint() {
-    for (const curve of this.curves) {
-      if (curve.sample) curve.sample.style.color = colour(curve.colour);
+    for (const [k, curve] of this.curves.entries()) {
+      if (curve.sample) curve.sample.style.color = this.tint(curve, k);
     }
     this.plot.redraw(false, true);
   }
@@ -327,14 +336,22 @@ function shade(part) {
   return `rgb(${r} ${g} ${b})`;
 }
 
+/** An element of a drawing. */
+function svg(tag, attributes, ...children) {
+  const it = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) it.setAttribute(name, value);
+  it.append(...children);
+  return it;
+}
+
 /** A sample of a curve's line for the legend. */
 function svgSample(dash) {
-  const ns = "http://www.w3.org/2000/svg";
-  const svg = document.createElementNS(ns, "svg");
-  const line = document.createElementNS(ns, "line");
-  const set = (node, attributes) => Object.entries(attributes).forEach(([name, value]) => node.setAttribute(name, value));
-  set(svg, { width: 26, height: 8, "aria-hidden": "true" });
-  set(line, { x1: 0, x2: 26, y1: 4, y2: 4, stroke: "currentColor", "stroke-width": 2.5, "stroke-dasharray": DASHES[dash % DASHES.length].join(" ") });
-  svg.append(line);
-  return svg;
+  return svg("svg", { width: 26, height: 8, "aria-hidden": "true" },
+    svg("line", { x1: 0, x2: 26, y1: 4, y2: 4, stroke: "currentColor", "stroke-width": 2.5, "stroke-dasharray": DASHES[dash % DASHES.length].join(" ") }));
+}
+
+/** The shades of many curves from the first to the last; paper shows them, too, because they are no background. */
+function shadesSample() {
+  const parts = Array.from({ length: 24 }, (_, k) => svg("rect", { x: 4 * k, y: 0, width: 4.5, height: 10, fill: shade(k / 23) }));
+  return svg("svg", { width: 96, height: 10, "aria-label": "to" }, ...parts);
 }

@@ -102,8 +102,8 @@ function unitOf(name) {
   return null;
 }
 
-/** Draws the chosen signals, one plot per unit of measure. */
-function drawChosen(parent, names, old) {
+/** Draws the chosen signals, one plot per unit of measure; on a logarithmic axis their magnitudes. */
+function drawChosen(parent, names, old, logY) {
   old.forEach((chart) => chart.destroy());
   const byUnit = new Map();
   for (const name of names) {
@@ -114,9 +114,10 @@ function drawChosen(parent, names, old) {
   return [...byUnit].map(([unit, members]) => {
     const size = Math.max(...members.flatMap((name) => data.runs.map((run) => largest(signalOf(run, name)?.y ?? []))));
     const shown = shownUnit(unit, size);
-    const curves = members.flatMap((name, k) => curvesOf(name, name, k, shown.factor));
+    const curves = members.flatMap((name, k) => curvesOf(name, name, k, shown.factor)).map((it) => (logY ? { ...it, y: it.y.map(Math.abs) } : it));
+    const highest = Math.max(...curves.map((it) => largest(it.y)));
     const common = families(members).length === 1 && families(members)[0][1].length === members.length ? families(members)[0][0] : members.length === 1 ? members[0] : "";
-    return new Chart(parent, { title: "", ylabel: withUnit(common, shown.unit), axis: timeAxis, curves, timed: true });
+    return new Chart(parent, { title: "", ylabel: withUnit(logY ? `magnitude ${common}`.trim() : common, shown.unit), axis: timeAxis, curves, timed: true, logY, lowest: 1e-9 * highest });
   });
 }
 
@@ -127,8 +128,13 @@ function historySection() {
   drawPlots(it);
   const chosen = element("div", { id: "chosen" });
   let charts = [];
+  let list = [];
   it.append(element("h3", {}, "Recorded signals"));
-  const picker = new Picker(it, { names, label: "recorded signals", change: (list) => { charts = drawChosen(chosen, list, charts); } });
-  it.append(chosen);
+  const values = element("select", { "aria-label": "Values of recorded signals" },
+    [["linear", "linear"], ["log", "magnitude, logarithmic"]].map(([key, text]) => element("option", { value: key }, text)));
+  const draw = () => { charts = drawChosen(chosen, list, charts, values.value === "log"); };
+  values.addEventListener("change", draw);
+  const picker = new Picker(it, { names, label: "recorded signals", change: (names) => { list = names; draw(); } });
+  it.append(element("div", { class: "choices" }, element("label", { class: "choice" }, "Values ", values)), chosen);
   if (allPlots().length === 0) picker.toggle(names.slice(0, 4));
 }

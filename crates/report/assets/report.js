@@ -1,7 +1,8 @@
 // The page from top to bottom.
 
-document.title = data.runs.map((run) => run.title).join(" · ") || "Report";
-main.append(element("h1", {}, data.runs.length === 1 ? data.runs[0].title : `${data.runs.length} runs compared`));
+const heading = data.title ?? (data.runs.length === 1 ? data.runs[0].title : `${data.runs.length} runs compared`);
+document.title = data.title ?? (data.runs.map((run) => run.title).join(" · ") || "Report");
+main.append(element("h1", {}, heading));
 main.append(...data.runs.map(statusLine), keyFigures() ?? "");
 verdictSection();
 sceneSection();
@@ -15,5 +16,6 @@ statisticsSection();
 textsSection();
 informationSection();
 theme.apply();
+if (matchMedia("print").matches) hideHollow(true);
 if (location.hash) document.getElementById(location.hash.slice(1))?.scrollIntoView();
 document.documentElement.dataset.ready = "true";

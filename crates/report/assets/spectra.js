@@ -24,13 +24,20 @@ function modeMarks() {
   return [...marks.values()].sort((a, b) => a.at - b.at);
 }
 
-/** Frequency up to which spectra are shown first, above the marked modes and the chirp; null if unknown. */
-function interestingTop() {
-  const tops = data.runs.flatMap((run) => [
-    ...(run.guideway?.modes ?? []).map((mode) => 3 * mode.frequency),
-    ...(run.guideway?.chirp ? [1.1 * run.guideway.chirp.end_frequency] : []),
-  ]);
-  return tops.length > 0 ? Math.max(...tops) : null;
+/** Spectra are shown up to where all amplitudes stay below this fraction of the highest. */
+const CONTENT = 1e-3;
+
+/** Frequency up to which spectra are shown first: that of their content, of the marked modes and of the chirp. */
+function interestingTop(curves, kind) {
+  const floor = kind === "density" ? CONTENT ** 2 : CONTENT;
+  const content = (curve) => {
+    const highest = largest(curve.y);
+    let k = curve.y.length - 1;
+    while (k > 0 && !(curve.y[k] > floor * highest)) k--;
+    return 1.2 * (curve.x[k] ?? 0);
+  };
+  const chirps = data.runs.map((run) => 1.1 * (run.guideway?.chirp?.end_frequency ?? 0));
+  return Math.max(...curves.map(content), ...modeMarks().map((mark) => 1.15 * mark.at), ...chirps);
 }
 
 /** Spectra of a signal in all runs: [{ run, name, unit, curve }]. */
@@ -55,7 +62,7 @@ function firstSignals(names) {
 
 class SpectraView {
   constructor(parent, names) {
-    Object.assign(this, { names, chosen: [], charts: [], kind: "amplitude", logX: false, logY: true });
+    Object.assign(this, { names, chosen: [], charts: [], kind: "amplitude", logX: false, logY: true, zoomed: false });
     const choose = (label, options, value, set) => {
       const list = options.map(([key, text]) => element("option", { value: key, selected: key === value }, text));
       const select = element("select", { "aria-label": label }, list);
@@ -65,35 +72,60 @@ class SpectraView {
     parent.append(element("div", { class: "choices" },
       choose("Spectrum", [["amplitude", "amplitude"], ["density", "power spectral density (Welch)"]], this.kind, (value) => { this.kind = value; }),
       choose("Frequency", [["linear", "linear"], ["log", "logarithmic"]], "linear", (value) => { this.logX = value === "log"; }),
-      choose("Values", [["log", "logarithmic"], ["linear", "linear"]], "log", (value) => { this.logY = value === "log"; })));
+      choose("Values", [["log", "logarithmic"], ["linear", "linear"]], "log", (value) => { this.logY = value === "log"; }),
+      choose("Time", [["all", "whole run"], ["zoomed", "window of the time histories"]], "all", (value) => { this.zoomed = value === "zoomed"; })));
+    timeAxis.watch(() => this.zoomed && this.draw());
+    this.window = element("p", { class: "note" });
     this.plots = element("div");
     this.peaks = element("div");
     const details = element("details", {}, element("summary", {}, "Choose signals"));
     const picker = new Picker(details, { names, label: "signals of spectra", change: (list) => { this.chosen = list; this.draw(); } });
-    parent.append(details, this.plots, this.peaks);
+    parent.append(details, this.window, this.plots, this.peaks);
     picker.toggle(firstSignals(names));
   }
 
   draw() {
     this.charts.forEach((chart) => chart.destroy());
     this.axis = new Axis({ label: "frequency (Hz)", log: this.logX, format: (value) => `${number(value, 5)} Hz` });
-    const byUnit = Map.groupBy(this.chosen, (name) => unitOf(name) ?? "");
+    this.spectra = new Map(this.chosen.map((name) => [name, this.spectraOf(name)]));
+    this.describeWindow();
+    const byUnit = Map.groupBy(this.chosen.filter((name) => this.spectra.get(name).length > 0), (name) => unitOf(name) ?? "");
     this.charts = [...byUnit.values()].map((members) => this.chart(members));
-    const top = interestingTop();
-    if (top && this.charts.length > 0 && !this.logX) this.axis.show([0, top]);
+    if (this.charts.length > 0) {
+      const top = interestingTop(this.charts.flatMap((chart) => chart.curves), this.kind);
+      this.axis.show([this.logX ? this.axis.limits[0] : 0, top]);
+    }
     this.listPeaks();
+  }
+
+  /** Spectra of a signal: [{ run, r, name, unit, x, y, resolution, peaks }]. */
+  spectraOf(name) {
+    if (this.zoomed) return partsOf(name, this.kind, timeAxis.range());
+    return spectraOf(name, this.kind).map((it) => ({
+      ...it, ...it.curve, x: arrays.get(it.run.frequencies[it.curve.frequencies]), y: arrays.get(it.curve.values),
+    }));
+  }
+
+  /** Says of which time the spectra are, and which signals have none. */
+  describeWindow() {
+    this.window.replaceChildren();
+    if (!this.zoomed) return;
+    const [from, to] = timeAxis.range();
+    const without = this.chosen.filter((name) => this.spectra.get(name).length < spectraOf(name, this.kind).length);
+    const why = `Without a spectrum of this window: ${without.join(", ")}. The page holds these signals thinned or unevenly spaced, or the window has fewer than ${FEWEST} points; signals that the scenario plots are kept whole.`;
+    this.window.textContent = `Spectra of ${number(from, 6)} s to ${number(to, 6)} s, the window that the time histories show. ${without.length > 0 ? why : ""}`;
   }
 
   chart(members) {
     const form = SPECTRA[this.kind];
-    const all = members.map((name) => spectraOf(name, this.kind));
+    const all = members.map((name) => this.spectra.get(name));
     const size = Math.max(...all.flat().map((it) => largest(signalOf(it.run, it.name).y)));
     const shown = shownUnit(unitOf(members[0]), size);
     const factor = form.factor(shown.factor);
     const curves = all.flatMap((list, k) => list.map((it) => ({
       label: runPrefix(it.run) + it.name,
-      x: arrays.get(it.run.frequencies[it.curve.frequencies]),
-      y: arrays.get(it.curve.values).map((value) => value * factor),
+      x: it.x,
+      y: it.y.map((value) => value * factor),
       colour: k * data.runs.length + it.r,
       dash: it.r,
     })));
@@ -106,9 +138,12 @@ class SpectraView {
 
   /** Peaks of the first chosen signals. */
   listPeaks() {
-    const rows = this.chosen.slice(0, 8).flatMap((name) => spectraOf(name, this.kind).flatMap((it) => it.curve.peaks.map((peak) => ({ ...it, ...peak }))));
+    const rows = this.chosen.slice(0, 8).flatMap((name) => this.spectra.get(name).flatMap((it) => it.peaks.map((peak) => ({ ...it, ...peak }))));
     this.peaks.replaceChildren();
-    if (rows.length === 0) return;
+    if (rows.length === 0) {
+      if (this.charts.length > 0) this.peaks.append(element("p", { class: "note" }, "No peak stands out: none exceeds its neighbours by 6 dB and a thousandth of the signal's range."));
+      return;
+    }
     const form = SPECTRA[this.kind];
     const shown = new Map(this.chosen.map((name) => [name, shownUnit(unitOf(name), Math.max(...data.runs.map((run) => largest(signalOf(run, name)?.y ?? []))))]));
     const columns = [
@@ -118,13 +153,32 @@ class SpectraView {
       { title: "damping ratio", numeric: true, of: (row) => row.damping, text: (row) => (row.damping == null ? "–" : number(row.damping, 3)) },
       { title: "nearest mode", of: (row) => nearestMode(row.frequency) },
     ];
-    const { resolution } = rows[0].curve;
+    const { resolution } = rows[0];
     const { table } = sortable(`Highest peaks; bins are ${number(resolution, 3)} Hz apart`, columns, rows);
     const note = this.kind === "density"
-      ? "Damping from the half-power width, corrected for the window; – if segments of a quarter of the record do not resolve the width."
+      ? (this.zoomed ? "Spectra of the whole run show the damping." : "Damping from the half-power width, corrected for the window; – if segments of a quarter of the record do not resolve the width.")
       : "The Hann window widens the peaks. The power spectral density shows the damping.";
-    this.peaks.append(element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Peaks" }, table), element("p", { class: "note" }, note));
+    this.peaks.append(scrolling("Peaks", table), element("p", { class: "note" }, note));
   }
+}
+
+/** Spectra of the part of a signal between two times, where the page has every point of it. */
+function partsOf(name, kind, [from, to]) {
+  return data.runs.flatMap((run, r) => {
+    const signal = signalOf(run, name);
+    const clock = run.clocks[run.byName.get(name)?.series.clock];
+    if (!signal || signal.pair > 1 || clock.times) return [];
+    const first = Math.max(0, Math.ceil((from - clock.start) / clock.step - 1e-6));
+    const end = Math.min(signal.y.length, Math.floor((to - clock.start) / clock.step + 1e-6) + 1);
+    const values = Float64Array.from(signal.y.subarray(first, end));
+    if (values.length < FEWEST || !values.every(Number.isFinite)) return [];
+    const it = partialSpectrum(values, 1 / clock.step, kind);
+    // as in spectra.rs: what is small in the range of the signal, or below its noise, is no peak
+    const [low, high] = values.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+    const least = Math.max(5e-4 * (high - low), 1e-5 * largest(values));
+    const floor = kind === "density" ? least ** 2 / (3 * it.resolution) : least;
+    return [{ run, r, name, unit: signal.unit, ...it, peaks: spectrumPeaks(it, kind, floor) }];
+  });
 }
 
 /** Label of the nearest mark within 5 % of a frequency. */
@@ -139,7 +193,8 @@ function spectraSection() {
   if (names.length === 0) return;
   const without = allSignals().length - names.length;
   const it = section("spectra", "Spectra", markLegend());
-  new SpectraView(it, names);
+  // for tests
+  it.view = new SpectraView(it, names);
   if (without > 0) {
     const errors = new Set(data.runs.flatMap((run) => run.signals.map((signal) => signal.spectra_error).filter(Boolean)));
     it.append(element("p", { class: "note" }, `${without} signals have no spectrum: ${[...errors].join("; ")}`));

@@ -16,20 +16,29 @@ function statusLine(run) {
   const line = element("p", { class: "status" },
     element("span", { class: `badge ${summary.status ?? "open"}` }, name),
     data.runs.length > 1 ? element("strong", {}, ` ${run.name}: `) : " ", data.runs.length > 1 ? `${run.title},${reached}` : reached);
-  if (!summary.error && summary.ended_by) return element("div", {}, line, element("p", {}, summary.ended_by));
-  if (!summary.error) return line;
+  const changes = changed(run);
+  if (!summary.error && summary.ended_by) return element("div", {}, line, changes, element("p", {}, summary.ended_by));
+  if (!summary.error) return element("div", {}, line, changes);
   const causes = (summary.error.causes ?? []).map((text) => element("li", {}, text));
-  return element("div", {}, line, element("div", { class: "error", role: "alert" }, element("ol", {}, causes),
+  return element("div", {}, line, changes, element("div", { class: "error", role: "alert" }, element("ol", {}, causes),
     summary.error.help ? element("p", {}, summary.error.help) : null));
 }
 
-/** Key figures of a run: [{ label, value, unit, note }]. */
+/** The settings that changed the scenario, and its title if that no longer fits. */
+function changed(run) {
+  const settings = run.changes.length > 0 ? `changed: ${run.changes.join(", ")}` : "";
+  const scenario = run.scenario_title ? `scenario "${run.scenario_title}"` : "";
+  const text = [scenario, settings].filter(Boolean).join(", ");
+  return text ? element("p", { class: "changes" }, text) : null;
+}
+
+/** Key figures of a run: [{ label, value, unit, note, incomparable }]; the speed of computing depends on the machine. */
 function figuresOf(run) {
   const list = [...run.figures];
   const { summary, least_damped: mode } = run;
   if (summary?.real_time_factor > 0) {
     const note = `${number(summary.wall_time?.run_seconds, 3)} s for ${number(summary.steps, 9)} steps`;
-    list.push({ label: "Computing speed", value: summary.real_time_factor, unit: "× real time", note });
+    list.push({ label: "Computing speed", value: summary.real_time_factor, unit: "× real time", note, incomparable: true });
   }
   if (mode) {
     const { damping_ratio: damping, frequency_hz: frequency } = mode.continuous;
@@ -48,23 +57,6 @@ function keyFigures() {
     return element("div", { class: "tile" }, element("dt", {}, it.label),
       element("dd", {}, element("strong", {}, number(it.value * shown.factor, 4)), ` ${shown.unit}`), element("dd", { class: "small" }, it.note));
   }));
-}
-
-function compared(lists) {
-  const labels = [...new Set(lists.flatMap((list) => list.map((it) => it.label)))];
-  const head = element("tr", {}, element("th", { scope: "col" }, "figure"), data.runs.map((run) => element("th", { scope: "col", class: "number" }, run.name)));
-  const rows = labels.map((label) => {
-    const first = lists[0].find((it) => it.label === label);
-    return element("tr", {}, element("th", { scope: "row" }, label), lists.map((list, k) => {
-      const it = list.find((one) => one.label === label);
-      if (!it) return element("td", { class: "number" }, "–");
-      const shown = shownUnit(it.unit, Math.abs(it.value));
-      const change = k > 0 && first && first.value !== 0 ? 100 * (it.value / first.value - 1) : null;
-      const difference = change == null ? null : element("span", { class: "small" }, ` ${change < 0 ? "−" : "+"}${number(Math.abs(change), 2)} %`);
-      return element("td", { class: "number", title: it.note }, `${number(it.value * shown.factor, 4)} ${shown.unit}`, difference);
-    }));
-  });
-  return element("div", { class: "scroll" }, element("table", {}, element("caption", {}, "Key figures, with differences from the first run"), element("thead", {}, head), element("tbody", {}, rows)));
 }
 
 /** Participation, summed over instances whose names differ only in numbers: "ems_# (48) 29 %". */
@@ -108,15 +100,22 @@ function modesSection() {
       { title: "damping ratio", numeric: true, of: (row) => row.continuous.damping_ratio, text: (row) => number(row.continuous.damping_ratio, 3) },
       { title: "as stepped (Hz)", numeric: true, of: (row) => row.stepped?.frequency_hz, text: (row) => number(row.stepped?.frequency_hz, 5) },
       { title: "damping ratio as stepped", numeric: true, of: (row) => row.stepped?.damping_ratio, text: (row) => number(row.stepped?.damping_ratio, 3) },
-      { title: "participation", of: (row) => shares(row.participation) + ((row.participation[run.guideway?.instance] ?? 0) >= 0.99 ? " (an empty girder)" : "") },
+      { title: "participation", of: (row) => shares(row.participation) + kindOfMode(run, row) },
     ];
     const { table, filter } = sortable("Least damped first", columns, modes);
     const box = element("input", { type: "checkbox" });
     const only = () => filter((row) => !box.checked || (row.participation[run.guideway?.instance] ?? 0) >= 0.1);
     box.addEventListener("change", only);
     if (run.guideway) it.append(element("label", { class: "choice" }, box, " only modes of the girders"));
-    it.append(element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Modes" }, table));
+    it.append(scrolling("Modes", table));
   }
+}
+
+/** What a mode in which hardly anything but a girder moves is: that of a girder without train, or of one below it. */
+function kindOfMode(run, mode) {
+  if ((mode.participation[run.guideway?.instance] ?? 0) < 0.99) return "";
+  if (!run.empty_girders) return " (only girders)";
+  return run.empty_girders[run.modes.modes.indexOf(mode)] ? " (an empty girder)" : " (a girder under the train)";
 }
 
 /** A table of names and values. */
@@ -156,7 +155,7 @@ function runInformation(run) {
       { title: "instances", numeric: true, of: (row) => row.instances }, { title: "time in steps (s)", numeric: true, of: (row) => row.step_seconds, text: (row) => number(row.step_seconds, 3) },
       { title: "exported by", of: (row) => row.generation_tool }, { title: "GUID", of: (row) => row.guid },
     ];
-    parts.push(element("div", { class: "scroll" }, sortable("Units", columns, units).table));
+    parts.push(scrolling("Units", sortable("Units", columns, units).table));
   }
   for (const it of run.parameters) parts.push(parameterTable(it));
   const messages = summary.messages ?? [];
@@ -175,7 +174,7 @@ function parameterTable({ instances, unit, values }) {
   ];
   const given = values.filter((row) => row.given).length;
   return element("details", {}, element("summary", {}, `Parameters of ${instances} (${unit}): ${values.length}, ${given} set by the scenario`),
-    element("div", { class: "scroll" }, sortable(instances, columns, values).table));
+    scrolling(`Parameters of ${instances}`, sortable(instances, columns, values).table));
 }
 
 function informationSection() {
@@ -200,7 +199,7 @@ function rideSection() {
     { title: "rating", of: (row) => row.sperling_comfort },
     { title: "all directions", of: (row) => (row.point.vibration_total == null ? null : `${number(row.point.vibration_total, 3)} m/s²: ${(row.point.comfort ?? []).join(" or ")}`) },
   ];
-  const table = rows.length === 0 ? null : element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Ride quality" },
+  const table = rows.length === 0 ? null : scrolling("Ride quality",
     sortable("Accelerations weighted according to ISO 2631-1, and Sperling's comfort index", columns, rows).table);
   section("ride", "Ride quality", table, warnings.length > 0 ? element("p", { class: "note" }, warnings.join("; ")) : null);
 }

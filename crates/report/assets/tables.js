@@ -38,7 +38,7 @@ function textsSection() {
     ...(data.runs.length > 1 ? [{ title: "run", of: (row) => row.run }] : []),
     { title: "final value", of: (row) => row.text },
   ];
-  section("texts", "String signals", element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "String signals" }, sortable("Final values of String signals", columns, rows).table));
+  section("texts", "String signals", scrolling("String signals", sortable("Final values of String signals", columns, rows).table));
 }
 
 function statisticsSection() {
@@ -58,5 +58,5 @@ function statisticsSection() {
   const { table, filter } = sortable("Extremes and means over all communication points", columns, rows);
   const input = element("input", { type: "search", placeholder: "filter", "aria-label": "Filter the table" });
   input.addEventListener("input", () => filter((row) => row.name.toLowerCase().includes(input.value.toLowerCase())));
-  section("statistics", "Extremes and means", input, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Extremes and means" }, table));
+  section("statistics", "Extremes and means", input, scrolling("Extremes and means", table));
 }

@@ -28,5 +28,5 @@ function verdictSection() {
   const failed = rows.filter((row) => row.outcome === "failed");
   const text = failed.length > 0 ? `${failed.length} of ${rows.length} fail: ${failed.map((row) => row.title).join(", ")}.` : null;
   section("limits", "Figures and limits", text ? element("p", { class: "error" }, text) : null,
-    element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Figures and limits" }, sortable("Margins in per cent of the limit", columns, rows).table));
+    scrolling("Figures and limits", sortable("Margins in per cent of the limit", columns, rows).table));
 }

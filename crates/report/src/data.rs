@@ -7,28 +7,21 @@ use results::{PlotAsRun, RunResults, ScenarioAsRun};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::detail::Detail;
 use crate::embed::Arrays;
+use crate::evidence::RunEvidence;
 use crate::irregularity::RecordedIrregularity;
 use crate::knowledge::{GuidewayFacts, KeyFigure, SignalRole, figures, role};
 use crate::layout_fmu::{InstanceParameters, all_parameters};
 use crate::modes::{least_damped, of_girders};
 use crate::scene::{self, Scene};
 use crate::series::{EmbeddedSeries, SignalClock, SignalClocks};
-use crate::spectra::{self, Frequencies, Spectra};
+use crate::spectra::{self, Frequencies, Spectra, Thinning};
 use crate::spectrogram::{self, EmbeddedSpectrogram};
+use crate::title::RunTitle;
 
-/// Most values of time histories in a page, at 4 bytes each.
-const ROOM: usize = 900_000;
-/// Most values of a signal that the scenario plots.
-const ROOM_DRAWN: usize = 80_000;
-/// Least limit on the values of a signal: two per pixel of a wide screen.
-const LEAST: usize = 2_000;
-/// Most bytes of all spectrograms.
-const ROOM_SPECTROGRAMS: usize = 2_800_000;
-/// Most signals with spectra, besides those that the scenario plots.
-const MOST_SPECTRA: usize = 400;
-/// Spectrograms end at this multiple of the girder's highest frequency.
-const ABOVE: f64 = 3.0;
+/// Spectrograms end no lower than at this multiple of the girder's highest frequency.
+const ABOVE: f64 = 1.15;
 /// The search for resonances starts at this fraction of the girder's lowest frequency.
 const BELOW: f64 = 0.7;
 
@@ -37,6 +30,10 @@ const BELOW: f64 = 0.7;
 pub(crate) struct RunData<'a> {
     name: String,
     title: String,
+    /// the scenario's title, if `title` is another one
+    scenario_title: Option<String>,
+    /// settings of the command line
+    changes: Vec<String>,
     folder: String,
     description: &'a str,
     summary: &'a Value,
@@ -48,6 +45,8 @@ pub(crate) struct RunData<'a> {
     modes: Option<&'a CoupledModes>,
     /// modes that spectra mark
     coupled: Vec<Eigenvalue>,
+    /// for each of the modes, whether it is that of a girder without train, if the girders are known
+    empty_girders: Option<Vec<bool>>,
     least_damped: Option<&'a CoupledMode>,
     clocks: Vec<SignalClock>,
     frequencies: Frequencies,
@@ -83,25 +82,38 @@ struct ComputedSignal {
 }
 
 impl<'a> RunData<'a> {
-    /// Collects the data of one of `runs` runs that share the page.
-    pub(crate) fn new(run: &'a RunResults, runs: usize, arrays: &mut Arrays) -> Self {
+    /// Collects the data of a run.
+    pub(crate) fn new(
+        run: &'a RunResults,
+        name: String,
+        detail: Detail,
+        arrays: &mut Arrays,
+    ) -> Self {
         let table = &run.table;
         let scenario = run.scenario.as_ref();
-        let plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
+        let title = RunTitle::of(run);
+        let mut plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
         let guideway = GuidewayFacts::of(run);
         let (mut clocks, mut frequencies) = (SignalClocks::default(), Frequencies::default());
         let signals =
-            signals(run, &plots, guideway.as_ref(), runs, (&mut clocks, &mut frequencies), arrays);
+            signals(run, &plots, guideway.as_ref(), detail, (&mut clocks, &mut frequencies), arrays);
         // the report is complete except for the view if a unit was removed after the run
-        let (scene, scene_error) = match scene::build(run, arrays) {
+        let (scene, scene_error) = match scene::build(run, detail.frames, arrays) {
             Ok(scene) => (scene, None),
             Err(error) => (None, Some(error.to_string())),
         };
         let modes = run.modes.as_ref();
+        title.remove_stale_titles(&mut plots);
         let girders = guideway.as_ref().map(|it| it.instance.as_str());
+        let own = modes.and_then(|_| RunEvidence::of(run).guideway_modes());
         Self {
-            name: run.name(),
-            title: run.title(),
+            name,
+            title: title.text,
+            scenario_title: title.of_scenario,
+            changes: title.changes,
+            empty_girders: modes.zip(own.as_ref()).map(|(modes, own)| {
+                modes.modes.iter().map(|mode| own.is_empty_girder(mode)).collect()
+            }),
             folder: run.folder.display().to_string(),
             description: scenario.map(ScenarioAsRun::description).unwrap_or_default(),
             summary: &run.summary,
@@ -109,7 +121,7 @@ impl<'a> RunData<'a> {
             parameters: scenario.map(all_parameters).unwrap_or_default(),
             figures: figures(run),
             coupled: modes.zip(girders).map(|(it, name)| of_girders(it, name)).unwrap_or_default(),
-            least_damped: modes.and_then(|it| least_damped(it, girders)),
+            least_damped: modes.and_then(|it| least_damped(it, own.as_ref())),
             modes,
             clocks: clocks.into_list(),
             frequencies,
@@ -123,6 +135,11 @@ impl<'a> RunData<'a> {
         }
     }
 
+    /// What the run is called.
+    pub(crate) fn title(&self) -> &str {
+        &self.title
+    }
+
     /// Whether the page needs the 3D library.
     pub(crate) fn has_scene(&self) -> bool {
         self.scene.is_some()
@@ -133,18 +150,18 @@ fn signals<'a>(
     run: &'a RunResults,
     plots: &[PlotAsRun],
     guideway: Option<&GuidewayFacts>,
-    runs: usize,
+    detail: Detail,
     (clocks, frequencies): (&mut SignalClocks, &mut Frequencies),
     arrays: &mut Arrays,
 ) -> Vec<SignalData<'a>> {
     let names = &run.table.names;
-    let most = (ROOM / runs / names.len().max(1)).max(LEAST);
+    let most = (detail.room / names.len().max(1)).max(detail.least);
     let top = top_frequency(guideway);
     let modes = guideway.iter().flat_map(|it| &it.modes);
     let resonances = modes.map(|mode| BELOW * mode.frequency).reduce(f64::min);
     let compute = |k: usize| {
         let (times, values) = run.table.points(k);
-        let wanted = k < MOST_SPECTRA || is_drawn(plots, &names[k]);
+        let wanted = k < detail.spectra || is_drawn(plots, &names[k]);
         ComputedSignal {
             spectra: wanted.then(|| spectra::ComputedSpectra::new(&times, &values, resonances)),
             spectrogram: if wanted {
@@ -157,16 +174,25 @@ fn signals<'a>(
         }
     };
     let computed: Vec<ComputedSignal> = (0..names.len()).into_par_iter().map(compute).collect();
-    let mut room = ROOM_SPECTROGRAMS / runs;
+    let drawn = names.iter().zip(&computed).filter(|(name, _)| is_drawn(plots, name));
+    let content = drawn.filter_map(|(_, it)| Some(it.spectra.as_ref()?.as_ref().ok()?.content()));
+    // the page shows the marks and a fifth more than the content
+    let shown = content.map(|it| 1.2 * it).fold(top, f64::max);
+    let thinning = Thinning {
+        top: if shown > 0.0 { shown } else { f64::INFINITY },
+        below: detail.bins,
+        slices: detail.slices,
+    };
+    let mut room = detail.spectrograms;
     let signal = |(name, it): (&'a String, ComputedSignal)| {
-        let most = if is_drawn(plots, name) { (ROOM_DRAWN / runs).max(most) } else { most };
+        let most = if is_drawn(plots, name) { detail.drawn.max(most) } else { most };
         let size = it.spectrogram.as_ref().map_or(0, spectrogram::ComputedSpectrogram::size);
         let fits = size <= room;
         room -= if fits { size } else { 0 };
         let (spectra, spectra_error) = match it.spectra {
-            Some(Ok(spectra)) => (Some(frequencies.embed(&spectra, arrays)), None),
+            Some(Ok(spectra)) => (Some(frequencies.embed(&spectra, thinning, arrays)), None),
             Some(Err(error)) => (None, Some(error.to_string())),
-            None => (None, Some(format!("only the first {MOST_SPECTRA} signals have spectra"))),
+            None => (None, Some(format!("only the first {} signals of a run have spectra", detail.spectra))),
         };
         SignalData {
             name,
@@ -181,12 +207,12 @@ fn signals<'a>(
     names.iter().zip(computed).map(signal).collect()
 }
 
-/// Frequency (Hz) at which spectrograms end; infinite if no frequency is known.
+/// Frequency (Hz) that spectrograms reach: that of the girders and of the chirp; 0 if none is known.
 fn top_frequency(guideway: Option<&GuidewayFacts>) -> f64 {
-    let Some(it) = guideway else { return f64::INFINITY };
+    let Some(it) = guideway else { return 0.0 };
     let modes = it.modes.iter().map(|mode| ABOVE * mode.frequency);
     let chirp = it.chirp.map(|it| 1.1 * it.end_frequency);
-    modes.chain(chirp).reduce(f64::max).unwrap_or(f64::INFINITY)
+    modes.chain(chirp).reduce(f64::max).unwrap_or(0.0)
 }
 
 fn is_drawn(plots: &[PlotAsRun], signal: &str) -> bool {

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::girders::Girders;
 use crate::layout_fmu::LayoutFmu;
-use crate::modes::ALONE;
+use crate::modes::GuidewayModes;
 use crate::names;
 
 /// Modes slower than this (Hz) are rigid motions whose eigenvalue is zero but for rounding.
@@ -59,12 +59,19 @@ impl<'a> RunEvidence<'a> {
     }
 
     /// The spans, read when they are needed for the first time.
-    fn girders(&self) -> Result<&Girders, String> {
+    pub(crate) fn girders(&self) -> Result<&Girders, String> {
         let read = || match self.scenario {
             Some(scenario) => Girders::of(scenario),
             None => Err(format!("{} is missing", results::AS_RUN)),
         };
         self.girders.get_or_init(read).as_ref().map_err(Clone::clone)
+    }
+
+    /// The guideway and the frequencies of its empty girders, if it can be read.
+    pub(crate) fn guideway_modes(&self) -> Option<GuidewayModes> {
+        let girders = self.girders().ok()?;
+        let instance = girders.instance.clone();
+        Some(GuidewayModes { instance, frequencies: girders.frequencies() })
     }
 
     /// The least damped mode among those that are more than a moving girder.
@@ -73,10 +80,9 @@ impl<'a> RunEvidence<'a> {
         eigenvalue: impl Fn(&CoupledMode) -> Option<Eigenvalue>,
     ) -> Result<Vec<Finding>, String> {
         let modes = self.modes.ok_or("modes.json is missing: run `maglev check --modes`")?;
-        let girders = self.girders().ok().map(|it| it.instance.as_str());
+        let girders = self.guideway_modes();
         let coupled = modes.modes.iter().filter(|mode| {
-            let share = girders.and_then(|name| mode.participation.get(name));
-            share.is_none_or(|share| *share < ALONE)
+            !girders.as_ref().is_some_and(|girders| girders.is_empty_girder(mode))
         });
         let moving =
             coupled.filter_map(|mode| Some((mode, eigenvalue(mode)?))).filter(|(_, it)| {

@@ -30,6 +30,8 @@ pub(crate) struct Girder {
     supports: Vec<f64>,
     /// First natural frequency (Hz), with all factors.
     pub(crate) frequency: f64,
+    /// Natural frequencies of all modes (Hz), with all factors.
+    frequencies: Vec<f64>,
 }
 
 impl Girder {
@@ -71,8 +73,9 @@ impl Girders {
             }
             supports.sort_by(f64::total_cmp);
             let modes = model.girders()[span.girder].modes();
-            let frequency = modes.first().map_or(f64::NAN, |mode| mode.frequency());
-            Girder { start: span.start, length, supports, frequency }
+            let frequencies: Vec<f64> = modes.iter().map(|mode| mode.frequency()).collect();
+            let frequency = frequencies.first().copied().unwrap_or(f64::NAN);
+            Girder { start: span.start, length, supports, frequency, frequencies }
         });
         let points = layout.points.iter().map(|it| (it.name.clone(), it.span, it.x));
         Ok(Self {
@@ -80,6 +83,20 @@ impl Girders {
             spans: spans.collect(),
             points: points.collect(),
         })
+    }
+
+    /// The longest field of each span (m), in the order of the track.
+    pub(crate) fn lengths(&self) -> Vec<f64> {
+        self.spans.iter().map(Girder::longest).collect()
+    }
+
+    /// Natural frequencies of the empty girders (Hz), without duplicates.
+    pub(crate) fn frequencies(&self) -> Vec<f64> {
+        let mut all: Vec<f64> =
+            self.spans.iter().flat_map(|it| it.frequencies.iter().copied()).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
     }
 
     /// The girders that differ, each with the number of its first span.
@@ -177,6 +194,7 @@ mod tests {
             length,
             supports: supports.to_vec(),
             frequency: 5.0,
+            frequencies: vec![5.0, 20.0],
         };
         Girders {
             instance: "g".to_owned(),

@@ -13,6 +13,7 @@
 //! in that folder, which draw.
 
 mod data;
+mod detail;
 pub mod embed;
 mod error;
 pub mod evidence;
@@ -22,12 +23,14 @@ pub mod knowledge;
 mod layout_fmu;
 mod modes;
 mod names;
+mod order;
 pub mod page;
 pub mod pictures;
 mod scene;
 pub mod series;
 mod spectra;
 mod spectrogram;
+mod title;
 
 use std::path::Path;
 
@@ -35,13 +38,26 @@ use results::RunResults;
 
 pub use error::ReportError;
 pub use evidence::{RunEvidence, judge, own_metrics};
+pub use order::{natural, order};
 
 /// Makes the report of some runs and writes it.
 ///
 /// # Errors
 /// The report cannot be written.
 pub fn write(runs: &[RunResults], path: &Path) -> Result<(), ReportError> {
-    let page = page::html(runs);
+    write_titled(runs, None, path)
+}
+
+/// The same, with a title of the page instead of what the runs are called.
+///
+/// # Errors
+/// The report cannot be written.
+pub fn write_titled(
+    runs: &[RunResults],
+    title: Option<&str>,
+    path: &Path,
+) -> Result<(), ReportError> {
+    let page = page::html(runs, title);
     results::write_whole(path, page.as_bytes())
         .map_err(|source| ReportError::Write { path: path.to_owned(), source })
 }

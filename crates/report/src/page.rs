@@ -4,8 +4,10 @@ use results::RunResults;
 use serde::Serialize;
 
 use crate::data::RunData;
+use crate::detail::Detail;
 use crate::embed::{Arrays, html as escape, script_json};
 use crate::scene;
+use crate::title::distinct_names;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
 const STYLES: [&str; 3] = [
@@ -15,14 +17,18 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Scripts in the order in which they run, in one scope.
-const SCRIPTS: [&str; 17] = [
+const SCRIPTS: [&str; 21] = [
     include_str!("../assets/base.js"),
+    include_str!("../assets/print.js"),
     include_str!("../assets/axis.js"),
+    include_str!("../assets/labels.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/history.js"),
     include_str!("../assets/tables.js"),
     include_str!("../assets/summary.js"),
+    include_str!("../assets/compared.js"),
     include_str!("../assets/verdicts.js"),
+    include_str!("../assets/fourier.js"),
     include_str!("../assets/spectra.js"),
     include_str!("../assets/spectrogram.js"),
     include_str!("../assets/track.js"),
@@ -39,30 +45,38 @@ const SCRIPTS: [&str; 17] = [
 #[derive(Serialize)]
 struct PageData<'a> {
     version: &'static str,
+    /// the title that the reader chose
+    title: Option<&'a str>,
     three: Option<scene::ThreeLibrary>,
     runs: Vec<RunData<'a>>,
 }
 
-/// Makes the page.
+/// Makes the page. Without a title it is called by what ran.
 #[must_use]
-pub fn html(runs: &[RunResults]) -> String {
+pub fn html(runs: &[RunResults], title: Option<&str>) -> String {
     let mut arrays = Arrays::default();
-    let runs_data: Vec<_> =
-        runs.iter().map(|run| RunData::new(run, runs.len(), &mut arrays)).collect();
+    let names = distinct_names(runs);
+    let runs_data: Vec<_> = runs
+        .iter()
+        .zip(names)
+        .map(|(run, name)| RunData::new(run, name, Detail::of(runs.len()), &mut arrays))
+        .collect();
     let three = runs_data.iter().any(RunData::has_scene);
     let data = PageData {
         version: env!("CARGO_PKG_VERSION"),
+        title,
         three: three.then(|| scene::ThreeLibrary::new(&mut arrays)),
         runs: runs_data,
     };
     // plain data can always be printed
-    let data = script_json(&data).unwrap_or_default();
-    let title = runs.first().map(|run| escape(&run.title())).unwrap_or_default();
+    let text = script_json(&data).unwrap_or_default();
+    let first = || data.runs.first().map(|run| run.title().to_owned());
+    let title = escape(&title.map(str::to_owned).or_else(first).unwrap_or_default());
     let scripts = format!("(async () => {{\n\"use strict\";\n{}}})();", SCRIPTS.concat());
     fill(&[
         ("title", &title),
         ("styles", &STYLES.concat()),
-        ("data", &data),
+        ("data", &text),
         ("arrays", &arrays.pack()),
         ("uplot", UPLOT),
         ("scripts", &scripts),
@@ -94,7 +108,7 @@ mod tests {
         for (name, text) in files {
             std::fs::write(folder.path().join(name), text).unwrap();
         }
-        html(&[RunResults::read(folder.path()).unwrap()])
+        html(&[RunResults::read(folder.path()).unwrap()], None)
     }
 
     /// Names and texts of a run stay texts: the page has only the elements of its template.

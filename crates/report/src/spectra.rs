@@ -8,19 +8,19 @@ use serde::Serialize;
 
 use crate::embed::{ArrayRef, Arrays};
 
-/// Lowest bins, which are kept individually.
-const SINGLE: usize = 1600;
-/// Slices of equal frequency ratio above these bins.
-const SLICES: usize = 500;
 /// A density is the mean over 7 segments of a quarter of the record that overlap by half.
 const PIECES: usize = 4;
 /// Most peaks in a list.
 const PEAKS: usize = 6;
 /// Factor by which the amplitude of a peak exceeds the valleys beside it: 6 dB.
 const PROMINENCE: f64 = 2.0;
-/// Lowest amplitude in the list, as a fraction of the highest. The slow deflection under a passing train
-/// is far higher than the resonances of a girder.
-const FLOOR: f64 = 1e-6;
+/// Lowest amplitude in the list, as a fraction of half the range of the signal.
+const FLOOR: f64 = 1e-3;
+/// Lowest amplitude in the list, as a fraction of the largest value of the signal. Without excitation the
+/// amplitudes of a gap are far below it.
+const NOISE: f64 = 1e-5;
+/// Width in bins of the noise that a Hann window collects: the density of a sine of amplitude A is A²/2 over it.
+const HANN_WIDTH: f64 = 1.5;
 
 /// Spectra of one signal, before they are embedded.
 #[derive(Debug, Clone)]
@@ -68,24 +68,35 @@ impl ComputedSpectra {
         let amplitude = amplitude(values, rate, Window::Hann)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
         let density = welch(values, rate, &Welch::of_segment(segment))?;
-        let amplitude_peaks = highest(&amplitude, 1, resonances);
-        let density_peaks = highest(&density, 2, resonances);
+        let least = visible(values);
+        let amplitude_peaks = highest(&amplitude, 1, least, resonances);
+        let least = least * least / (2.0 * HANN_WIDTH * density.resolution);
+        let density_peaks = highest(&density, 2, least, resonances);
         Ok(Self { amplitude, density, amplitude_peaks, density_peaks })
     }
 }
 
-/// Peaks by frequency; `power` is 1 for amplitudes and 2 for densities.
-fn highest(spectrum: &Spectrum, power: i32, resonances: Option<f64>) -> Vec<Peak> {
+/// The smallest amplitude in a signal that is worth listing.
+fn visible(values: &[f64]) -> f64 {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (FLOOR * 0.5 * (high - low)).max(NOISE * high.abs().max(low.abs()))
+}
+
+/// Peaks from `least` on, by frequency; `power` is 1 for amplitudes and 2 for densities.
+fn highest(spectrum: &Spectrum, power: i32, least: f64, resonances: Option<f64>) -> Vec<Peak> {
+    // the lowest bins contain leakage of the mean
+    let lowest = 3.0 * spectrum.resolution;
     let search = |from: f64| PeakSearch {
-        // the lowest bins contain leakage of the mean
-        from: from.max(3.0 * spectrum.resolution),
+        from: from.max(lowest),
         count: PEAKS,
         prominence: PROMINENCE.powi(power),
-        floor: FLOOR.powi(power),
+        floor: 0.0,
         ..PeakSearch::default()
     };
     let mut found = peaks(spectrum, &search(0.0));
     found.extend(resonances.into_iter().flat_map(|from| peaks(spectrum, &search(from))));
+    found.retain(|peak| peak.value >= least);
     found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
     found.dedup_by(|a, b| a.frequency == b.frequency);
     found
@@ -111,9 +122,14 @@ impl Frequencies {
     }
 
     /// Embeds the spectra of one signal.
-    pub fn embed(&mut self, it: &ComputedSpectra, arrays: &mut Arrays) -> Spectra {
+    pub fn embed(
+        &mut self,
+        it: &ComputedSpectra,
+        thinning: Thinning,
+        arrays: &mut Arrays,
+    ) -> Spectra {
         let mut curve = |spectrum: &Spectrum, peaks: &[Peak]| {
-            let (frequencies, values) = reduce(spectrum);
+            let (frequencies, values) = reduce(spectrum, thinning);
             let top = |it: &Peak| SpectrumPeak {
                 frequency: it.frequency,
                 value: it.value,
@@ -133,44 +149,70 @@ impl Frequencies {
     }
 }
 
-/// Reduces a spectrum: keeps the low bins except the first, which a logarithmic axis cannot show, and the
-/// largest value in each slice of higher bins, at the middle of the slice.
-fn reduce(spectrum: &Spectrum) -> (Vec<f64>, Vec<f64>) {
+/// How spectra are thinned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thinning {
+    /// Frequency up to which spectra are shown first (Hz). Up to there all slices are equally wide.
+    pub top: f64,
+    /// Most values below it.
+    pub below: usize,
+    /// Slices of equal frequency ratio above it, with two values each.
+    pub slices: usize,
+}
+
+/// Reduces a spectrum without its first bin, which a logarithmic axis cannot show: the smallest and the largest value
+/// in each slice of neighbouring bins in their order, as they would be seen if all bins were drawn. They are at the
+/// first and the middle bin of the slice, so that all signals of a table share their frequencies.
+fn reduce(spectrum: &Spectrum, thinning: Thinning) -> (Vec<f64>, Vec<f64>) {
     let count = spectrum.values.len();
+    let border = spectrum.bins(0.0, thinning.top).end.clamp(2, count.max(2));
+    let even = match border.div_ceil((thinning.below / 2).max(1)) {
+        0..=2 => 1,
+        bins => bins,
+    };
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let ratio = (count as f64 / border as f64).powf(1.0 / thinning.slices as f64);
     let mut reduced = (Vec::new(), Vec::new());
     let mut first = 1;
     while first < count {
-        let end = slice_end(first, count);
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
+        let end = match first < border {
+            true => first + even,
+            false => ((first as f64 * ratio).ceil() as usize).max(first + 2),
+        };
+        let end = end.min(count);
         let values = &spectrum.values[first..end];
-        let middle = 0.5 * (spectrum.frequency(first) + spectrum.frequency(end - 1));
-        reduced.0.push(middle);
-        reduced.1.push(values.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        let (mut low, mut high) = (0, 0);
+        for (k, value) in values.iter().enumerate() {
+            low = if *value < values[low] { k } else { low };
+            high = if *value > values[high] { k } else { high };
+        }
+        let ends = [low.min(high), low.max(high)].map(|k| values[k]);
+        let places = [first, usize::midpoint(first, end)].map(|k| spectrum.frequency(k));
+        let kept = values.len().min(2);
+        reduced.0.extend(&places[..kept]);
+        reduced.1.extend(&ends[..kept]);
         first = end;
     }
     reduced
 }
 
-/// End of the slice that begins with this bin.
-fn slice_end(first: usize, count: usize) -> usize {
-    if first < SINGLE {
-        return first + 1;
+impl ComputedSpectra {
+    /// Frequency (Hz) above which all amplitudes are below a thousandth of the highest.
+    pub(crate) fn content(&self) -> f64 {
+        let values = &self.amplitude.values;
+        let floor = 1e-3 * values[1..].iter().copied().fold(0.0, f64::max);
+        self.amplitude.frequency(values.iter().rposition(|value| *value > floor).unwrap_or(0))
     }
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let ratio = (count as f64 / SINGLE as f64).powf(1.0 / SLICES as f64);
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive and far below 2^53"
-    )]
-    let end = (first as f64 * ratio).ceil() as usize;
-    end.clamp(first + 1, count)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::f64::consts::TAU;
+
+    const THINNING: Thinning = Thinning { top: 100.0, below: 1600, slices: 350 };
 
     fn sines() -> (Vec<f64>, Vec<f64>) {
         let times: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();
@@ -184,8 +226,8 @@ mod tests {
     fn analytic_reduced_spectra_keep_their_peaks() {
         let (times, values) = sines();
         let it = ComputedSpectra::new(&times, &values, None).unwrap();
-        let (frequencies, values) = reduce(&it.amplitude);
-        assert!(frequencies.len() <= SINGLE + SLICES && frequencies[0] > 0.0);
+        let (frequencies, values) = reduce(&it.amplitude, THINNING);
+        assert!(frequencies.len() <= 1600 + 2 * 350 + 4 && frequencies[0] > 0.0);
         assert!(frequencies.windows(2).all(|w| w[0] < w[1]));
         let near = |f: f64| {
             let near = frequencies.iter().zip(&values).filter(|(x, _)| (*x - f).abs() < 2.0);
@@ -206,9 +248,58 @@ mod tests {
         let (times, values) = sines();
         let (mut frequencies, mut arrays) = (Frequencies::default(), Arrays::default());
         let it = ComputedSpectra::new(&times, &values, None).unwrap();
-        let (a, b) = (frequencies.embed(&it, &mut arrays), frequencies.embed(&it, &mut arrays));
+        let (a, b) = (frequencies.embed(&it, THINNING, &mut arrays), frequencies.embed(&it, THINNING, &mut arrays));
         assert_eq!(a.amplitude.frequencies, b.amplitude.frequencies);
         assert_eq!(frequencies.list.len(), 2);
+    }
+
+    /// Below the border a spectrum is whole or evenly thinned, and noise has about the same range of values on both
+    /// sides of it.
+    #[test]
+    fn issue_a_thinned_spectrum_keeps_its_character() {
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        let values: Vec<f64> = (0..200_000).map(|_| noise()).collect();
+        let times: Vec<f64> = (0..values.len()).map(|k| k as f64 * 1e-3).collect();
+        let it = ComputedSpectra::new(&times, &values, None).unwrap();
+        let (whole, _) = reduce(&it.amplitude, Thinning { top: 7.9, ..THINNING });
+        let step = it.amplitude.resolution;
+        assert!(whole[..1590].windows(2).all(|w| (w[1] - w[0] - step).abs() < 1e-9));
+        let (even, _) = reduce(&it.amplitude, Thinning { top: 400.0, ..THINNING });
+        let width = even[2] - even[0];
+        assert!(even[..1590].windows(3).all(|w| (w[2] - w[0] - width).abs() < 1e-9));
+        let (frequencies, values) = reduce(&it.amplitude, Thinning { top: 7.9, ..THINNING });
+        assert!(frequencies.windows(2).all(|w| w[0] < w[1]));
+        let mean = |list: &[f64]| list.iter().map(|it| it.ln()).sum::<f64>() / list.len() as f64;
+        // largest values alone would be e^1.5 times higher; smallest ones pull the mean of logarithms down
+        let (single, thinned) = (mean(&values[..1590]), mean(&values[1700..]));
+        assert!((thinned - single).abs() < 1.3, "{single} {thinned}");
+        let above = |list: &[f64]| list.iter().filter(|it| it.ln() > single).count() as f64 / list.len() as f64;
+        // as many values above the middle as below, within a fifth
+        assert!((above(&values[1700..]) - 0.5).abs() < 0.2, "{}", above(&values[1700..]));
+    }
+
+    /// A girder that a train deflects by 3.5 mm, with a resonance of 0.01 mm and a line of 1e-5 mm: the latter is
+    /// no peak to list. Nor is anything in a gap that changes by 1e-8 of itself.
+    #[test]
+    fn issue_peaks_of_a_hundredth_of_a_micrometre_are_not_listed() {
+        let times: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();
+        let deflection = |t: &f64| {
+            let under_train = -3.5e-3 * (-((t - 10.0) / 2.0).powi(2)).exp();
+            under_train + 1e-5 * (TAU * 6.4 * t).sin() + 1e-8 * (TAU * 70.3 * t).sin()
+        };
+        let values: Vec<f64> = times.iter().map(deflection).collect();
+        let it = ComputedSpectra::new(&times, &values, Some(4.0)).unwrap();
+        for peaks in [&it.amplitude_peaks, &it.density_peaks] {
+            assert!(peaks.iter().any(|it| (it.frequency - 6.4).abs() < 0.05), "{peaks:?}");
+            assert!(peaks.iter().all(|it| (it.frequency - 70.3).abs() > 1.0), "{peaks:?}");
+        }
+        let gap: Vec<f64> = times.iter().map(|t| 8e-3 + 8e-11 * (TAU * 6.4 * t).sin()).collect();
+        let it = ComputedSpectra::new(&times, &gap, None).unwrap();
+        assert!(it.amplitude_peaks.is_empty() && it.density_peaks.is_empty());
     }
 
     #[test]

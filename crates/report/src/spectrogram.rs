@@ -14,6 +14,8 @@ const ROWS: usize = 150;
 const PIECES: usize = 32;
 /// The brightest shade is the largest density from this bin on. Lower bins may exceed it.
 const LOWEST: usize = 3;
+/// Spectrograms end where densities stay below this fraction of the highest: 60 dB.
+const CONTENT: f64 = 1e-6;
 /// Difference between the brightest and the darkest shade (dB).
 pub const DEPTH: f64 = 80.0;
 
@@ -44,11 +46,12 @@ pub struct EmbeddedSpectrogram {
 }
 
 impl ComputedSpectrogram {
-    /// Computes the spectrogram up to the frequency `top` (Hz) or the Nyquist frequency.
+    /// Computes the spectrogram up to where densities stay [`CONTENT`] below the highest, at least up to the
+    /// frequency `reach` (Hz), at most to the Nyquist frequency.
     ///
     /// # Errors
     /// The times are uneven, or the signal is too short or not finite.
-    pub fn new(times: &[f64], values: &[f64], top: f64) -> Result<Self, Error> {
+    pub fn new(times: &[f64], values: &[f64], reach: f64) -> Result<Self, Error> {
         let rate = rate(times)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
         let step = (values.len().saturating_sub(segment) / COLUMNS).max(1);
@@ -56,9 +59,16 @@ impl ComputedSpectrogram {
         let overlap = (1.0 - step as f64 / segment as f64).max(0.0);
         let settings = Welch { overlap, detrend: Detrend::Linear, ..Welch::of_segment(segment) };
         let it = spectrogram(values, rate, &settings, Scale::Density)?;
-        let bins = it.slices[0].len();
+        let all = it.slices[0].len();
+        let lowest = LOWEST.min(all - 1);
+        let highest: Vec<f64> = (0..all)
+            .map(|bin| it.slices.iter().map(|slice| slice[bin]).fold(0.0, f64::max))
+            .collect();
+        let floor = CONTENT * highest[lowest..].iter().copied().fold(0.0, f64::max);
+        let content = highest.iter().rposition(|value| *value > floor).unwrap_or(0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
-        let bins = bins.min(((top / it.resolution).ceil() as usize).saturating_add(1)).max(2);
+        let reach = (reach / it.resolution).ceil() as usize;
+        let bins = all.min((content + content / 5).max(reach).saturating_add(1)).max(2);
         let rows = bins.min(ROWS);
         // slow changes, such as a passing train, have far higher densities than everything else
         let first = LOWEST.min(bins - 1);
@@ -139,10 +149,20 @@ mod tests {
     }
 
     #[test]
+    fn issue_the_frequency_limit_follows_the_content() {
+        let times: Vec<f64> = (0..40_000).map(|k| f64::from(k) * 1e-3).collect();
+        let values: Vec<f64> = times.iter().map(|t| (40.0 * PI * t).sin()).collect();
+        let top = |reach: f64| ComputedSpectrogram::new(&times, &values, reach).unwrap().top;
+        // a line at 20 Hz, which the Hann window of 1.25 s widens
+        assert!((20.0..60.0).contains(&top(0.0)), "{}", top(0.0));
+        assert!((100.0..102.0).contains(&top(100.0)) && top(1e6) > 499.0);
+    }
+
+    #[test]
     fn issue_short_and_constant_signals_have_a_picture() {
         let times: Vec<f64> = (0..10).map(f64::from).collect();
-        // no limit: up to Nyquist's frequency, 5 bins of pieces of 8 samples
         let it = ComputedSpectrogram::new(&times, &[1.0; 10], f64::INFINITY).unwrap();
+        // up to Nyquist's frequency, 5 bins of pieces of 8 samples
         assert!(it.shades.iter().all(|&shade| shade == 0) && it.rows == 5);
     }
 }

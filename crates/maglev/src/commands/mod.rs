@@ -13,6 +13,7 @@ pub mod modes;
 pub mod names;
 pub mod reference;
 pub mod report;
+pub mod report_figures;
 pub mod resume;
 pub mod run;
 pub mod schema;

@@ -10,6 +10,7 @@ use maglev::Error;
 use report::{ReportError, pictures};
 use results::RunResults;
 
+use super::report_figures::FigureArguments;
 use super::{check, modes};
 
 const EXAMPLES: &str = "\
@@ -18,11 +19,12 @@ Examples:
   maglev report --modes results/low-speed
   maglev report /tmp/a /tmp/b --out compared.html
   maglev report results/low-speed --format svg,png      # results/low-speed/figures/
+  maglev report results/low-speed --format svg --size 90x60 --no-title --log amplitude
 
 Writes one HTML file that needs no network: 3D view, time histories, spectra with the modes
-marked, tables, and what ran. Several folders are compared in one report. With --format svg
-or png it writes the scenario's pictures and their spectra as files for papers, into the
-folder figures beside the report.";
+marked, tables, and what ran. Several folders are compared in one report; those of a pattern such
+as gain-* are sorted by their numbers. With --format svg or png it writes the scenario's
+pictures and their spectra as files for papers, into the folder figures beside the report.";
 
 /// Arguments of `maglev report`.
 #[derive(Args)]
@@ -37,12 +39,17 @@ pub struct Arguments {
     /// Judge the runs by these criteria instead of their own limits, as `maglev check` does.
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     criteria: Vec<String>,
+    /// Title of the report, and of figures [default: what ran].
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
     /// File of the report [default: report.html in the first folder].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Formats to write, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "html")]
     format: Vec<ReportFormat>,
+    #[command(flatten)]
+    figures: FigureArguments,
 }
 
 /// Format of a report.
@@ -55,6 +62,13 @@ enum ReportFormat {
 
 /// Writes the report or the figures and prints their paths.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if let Some(option) = arguments.figures.given()
+        && !arguments.format.iter().any(|it| *it != ReportFormat::Html)
+    {
+        let cause = format!("{option} is an option of figures, but the report is a page");
+        super::tell_chain(&[cause], Some("add --format svg or --format png"));
+        return Ok(ExitCode::from(2));
+    }
     if arguments.modes {
         modes::of_folders(&arguments.folders)?;
     }
@@ -87,12 +101,14 @@ fn make(
     if !criteria.is_empty() {
         runs.iter_mut().for_each(|run| run.verdicts = report::judge(run, criteria));
     }
+    report::order(&mut runs);
+    let title = arguments.title.as_deref();
     let first = folders.first().map_or(Path::new(""), PathBuf::as_path);
     let path = arguments.out.clone().unwrap_or_else(|| first.join(results::REPORT));
     let figures = path.with_file_name("figures");
     let mut written = Vec::new();
     if arguments.format.contains(&ReportFormat::Html) {
-        report::write(&runs, &path)?;
+        report::write_titled(&runs, title, &path)?;
         written.push(path);
     }
     let formats: Vec<pictures::PictureFormat> = arguments
@@ -105,7 +121,7 @@ fn make(
         })
         .collect();
     if !formats.is_empty() {
-        written.extend(pictures::write(&runs, &figures, &formats)?);
+        written.extend(pictures::write(&runs, &figures, &formats, &arguments.figures.options(title))?);
     }
     let below = written.iter().filter_map(|path| path.strip_prefix(first).ok()?.to_str());
     results::add_files(first, below)

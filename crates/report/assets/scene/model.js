@@ -132,6 +132,24 @@ const scenes = {};
       return largest;
     }
 
+    // Time of the largest deflection; without girders, that of the gap farthest from the nominal one.
+    timeOfLargest() {
+      const sums = new Float64Array(this.time.length);
+      for (const span of this.spans) {
+        for (let place = 0; place <= 1; place += 0.125) {
+          const shapes = span.shapes.map((shape) => sample(shape, place));
+          for (let i = 0; i < sums.length; i++) {
+            const here = Math.abs(span.modes.reduce((sum, mode, n) => sum + mode[i] * shapes[n], 0));
+            if (Number.isFinite(here) && here > sums[i]) sums[i] = here;
+          }
+        }
+      }
+      if (sums.every((it) => it === 0)) {
+        for (const gap of this.gaps) gap?.forEach((value, i) => { sums[i] = Math.max(sums[i], Math.abs(value - this.data.nominal_gap) || 0); });
+      }
+      return this.time[sums.reduce((best, it, i) => (it > sums[best] ? i : best), 0)];
+    }
+
     // The deflection of the girders is multiplied by one factor, everything relative to the girders by
     // another. A magnet moves up with the surface and down by the deviation of its gap.
     lift(k, scale) {

@@ -20,7 +20,7 @@
       this.follow = true;
       this.through = false;
       this.camera = "quarter";
-      this.model.seek(this.model.begin);
+      this.model.seek(this.model.timeOfLargest());
       this.build(parent);
       this.ready = this.start();
     }

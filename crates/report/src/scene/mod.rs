@@ -40,15 +40,19 @@ pub struct Scene {
     pub missing: Vec<String>,
 }
 
-/// Builds the scene of a run. `None` if no FMU is a vehicle with magnets.
+/// Builds the scene of a run with at most so many frames. `None` if no FMU is a vehicle with magnets.
 ///
 /// # Errors
 /// An FMU cannot be opened, or its layout file is invalid.
-pub fn build(run: &RunResults, arrays: &mut Arrays) -> Result<Option<Scene>, ReportError> {
+pub fn build(
+    run: &RunResults,
+    frames: usize,
+    arrays: &mut Arrays,
+) -> Result<Option<Scene>, ReportError> {
     let Some(scenario) = &run.scenario else { return Ok(None) };
     let Some(vehicle) = LayoutFmu::find(scenario, names::VEHICLE_FILE)? else { return Ok(None) };
     let layout = vehicle.layout(multibody::VehicleDescription::from_json)?;
-    let frames = ViewFrames::choose(&run.table.time);
+    let frames = ViewFrames::choose(&run.table.time, frames);
     if layout.magnets.is_empty() || frames.is_empty() {
         return Ok(None);
     }

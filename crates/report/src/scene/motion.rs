@@ -10,23 +10,20 @@ use crate::layout_fmu::LayoutFmu;
 use crate::names::{self, numbered};
 use results::Table;
 
-/// Most frames of a view: 50 per second for a minute, with 4 bytes for each of about 80 channels.
-const MOST_FRAMES: usize = 3000;
-
 /// Rows of the table that the view shows.
 #[derive(Debug)]
 pub(super) struct ViewFrames(Vec<usize>);
 
 impl ViewFrames {
-    /// Rows at about equal distances in time, including the first and the last.
-    pub(super) fn choose(time: &[f64]) -> Self {
+    /// At most so many rows (at least 2) at about equal distances in time, including the first and the last.
+    pub(super) fn choose(time: &[f64], most: usize) -> Self {
         let Some(last) = time.len().checked_sub(1) else { return Self(Vec::new()) };
-        if time.len() <= MOST_FRAMES {
+        if time.len() <= most {
             return Self((0..=last).collect());
         }
         let (begin, end) = (time[0], time[last]);
-        let mut rows: Vec<usize> = (0..MOST_FRAMES)
-            .map(|k| begin + (end - begin) * k as f64 / (MOST_FRAMES - 1) as f64)
+        let mut rows: Vec<usize> = (0..most)
+            .map(|k| begin + (end - begin) * k as f64 / (most - 1) as f64)
             .map(|t| nearest(time, t))
             .collect();
         rows.dedup();
@@ -254,14 +251,14 @@ mod tests {
             .map(|k| f64::from(k) * 1e-3)
             .chain((0..=10_000).map(|k| 20.0 + f64::from(k) * 2e-3))
             .collect();
-        let frames = ViewFrames::choose(&time);
-        assert_eq!(frames.0.len(), MOST_FRAMES);
-        assert_eq!((frames.0[0], frames.0[MOST_FRAMES - 1]), (0, time.len() - 1));
+        let frames = ViewFrames::choose(&time, 3000);
+        assert_eq!(frames.0.len(), 3000);
+        assert_eq!((frames.0[0], frames.0[2999]), (0, time.len() - 1));
         let picked: Vec<f64> = frames.pick(&time).collect();
-        let step = 40.0 / (MOST_FRAMES - 1) as f64;
+        let step = 40.0 / 2999.0;
         // each within half a row of its place
         assert!(picked.windows(2).all(|w| (w[1] - w[0] - step).abs() <= 2.001e-3));
-        assert_eq!(ViewFrames::choose(&time[..50]).0, (0..50).collect::<Vec<_>>());
-        assert!(ViewFrames::choose(&[]).is_empty());
+        assert_eq!(ViewFrames::choose(&time[..50], 3000).0, (0..50).collect::<Vec<_>>());
+        assert!(ViewFrames::choose(&[], 3000).is_empty());
     }
 }

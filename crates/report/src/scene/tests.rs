@@ -78,7 +78,7 @@ fn run_on(
 /// The scene as the page gets it, and its arrays.
 fn seen(run: &RunResults) -> (Value, Arrays) {
     let mut arrays = Arrays::default();
-    let scene = build(run, &mut arrays).unwrap().unwrap();
+    let scene = build(run, 3000, &mut arrays).unwrap().unwrap();
     (serde_json::to_value(scene).unwrap(), arrays)
 }
 
@@ -237,11 +237,11 @@ fn invariant_what_is_no_train_has_no_scene() {
     let folder = tempfile::tempdir().unwrap();
     let mut other = run(folder.path(), &[], &json!({}));
     other.scenario = None;
-    assert!(build(&other, &mut Arrays::default()).unwrap().is_none());
+    assert!(build(&other, 3000, &mut Arrays::default()).unwrap().is_none());
     let unit = archive(&folder.path().join("m.fmu"), &[("modelDescription.xml", "")]);
     let scenario = json!({"units": {"m": unit}, "instances": {"m": {"unit": "m"}}});
     other.scenario = Some(ScenarioAsRun::parse(scenario.to_string()).unwrap());
-    assert!(build(&other, &mut Arrays::default()).unwrap().is_none());
+    assert!(build(&other, 3000, &mut Arrays::default()).unwrap().is_none());
 }
 
 #[test]
@@ -249,9 +249,9 @@ fn issue_a_unit_that_is_gone_or_broken_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let lost = run(folder.path(), &[], &json!({}));
     archive(&folder.path().join("v.fmu"), &[("resources/vehicle.json", "{\"bodies\": 3}")]);
-    let error = build(&lost, &mut Arrays::default()).unwrap_err().to_string();
+    let error = build(&lost, 3000, &mut Arrays::default()).unwrap_err().to_string();
     assert!(error.contains("v.fmu") && error.contains("vehicle.json"), "{error}");
     std::fs::remove_file(folder.path().join("v.fmu")).unwrap();
-    let error = build(&lost, &mut Arrays::default()).unwrap_err().to_string();
+    let error = build(&lost, 3000, &mut Arrays::default()).unwrap_err().to_string();
     assert!(error.contains("v.fmu"), "{error}");
 }
