@@ -1,0 +1,114 @@
+//! Transfer functions of controllers at a complex frequency.
+
+use faer::prelude::c64;
+
+use crate::system::{Controller, Controllers};
+
+/// Transfer functions from each channel to the output, and their derivatives by s.
+#[derive(Debug, Clone)]
+pub struct Gains {
+    /// Per channel, one value if all controllers are equal, else one per loop.
+    pub value: Vec<Vec<c64>>,
+    /// dk/ds, likewise; empty if not asked for.
+    pub slope: Vec<Vec<c64>>,
+}
+
+impl Gains {
+    /// k(s) = C (sI − A)⁻¹ B + D.
+    #[must_use]
+    pub fn at(controllers: &Controllers, s: c64, slopes: bool) -> Self {
+        let count = match controllers {
+            Controllers::Equal(..) => 1,
+            Controllers::Each(all) => all.len(),
+        };
+        let channels = if controllers.is_empty() { 0 } else { controllers.get(0).d.len() };
+        let empty = || vec![Vec::with_capacity(count); channels];
+        let (mut value, mut slope) = (empty(), empty());
+        let mut space = Vec::new();
+        for k in 0..count {
+            let controller = controllers.get(k);
+            let left = row(controller, s, &mut space);
+            for i in 0..channels {
+                let b = |j: usize| controller.b[(j, i)];
+                let sum: c64 = left.iter().enumerate().map(|(j, y)| *y * b(j)).sum();
+                value[i].push(sum + controller.d[i]);
+            }
+            if slopes {
+                let squared = solve(controller, s, &left, &mut space);
+                for (i, slope) in slope.iter_mut().enumerate() {
+                    let sum: c64 =
+                        squared.iter().enumerate().map(|(j, y)| *y * controller.b[(j, i)]).sum();
+                    slope.push(-sum);
+                }
+            }
+        }
+        Self { value, slope }
+    }
+
+    /// k of a channel and a loop.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, channel: usize, loop_: usize) -> c64 {
+        let all = &self.value[channel];
+        all[if all.len() == 1 { 0 } else { loop_ }]
+    }
+
+    /// dk/ds of a channel and a loop.
+    #[inline]
+    #[must_use]
+    pub fn slope_of(&self, channel: usize, loop_: usize) -> c64 {
+        let all = &self.slope[channel];
+        all[if all.len() == 1 { 0 } else { loop_ }]
+    }
+}
+
+/// C (sI − A)⁻¹.
+fn row(controller: &Controller, s: c64, space: &mut Vec<c64>) -> Vec<c64> {
+    let c: Vec<c64> = controller.c.iter().map(|&x| c64::new(x, 0.0)).collect();
+    solve(controller, s, &c, space)
+}
+
+/// The row y (sI − A)⁻¹, by elimination with pivots.
+fn solve(controller: &Controller, s: c64, y: &[c64], m: &mut Vec<c64>) -> Vec<c64> {
+    let n = y.len();
+    m.clear();
+    // the transposed matrix by rows
+    for i in 0..n {
+        for j in 0..n {
+            let a = c64::new(-controller.a[(j, i)], 0.0);
+            m.push(if i == j { s + a } else { a });
+        }
+    }
+    let mut x = y.to_vec();
+    for k in 0..n {
+        let size = |i: usize| m[i * n + k].l1_norm();
+        let pivot = (k..n).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(k);
+        if pivot != k {
+            for j in 0..n {
+                m.swap(k * n + j, pivot * n + j);
+            }
+            x.swap(k, pivot);
+        }
+        let inverse = m[k * n + k].inv();
+        for i in k + 1..n {
+            if m[i * n + k] == c64::new(0.0, 0.0) {
+                continue;
+            }
+            let factor = m[i * n + k] * inverse;
+            for j in k + 1..n {
+                let above = m[k * n + j];
+                m[i * n + j] -= factor * above;
+            }
+            let above = x[k];
+            x[i] -= factor * above;
+        }
+    }
+    for k in (0..n).rev() {
+        let mut sum = x[k];
+        for j in k + 1..n {
+            sum -= m[k * n + j] * x[j];
+        }
+        x[k] = sum / m[k * n + k];
+    }
+    x
+}
