@@ -45,5 +45,5 @@ pub use run_results::RunResults;
 pub use scenario_as_run::{InstanceAsRun, PanelAsRun, PlotAsRun, ScenarioAsRun};
 pub use statistics::{Gatherer, Statistics};
 pub use summary::Summary;
-pub use table::Table;
+pub use table::{NOT_DUE, Table};
 pub use table_writer::{RecordedColumn, TableWriter};

@@ -14,7 +14,7 @@ const BLOCK: usize = 16 << 20;
 /// Text that one thread reads at a time (bytes).
 const PART: usize = 1 << 20;
 /// The value of a signal in a row at which it was not due: a NaN that reading a number never gives.
-pub(crate) const NOT_DUE: f64 = f64::from_bits(0x7ff8_0000_0000_0dee);
+pub const NOT_DUE: f64 = f64::from_bits(0x7ff8_0000_0000_0dee);
 
 /// Recorded signals over time, without String signals.
 #[derive(Debug, Clone, PartialEq, Default)]

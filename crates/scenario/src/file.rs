@@ -26,6 +26,11 @@ pub(crate) struct ScenarioFile {
 pub(crate) fn chain(path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
     let text = fs::read_to_string(path)
         .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
+    chain_of(text, path)
+}
+
+/// The text of a file, and the files that it extends, in this order.
+pub(crate) fn chain_of(text: String, path: &Path) -> Result<Vec<ScenarioFile>, ScenarioError> {
     let mut chain = vec![ScenarioFile::new(text, path)?];
     // canonical paths, since a file has many paths
     let mut seen = HashSet::from([canonical(path)]);

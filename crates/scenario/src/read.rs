@@ -5,7 +5,7 @@ use std::path::{Path, absolute};
 use serde_json::Value;
 use strict_json::{FormError, PathStep, merge};
 
-use crate::file::{ScenarioFile, chain};
+use crate::file::{ScenarioFile, chain, chain_of};
 use crate::suggestions::{GivenTimes, LeftOut};
 use crate::{
     InstanceSettings, Scenario, ScenarioError, Setting, SignalOverTime, exceptions, inputs, units,
@@ -26,10 +26,44 @@ impl Scenario {
     /// # Errors
     /// A file cannot be read, the scenario is invalid, or a time is missing and no unit has a default.
     pub fn load_with(path: &Path, given: GivenTimes) -> Result<Self, ScenarioError> {
-        let chain = chain(path)?;
-        let mut whole = whole(&chain, Units::Located);
+        Self::compose(&chain(path)?, given)
+    }
+
+    /// Reads a text as if it were the content of the file `path`, which need not exist.
+    ///
+    /// # Errors
+    /// A file that it extends cannot be read, or the scenario is invalid.
+    pub fn read(text: &str, path: &Path) -> Result<Self, ScenarioError> {
+        Self::compose(&chain_of(text.to_owned(), path)?, GivenTimes::default())
+    }
+
+    /// The scenario with a change, which is the text of a file in `folder` that extends it. Values of `--set` are kept.
+    ///
+    /// # Errors
+    /// The change is no JSON object, or the scenario is invalid with it.
+    pub fn changed(&self, change: &str, folder: &Path) -> Result<Self, ScenarioError> {
+        let path = folder.join("the change");
+        let change = ScenarioFile::new(change.to_owned(), &path)?;
+        if change.extends.is_some() {
+            return Err(ScenarioError::ExtendsInText { path });
+        }
+        let failed = |error: serde_json::Error| ScenarioError::NotJson {
+            path: folder.join("the scenario"),
+            message: error.to_string(),
+        };
+        let text = serde_json::to_string(self).map_err(failed)?;
+        let base = ScenarioFile::new(text, &folder.join("the scenario"))?;
+        let mut scenario = Self::compose(&[change, base], GivenTimes::default())?;
+        scenario.notes.splice(0..0, self.notes.iter().cloned());
+        scenario.overrides.clone_from(&self.overrides);
+        Ok(scenario)
+    }
+
+    /// The scenario of a file and those that it extends.
+    fn compose(chain: &[ScenarioFile], given: GivenTimes) -> Result<Self, ScenarioError> {
+        let mut whole = whole(chain, Units::Located);
         let left_out = LeftOut::fill(&mut whole);
-        let mut scenario = scenario(&chain, whole)?;
+        let mut scenario = scenario(chain, whole)?;
         if let Some(trace) = &mut scenario.trace {
             let file = chain.iter().find(|source| source.value["trace"].is_string());
             let folder = file.and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
@@ -202,6 +236,26 @@ mod tests {
         fs::write(folder.path().join("sub/c.fmu"), "").unwrap();
         assert_eq!(scenario.units["a"].fmu.canonicalize().unwrap(), unit("a.fmu"));
         assert_eq!(scenario.units["b"].fmu.canonicalize().unwrap(), unit("sub/c.fmu"));
+    }
+
+    /// A change in memory does what a file that extends the scenario does.
+    #[test]
+    fn invariant_a_change_is_a_file_that_extends_the_scenario() {
+        let change = r#"{ "experiment": { "stop": 3 }, "units": { "a": "other/a.fmu" },
+            "instances": { "x": null, "z": { "parameters": { "gain": 2 } } } }"#;
+        let top = change.replacen('{', r#"{ "extends": "base.json","#, 1);
+        let folder = folder(&[("base.json", BASE), ("top.json", &top)]);
+        let mut base = Scenario::load(&folder.path().join("base.json")).unwrap();
+        base.overrides.push("z.gain=1".parse().unwrap());
+        let changed = base.changed(change, folder.path()).unwrap();
+        assert_eq!(changed.overrides, base.overrides);
+        let extended = Scenario::load(&folder.path().join("top.json")).unwrap();
+        assert_eq!(Scenario { overrides: Vec::new(), ..changed }, extended);
+        assert_eq!(Scenario::read(&top, &folder.path().join("none.json")).unwrap(), extended);
+        for (text, part) in [("{", "not JSON"), (r#"{"stop": 3}"#, "stop"), (&top, "extend")] {
+            let error = base.changed(text, folder.path()).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
     }
 
     /// Paths belong to the file that contains them. Patches add up, since a null in the second one must reach the

@@ -12,6 +12,7 @@
 //! sets its memory limit itself.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 #[cfg(target_os = "linux")]
@@ -42,10 +43,20 @@ const ARGUMENT: &str = "isolated-worker";
 /// while they initialize.
 const LONGEST_CALL: Duration = Duration::from_secs(60);
 
+/// The program to start as worker where the settings name none, instead of this one.
+static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+
+/// Chooses the program to start as worker for all instances whose settings name none. It must call [`serve_if_worker`].
+/// For a process that cannot be a worker itself, such as an interpreter. Only the first call counts.
+pub fn work_in(program: PathBuf) {
+    PROGRAM.get_or_init(|| program);
+}
+
 /// Settings of isolated instances.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Isolation {
-    /// The program to start as worker, which must call [`serve_if_worker`]; `None`: this program.
+    /// The program to start as worker, which must call [`serve_if_worker`]; `None`: that of
+    /// [`work_in`], or this program.
     pub program: Option<PathBuf>,
     /// Longest time for the exchange of one step.
     pub step_timeout: Option<Duration>,

@@ -18,7 +18,7 @@ use crate::fault::{FmuError, FmuFault, causes};
 use crate::functions::Functions;
 use crate::isolate::memory::{Area, control};
 use crate::isolate::protocol::{Order, Report};
-use crate::isolate::{ARGUMENT, Isolation};
+use crate::isolate::{ARGUMENT, Isolation, PROGRAM};
 use crate::library::LibraryError;
 use crate::package::Package;
 use crate::request::Identity;
@@ -60,7 +60,7 @@ impl Worker {
         let map = control(&memory)?;
         let area = Area::map(&memory, &StepLayout::default())?;
         let (socket, theirs) = UnixStream::pair()?;
-        let program = match &isolation.program {
+        let program = match isolation.program.as_ref().or_else(|| PROGRAM.get()) {
             Some(program) => program.clone(),
             None => std::env::current_exe()?,
         };
