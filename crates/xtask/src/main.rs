@@ -15,6 +15,7 @@ mod reference;
 mod sanitize;
 mod screenshot;
 mod target;
+mod wheel;
 mod workspace;
 
 use std::path::PathBuf;
@@ -78,6 +79,12 @@ enum Task {
         /// The .fmu files to merge
         #[arg(required = true)]
         files: Vec<PathBuf>,
+    },
+    /// Build the Python package into target/wheel: a wheel with the units and the command
+    Wheel {
+        /// Build for any Linux with glibc 2.17 or later
+        #[arg(long)]
+        portable: bool,
     },
     /// Build and package the units, and run a scenario
     Run {
@@ -146,6 +153,10 @@ fn main() -> Result<()> {
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),
         Task::Reference { check } => reference::codegen(check),
         Task::Merge { out, files } => package::merge(&out, &files),
+        Task::Wheel { portable } => {
+            println!("{}", wheel::build(portable)?.display());
+            Ok(())
+        }
         Task::Run { scenario, options } => {
             let first = if workspace::maglev().exists() { "" } else { FIRST_BUILD };
             eprintln!("[1/2] Build the units and the command `maglev`{first}, and pack the units");

@@ -41,9 +41,19 @@ pub fn run_with<S: AsRef<OsStr>>(
     args: &[S],
     environment: &[(&str, &OsStr)],
 ) -> Result<()> {
+    run_in(&root(), program, args, environment)
+}
+
+/// Like [`run_with`], in another folder.
+pub fn run_in<S: AsRef<OsStr>>(
+    folder: &Path,
+    program: impl AsRef<OsStr>,
+    args: &[S],
+    environment: &[(&str, &OsStr)],
+) -> Result<()> {
     let program = program.as_ref();
     let mut command = Command::new(program);
-    command.args(args).current_dir(root()).envs(environment.iter().copied());
+    command.args(args).current_dir(folder).envs(environment.iter().copied());
     let line = format!(
         "{} {}",
         program.to_string_lossy(),

@@ -1,0 +1,45 @@
+"""Co-simulation of maglev trains on elevated guideways, and of any FMI 2.0 units.
+
+    import maglev_cosim as maglev
+
+    results = maglev.load("one-bogie").set("ems_*.gain_gap", 6).run()
+    results["vehicle.gap_01"].min()
+
+`load` reads a scenario: a file of yours, or one that ships with the package (`scenarios()` lists them). A `Scenario` runs to
+its end, or `start`s as a `Simulation` that you step. Both give `Results`: signals over time, as NumPy arrays, Arrow, pandas
+and xarray. `System` connects units by hand. `Study` runs many points of a study file.
+"""
+
+from importlib.metadata import version as _version
+
+from . import _command, _native
+from ._errors import Error, InputError, Interrupted, RunError
+from .linear import Mode, Modes, StateSpace
+from .results import Results, read
+from .scenario import Scenario, load, scenarios, unit, units
+from .simulation import Simulation
+from .system import System
+
+# isolated units run in processes of the command, since a Python interpreter cannot be one
+_native.isolate_in(_command.PROGRAM)
+
+__version__ = _version("maglev-cosim")
+
+__all__ = [
+    "Error",
+    "InputError",
+    "Interrupted",
+    "Mode",
+    "Modes",
+    "Results",
+    "RunError",
+    "Scenario",
+    "Simulation",
+    "StateSpace",
+    "System",
+    "load",
+    "read",
+    "scenarios",
+    "unit",
+    "units",
+]

@@ -1,0 +1,212 @@
+"""Scenarios: what to simulate."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from . import _native
+from ._errors import Interrupted, RunError
+from .linear import Modes, StateSpace
+from .results import Results, read
+from .simulation import Simulation
+
+#: The value of a variable: a number, True or False, a text, or the path of a file.
+Value = float | bool | str | os.PathLike[str]
+
+_HOME = Path(__file__).parent
+
+
+def scenarios() -> list[str]:
+    """Names of the scenarios that ship with the package, for `load`."""
+    return sorted(path.stem for path in (_HOME / "scenarios").glob("*.json") if path.stem != "schema")
+
+
+def units() -> list[str]:
+    """Names of the units that ship with the package, for `unit`."""
+    return sorted(path.stem for path in (_HOME / "units").glob("*.fmu"))
+
+
+def unit(name: str) -> Path:
+    """The path of a unit that ships with the package, such as `unit("ems")`."""
+    path = _HOME / "units" / f"{name}.fmu"
+    if not path.exists():
+        raise ValueError(f'no unit "{name}" ships with the package; choose {", ".join(units())}')
+    return path
+
+
+def load(source: str | os.PathLike[str] | Mapping[str, Any]) -> Scenario:
+    """Reads a scenario.
+
+    `source` is the path of a scenario file, the name of a scenario that ships with the package (`"one-bogie"`), the path of
+    an .fmu file that runs alone, or a scenario as a dict, whose paths are relative to the working directory.
+    """
+    if isinstance(source, Mapping):
+        return Scenario(_native.Scenario.parse(json.dumps(source), Path.cwd(), "scenario"))
+    path = Path(source)
+    if isinstance(source, str) and source in scenarios() and not path.exists():
+        path = _HOME / "scenarios" / f"{source}.json"
+    return Scenario(_native.Scenario.load(path))
+
+
+class Scenario:
+    """What to simulate: units, connections, times, what to record, and values that replace those of the file.
+
+    A scenario never changes; `set` and `change` return new ones. It can be pickled: it contains its settings, and the
+    absolute paths of the units.
+    """
+
+    def __init__(self, native: _native.Scenario) -> None:
+        self._native = native
+
+    # what it is
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its extension."""
+        return self._native.name
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The scenario as in its file, completed by defaults, without the values of `settings`."""
+        return json.loads(self._native.json())
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """The values that `set` gave, by name; the last one for a variable counts."""
+        return dict(self._native.settings())
+
+    @property
+    def signals(self) -> list[str]:
+        """Names of the recorded signals."""
+        return self._native.check()
+
+    def variables(self, pattern: str = "*.*") -> list[dict[str, Any]]:
+        """Variables of the instances, with unit, causality, variability, start value and description.
+
+        >>> [it["name"] for it in load("one-magnet").variables("ems_01.gain_*")][:2]
+        ['ems_01.gain_gap', 'ems_01.gain_gap_velocity']
+        """
+        return json.loads(self._native.variables(pattern))
+
+    # changes
+
+    def set(self, name: str | Mapping[str, Value], value: Value | None = None) -> Scenario:
+        """The scenario with another value for a parameter or start value, as `maglev run --set` gives it.
+
+        A name may have ranges and stars: `set("ems_*.gain_gap", 6)`. A dict sets several.
+        """
+        if isinstance(name, str):
+            if value is None:
+                raise TypeError(f"set: there is no value for {name}")
+            return Scenario(self._native.set(name, value))
+        changed = self
+        for each, it in name.items():
+            changed = changed.set(each, it)
+        return changed
+
+    def change(self, change: Mapping[str, Any]) -> Scenario:
+        """The scenario with other keys, as a file that extends it would change them (JSON Merge Patch).
+
+        `change({"experiment": {"stop": 2}, "record": {"signals": ["vehicle.*"]}})`. Paths are relative to the working
+        directory; a null or None removes a key.
+        """
+        return Scenario(self._native.changed(json.dumps(change), Path.cwd()))
+
+    def times(self, *, stop: float | None = None, step: float | None = None) -> Scenario:
+        """The scenario with another stop time or communication step (s)."""
+        given = {"stop": stop, "step": step}
+        return self.change({"experiment": {key: value for key, value in given.items() if value is not None}})
+
+    def record(self, *signals: str, interval: float | None = None) -> Scenario:
+        """The scenario with these recorded signals, patterns allowed, and this interval between rows (s)."""
+        return self.change({"record": {"signals": list(signals), **({} if interval is None else {"interval": interval})}})
+
+    # runs
+
+    def run(
+        self,
+        folder: str | os.PathLike[str] | None = None,
+        *,
+        report: bool = False,
+        progress: Callable[[float], object] | None = None,
+    ) -> Results:
+        """Runs to the stop time, or until a stop condition ends the run.
+
+        Without a folder, results stay in memory. With one, it gets all files that `maglev run` writes; `report` adds
+        report.html. `progress` is called every 50 ms with the simulated time (s); if it raises, the run ends there.
+
+        A run that fails raises `RunError`, Ctrl-C raises `Interrupted`. Both have `results`: all rows until then.
+        """
+        if folder is None:
+            if report:
+                raise ValueError("a report needs a folder")
+            with self.start() as simulation:
+                return simulation.run(progress=progress)
+        folder = Path(folder)
+        with _keep(lambda: read(folder)):
+            self._native.run_into(folder, report, progress)
+        return read(folder)
+
+    def start(self) -> Simulation:
+        """Loads and initializes the units, and returns the simulation to step."""
+        return Simulation(self._native.start())
+
+    # stability
+
+    def modes(self) -> Modes:
+        """Modes of the coupled system about its start, as modelled and as stepped, the least damped first."""
+        return Modes.parse(self._native.modes())
+
+    def linearize(self, instance: str | None = None) -> StateSpace:
+        """The coupled system, or one instance, as a linear system about the start: ẋ = A x + B u, y = C x + D u."""
+        return StateSpace.parse(*self._native.linearize(instance))
+
+    def __repr__(self) -> str:
+        values = "".join(f", {name}={value}" for name, value in self.settings.items())
+        return f"<Scenario {self.name}{values}>"
+
+    def _repr_html_(self) -> str:
+        content = self.content
+        experiment = content["experiment"]
+        rows = [
+            ("units", ", ".join(content["units"])),
+            ("instances", ", ".join(content["instances"])),
+            ("time", f"{experiment['start']} s to {experiment['stop']} s in steps of {experiment['step']} s"),
+            ("algorithm", content["algorithm"]["name"]),
+            ("recorded signals", str(len(self.signals))),
+            *((name, value) for name, value in self.settings.items()),
+        ]
+        body = "".join(f"<tr><th style='text-align:left'>{escape(key)}</th><td>{escape(text)}</td></tr>" for key, text in rows)
+        return f"<p><b>{escape(content['title'] or self.name)}</b></p><p>{escape(content['description'])}</p><table>{body}</table>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickled, (self._native.json(), self.name, self._native.settings())
+
+
+def _unpickled(text: str, name: str, settings: list[tuple[str, str]]) -> Scenario:
+    native = _native.Scenario.parse(text, Path.cwd(), name)
+    for target, value in settings:
+        native = native.set(target, value)
+    return Scenario(native)
+
+
+@contextmanager
+def _keep(results: Callable[[], Results]) -> Iterator[None]:
+    """Adds the results until then to the exception of a run that fails or is interrupted."""
+    try:
+        yield
+    except RunError as error:
+        try:
+            error.results = results()
+        except Exception:  # noqa: BLE001 - it did not start
+            error.results = None
+        raise
+    except KeyboardInterrupt:
+        kept = results()
+        raise Interrupted(f"interrupted at {kept.reached} s; the results until then are kept", kept) from None
