@@ -2,7 +2,7 @@
 
 use master::simulation::to_base;
 use master::{Setup, Simulation};
-use results::{NOT_DUE, RecordedColumn};
+use results::{NOT_DUE, RecordedColumn, Table};
 
 /// A signal with its values.
 pub struct Recorded {
@@ -62,7 +62,9 @@ impl Recording {
             match values {
                 Values::Numbers(values) if due => {
                     let (factor, offset) = self.conversions[k];
-                    values.push(factor * simulation.value(k) + offset);
+                    let value = factor * simulation.value(k) + offset;
+                    // a text has one NaN only, and so does a results folder
+                    values.push(if value.is_nan() { f64::NAN } else { value });
                 }
                 Values::Numbers(values) => values.push(NOT_DUE),
                 Values::Texts(values) => {
@@ -84,6 +86,26 @@ impl Recording {
                 Values::Texts(values) => values.truncate(rows),
             }
         }
+    }
+
+    /// Works on the signals that are numbers, as a table.
+    pub fn with_table<T>(&mut self, work: impl FnOnce(&Table) -> T) -> T {
+        let mut table = Table { time: std::mem::take(&mut self.time), ..Table::default() };
+        for (column, values) in self.columns.iter().zip(&mut self.values) {
+            if let Values::Numbers(values) = values {
+                table.names.push(column.name.clone());
+                table.columns.push(std::mem::take(values));
+            }
+        }
+        let found = work(&table);
+        let mut columns = table.columns.into_iter();
+        for values in &mut self.values {
+            if let Values::Numbers(values) = values {
+                *values = columns.next().unwrap_or_default();
+            }
+        }
+        self.time = table.time;
+        found
     }
 
     /// The times and columns, as copies.

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use criteria::Verdict;
+use in_memory::Signals;
 use master::{Setup, Simulation, SimulationState};
-use results::summary::{FmuMessage, Status};
+use results::summary::{FmuMessage, RideQuality, Status};
 use self_cell::self_cell;
 
 use crate::error::Failure;
@@ -49,6 +51,9 @@ pub struct Running {
     pub events: Vec<(f64, String)>,
     pub notes: Vec<String>,
     pub messages: Vec<FmuMessage>,
+    /// figures of a run that ended as a result
+    pub verdicts: Vec<Verdict>,
+    pub ride: Option<RideQuality>,
     /// messages of all units that have been taken
     heard: u64,
     /// how it ended, and why if before its stop time
@@ -72,6 +77,8 @@ impl Running {
             events: Vec::new(),
             notes,
             messages: Vec::new(),
+            verdicts: Vec::new(),
+            ride: None,
             heard: 0,
             end: None,
             terminated: false,
@@ -226,6 +233,24 @@ impl Running {
         if let Err(error) = &checked {
             self.end = Some((Status::Failed, Some(results::causes(error).join(": "))));
         }
-        Ok(checked.and(terminated)?)
+        checked.and(terminated)?;
+        self.compute_figures();
+        Ok(())
+    }
+
+    /// Objectives, limits and ride quality of a run that ended as a result.
+    fn compute_figures(&mut self) {
+        if !matches!(self.end, Some((Status::Finished | Status::Stopped | Status::Terminated, _))) {
+            return;
+        }
+        let Self { started, recording, .. } = self;
+        let setup = started.borrow_owner();
+        (self.ride, self.verdicts) = recording.with_table(|table| {
+            let signals = Signals::Table(table);
+            let ride = in_memory::ride::judge(setup, signals);
+            // a table in memory can always be read
+            let verdicts = in_memory::metrics::judge(setup, signals, None, ride.as_ref());
+            (ride, verdicts.unwrap_or_default())
+        });
     }
 }

@@ -168,6 +168,8 @@ impl Simulation {
                 "events": running.events,
                 "notes": running.notes,
                 "messages": running.messages,
+                "metrics": running.verdicts,
+                "ride_quality": running.ride,
             })
             .to_string()
         })

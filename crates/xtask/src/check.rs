@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::{
     package::{self, Order},
-    python, reference, workspace,
+    python, reference, wheel, workspace,
 };
 
 /// A step with its name.
@@ -45,6 +45,7 @@ pub fn all(with_python: bool) -> Result<()> {
     if with_python {
         steps.push(("guide", guide));
         steps.push(("Python tests", python_tests));
+        steps.push(("Python package", || wheel::test(&wheel::build(false)?)));
     }
     run(steps)
 }

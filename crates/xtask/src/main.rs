@@ -85,6 +85,9 @@ enum Task {
         /// Build for any Linux with glibc 2.17 or later
         #[arg(long)]
         portable: bool,
+        /// Install it into an environment of its own, and run its tests there
+        #[arg(long)]
+        test: bool,
     },
     /// Build and package the units, and run a scenario
     Run {
@@ -153,9 +156,10 @@ fn main() -> Result<()> {
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),
         Task::Reference { check } => reference::codegen(check),
         Task::Merge { out, files } => package::merge(&out, &files),
-        Task::Wheel { portable } => {
-            println!("{}", wheel::build(portable)?.display());
-            Ok(())
+        Task::Wheel { portable, test } => {
+            let wheel = wheel::build(portable)?;
+            println!("{}", wheel.display());
+            if test { wheel::test(&wheel) } else { Ok(()) }
         }
         Task::Run { scenario, options } => {
             let first = if workspace::maglev().exists() { "" } else { FIRST_BUILD };

@@ -21,6 +21,8 @@ use crate::{
 const MATURIN: &str = "crates/xtask/maturin-requirements.txt";
 /// The crate, with the Python files of the package.
 const CRATE: &str = "crates/python";
+/// Tests of the package, with the requirements that they need.
+const TESTS: &str = "crates/python/tests";
 /// The package, as Python imports it.
 const PACKAGE: &str = "maglev_cosim";
 /// The lists of the package's data, each a folder in the repository and in the package.
@@ -65,6 +67,16 @@ pub fn build(portable: bool) -> Result<PathBuf> {
         .replace("manifest-path = \"Cargo.toml\"", &format!("manifest-path = {manifest}"));
     write(&stage.join("pyproject.toml"), project.as_bytes())?;
     maturin(&stage, &folder, wanted.is_some())
+}
+
+/// Installs a wheel into an environment with what the tests use, and runs them there.
+pub fn test(wheel: &Path) -> Result<()> {
+    let python = python::environment("python-package", Path::new(TESTS).join("requirements.txt").as_path())?;
+    let file = wheel.to_string_lossy();
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
+    workspace::run(&python, &[&install[..], &["--force-reinstall", &*file]].concat())?;
+    let tests = ["-m", "pytest", "-q", "-rA", "--tb=short", "--durations=10", TESTS];
+    workspace::run_with(&python, &tests, &[("MAGLEV_WHEEL", wheel.as_os_str())])
 }
 
 /// Runs maturin on the package that is laid out in a folder.

@@ -90,6 +90,20 @@ const PLAN: &[(&str, &[&str])] = &[
             "shared-features",
         ],
     ),
+    (
+        "python-package",
+        &[
+            "criteria",
+            "fmi2-import",
+            "in-memory",
+            "maglev-cli",
+            "master",
+            "report",
+            "results",
+            "scenario",
+            "study",
+        ],
+    ),
     // tasks and tests
     ("xtask", &["figure", "fmi2-package", "fmi2-sys", "shared-features"]),
     ("paper", &["analysis", "figure", "results"]),
