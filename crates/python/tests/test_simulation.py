@@ -24,7 +24,7 @@ def test_invariant_steps_by_hand_give_the_bits_of_a_run(magnet):
         simulation.step(40).at(0.05)
         assert simulation.done == 50
         assert simulation.get("vehicle.gap_01") == whole["vehicle.gap_01"][50]
-        assert simulation.get("vehicle.gap_*") == {"vehicle.gap_01": whole["vehicle.gap_01"][50]}
+        assert simulation.get("vehicle.gap_[01..01]") == {"vehicle.gap_01": whole["vehicle.gap_01"][50]}
         results = simulation.run()
     assert results.status == "finished" and len(results) == 101
     assert all(results[name].tobytes() == whole[name].tobytes() for name in whole.names)
