@@ -1,8 +1,14 @@
 """The native part of the package."""
 
 import os
-from collections.abc import Buffer, Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+from typing_extensions import Buffer
+
+_Matrix: TypeAlias = tuple[int, int, Column]
+_Quantities: TypeAlias = list[tuple[str, str | None]]
+_Model: TypeAlias = tuple[list[_Matrix], list[str], _Quantities, _Quantities]
 
 class Column:
     def __len__(self) -> int: ...
@@ -37,7 +43,8 @@ class Scenario:
     def start(self) -> Simulation: ...
     def run_into(self, folder: str | os.PathLike[str], report: bool, progress: Callable[[float], object] | None) -> list[str]: ...
     def modes(self) -> str: ...
-    def linearize(self, instance: str | None) -> tuple[Any, ...]: ...
+    def linear_unit(self, instance: str) -> _Model: ...
+    def linear_system(self, inputs: list[str] | None, outputs: list[str] | None) -> _Model: ...
 
 class Simulation:
     @property

@@ -128,7 +128,7 @@ class StateSpace:
         outputs: list[tuple[str, str | None]],
     ) -> StateSpace:
         """Makes a system of the buffers of its matrices, row after row."""
-        a, b, c, d = (np.frombuffer(data).reshape(rows, columns) if rows * columns else np.zeros((rows, columns)) for rows, columns, data in matrices)
+        a, b, c, d = (np.frombuffer(memoryview(data)).reshape(rows, columns) if rows * columns else np.zeros((rows, columns)) for rows, columns, data in matrices)
         units = {name: unit for name, unit in [*inputs, *outputs] if unit is not None}
         return StateSpace(a, b, c, d, states, [name for name, _ in inputs], [name for name, _ in outputs], units)
 

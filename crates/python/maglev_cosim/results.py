@@ -50,7 +50,7 @@ class Results:
     @property
     def status(self) -> str:
         """`finished`, `stopped` (by a stop condition), `terminated` (by a unit), `interrupted` or `failed`."""
-        return self.summary.get("status", "running")
+        return str(self.summary.get("status", "running"))
 
     @property
     def ended_by(self) -> str | None:
@@ -60,7 +60,8 @@ class Results:
     @property
     def reached(self) -> float:
         """Time at the end (s)."""
-        return self.summary.get("reached", float(self.time[-1]) if len(self) else float("nan"))
+        last = float(self.time[-1]) if len(self) else float("nan")
+        return float(self.summary.get("reached", last))
 
     @property
     def metrics(self) -> dict[str, float | None]:
@@ -70,7 +71,7 @@ class Results:
     @property
     def verdicts(self) -> list[dict[str, Any]]:
         """The figures of `metrics` with bounds, margins and outcomes."""
-        return self.summary.get("metrics", [])
+        return list(self.summary.get("metrics", []))
 
     # signals
 
@@ -94,7 +95,7 @@ class Results:
         numbers = self._table.numbers(name)
         if numbers is None:
             return np.array(self._table.texts(name), dtype=object)
-        return np.frombuffer(numbers) if len(numbers) else np.empty(0)
+        return np.frombuffer(memoryview(numbers)) if len(numbers) else np.empty(0)
 
     def __contains__(self, name: object) -> bool:
         return name in self.names

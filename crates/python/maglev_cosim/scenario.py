@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
@@ -74,7 +74,8 @@ class Scenario:
     @property
     def content(self) -> dict[str, Any]:
         """The scenario as in its file, completed by defaults, without the values of `settings`."""
-        return json.loads(self._native.json())
+        content: dict[str, Any] = json.loads(self._native.json())
+        return content
 
     @property
     def settings(self) -> dict[str, str]:
@@ -92,7 +93,8 @@ class Scenario:
         >>> [it["name"] for it in load("one-magnet").variables("ems_01.gain_*")][:2]
         ['ems_01.gain_gap', 'ems_01.gain_gap_velocity']
         """
-        return json.loads(self._native.variables(pattern))
+        found: list[dict[str, Any]] = json.loads(self._native.variables(pattern))
+        return found
 
     # changes
 
@@ -163,9 +165,24 @@ class Scenario:
         """Modes of the coupled system about its start, as modelled and as stepped, the least damped first."""
         return Modes.parse(self._native.modes())
 
-    def linearize(self, instance: str | None = None) -> StateSpace:
-        """The coupled system, or one instance, as a linear system about the start: ẋ = A x + B u, y = C x + D u."""
-        return StateSpace.parse(*self._native.linearize(instance))
+    def linearize(
+        self,
+        instance: str | None = None,
+        *,
+        inputs: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> StateSpace:
+        """The coupled system about its start as a linear system, or one instance on its own: ẋ = A x + B u, y = C x + D u.
+
+        `inputs` and `outputs` choose the variables of the coupled system, patterns allowed, by default all inputs without a
+        connection and the recorded outputs.
+        """
+        if instance is not None:
+            if inputs is not None or outputs is not None:
+                raise ValueError("inputs and outputs are chosen of the coupled system, not of one instance")
+            return StateSpace.of(*self._native.linear_unit(instance))
+        names = [None if it is None else list(it) for it in (inputs, outputs)]
+        return StateSpace.of(*self._native.linear_system(*names))
 
     def __repr__(self) -> str:
         values = "".join(f", {name}={value}" for name, value in self.settings.items())

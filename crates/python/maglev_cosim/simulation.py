@@ -48,7 +48,7 @@ class Simulation:
     @property
     def status(self) -> str:
         """`started`, `running`, `finished`, `stopped` (by a stop condition), `terminated` (by a unit) or `failed`."""
-        return json.loads(self._native.outcome())["status"]
+        return str(json.loads(self._native.outcome())["status"])
 
     def step(self, count: int = 1) -> Simulation:
         """Makes communication steps, fewer if the run ends."""

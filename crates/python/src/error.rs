@@ -37,6 +37,11 @@ impl Failure {
         Self { class: INPUT, causes: results::causes(error), help: None }
     }
 
+    /// A study cannot be used.
+    pub fn of_study(error: &study::StudyError) -> Self {
+        Self { class: INPUT, causes: error.chain(), help: error.help().map(str::to_owned) }
+    }
+
     /// Results cannot be read.
     pub fn of_results(error: &results::ReadError) -> Self {
         let help = error.help().map(str::to_owned);

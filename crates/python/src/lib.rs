@@ -7,10 +7,12 @@
 
 mod column;
 mod error;
+mod linearized;
 mod recording;
 mod running;
 mod scenario;
 mod simulation;
+mod study;
 mod table;
 mod values;
 mod watch;
@@ -24,6 +26,8 @@ mod _native {
     use crate::scenario::{Scenario, read_results};
     #[pymodule_export]
     use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::study::Study;
     #[pymodule_export]
     use crate::table::Table;
 

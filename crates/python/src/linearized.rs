@@ -4,7 +4,6 @@ use arrow_buffer::ScalarBuffer;
 use linear::{LinearSystem, LinearUnit, Linearised, Open, Port, Quantity, Rows};
 use master::Setup;
 use patterns::matches;
-use pyo3::prelude::*;
 use scenario::Scenario;
 
 use crate::column::Column;

@@ -10,6 +10,7 @@ use results::RunResults;
 use scenario::{GivenTimes, Override};
 
 use crate::error::Failure;
+use crate::linearized::{self, Model};
 use crate::recording::{Recorded, Values};
 use crate::running::Running;
 use crate::simulation::Simulation;
@@ -26,7 +27,7 @@ pub struct Scenario {
 
 impl Scenario {
     /// Makes the paths of units absolute, so that they are valid in other folders and processes.
-    fn new(mut scenario: scenario::Scenario, name: String) -> Self {
+    pub(crate) fn new(mut scenario: scenario::Scenario, name: String) -> Self {
         for unit in scenario.units.values_mut() {
             let Ok(()) = unit.map_paths(|path| Ok::<_, std::convert::Infallible>(whole(path)));
         }
@@ -130,6 +131,28 @@ impl Scenario {
     fn start(&self, py: Python<'_>) -> PyResult<Simulation> {
         let running = py.detach(|| Running::start(&self.scenario))?;
         Ok(Simulation::new(running))
+    }
+
+    /// The modes of the coupled system, as JSON.
+    fn modes(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(py.detach(|| linearized::modes(&self.scenario))?)
+    }
+
+    /// An instance as a linear system: A, B, C, D; states, inputs, outputs.
+    fn linear_unit(&self, py: Python<'_>, instance: &str) -> PyResult<Model> {
+        Ok(py.detach(|| linearized::unit(&self.scenario, instance))?)
+    }
+
+    /// The coupled system as a linear system.
+    fn linear_system(
+        &self,
+        py: Python<'_>,
+        inputs: Option<Vec<String>>,
+        outputs: Option<Vec<String>>,
+    ) -> PyResult<Model> {
+        let model =
+            py.detach(|| linearized::coupled(&self.scenario, inputs.as_deref(), outputs.as_deref()));
+        Ok(model?)
     }
 
     /// Runs to the end and writes a results folder, also if it fails or is interrupted. Returns notes on the run.

@@ -16,6 +16,8 @@ use scenario::{FileSetting, Setting};
 pub enum Value {
     Real(f64),
     Integer(i32),
+    /// of a study
+    Whole(i64),
     Boolean(bool),
     Text(String),
 }

@@ -16,7 +16,7 @@ def shaken():
         {
             "experiment": {"stop": 1},
             "objectives": {"gap_rms": {"signal": "vehicle.gap_rate_01", "figure": "rms"}},
-            "stop_when": [{"name": "too far", "when": {"signal": "vehicle.gap_01", "above": 0.0085}}],
+            "stop_when": [{"name": "too far", "when": {"signal": "vehicle.gap_01", "above": 0.0080016}}],
         }
     )
 

@@ -1,5 +1,6 @@
 """Simulations that are stepped by hand, Ctrl-C, threads."""
 
+import contextlib
 import os
 import pickle
 import signal
@@ -8,6 +9,7 @@ import sys
 import textwrap
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,7 +82,7 @@ def test_refusal_states_and_names(magnet):
     with magnet.start() as simulation:
         with pytest.raises(maglev.InputError, match="not the state of a simulation"):
             simulation.restore(b"x")
-        with pytest.raises(maglev.InputError, match='did you mean "vehicle.gap_01"'):
+        with pytest.raises(maglev.InputError, match='did you mean "gap_01"'):
             simulation.get("vehicle.gapp_01")
         saved = simulation.save()
     with pytest.raises(maglev.InputError, match="closed"):
@@ -95,16 +97,42 @@ def test_issue_a_stop_condition_ends_a_run_as_a_result(magnet):
     assert results.status == "stopped" and "vehicle.gap_01" in results.ended_by and results.reached == 0.05
 
 
-def test_issue_a_failed_run_keeps_its_rows(magnet, tmp_path):
-    bad = maglev.load("one-magnet").set({"ems_01.gain_gap": -1e6, "ems_01.voltage_limit": 1e9})
-    for folder in (None, tmp_path):
-        try:
-            results = bad.run(folder)
-        except maglev.RunError as error:
-            assert error.causes[0].startswith("the run failed at")
-            results = error.results
-            assert results.status == "failed"
-        assert results.status in ("failed", "terminated") and 0 < len(results) < 10001
+def test_issue_a_magnet_at_the_rail_ends_a_run_as_a_result(tmp_path):
+    fallen = maglev.load("one-magnet").set({"ems_01.gain_gap_velocity": 0, "ems_01.gain_velocity": 0})
+    here, there = fallen.run(), fallen.run(tmp_path)
+    assert here.status == there.status == "terminated" and here.ended_by == there.ended_by
+    assert "the magnet has reached the rail" in here.ended_by and here.reached == here.time[-1] < 3
+    assert all(here[name].tobytes() == there[name].tobytes() for name in here.names)
+
+
+def children():
+    """Processes that this one has started."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            if stat.read_text().rpartition(")")[2].split()[1] == str(os.getpid()):
+                found.append(int(stat.parent.name))
+    return found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="isolation works on Linux")
+@pytest.mark.parametrize("into_folder", [False, True])
+def test_issue_a_unit_that_crashes_ends_the_run_but_not_python(into_folder, tmp_path):
+    scenario = maglev.load("one-magnet").times(stop=1000).change({"isolation": {"all": True}})
+    before = set(children())
+
+    def kill(now):
+        if now > 0.2:
+            for child in set(children()) - before:
+                os.kill(child, signal.SIGKILL)
+
+    with pytest.raises(maglev.RunError) as caught:
+        scenario.run(tmp_path if into_folder else None, progress=kill)
+    error = caught.value
+    assert error.causes[0].startswith("the run failed at") and "SIGKILL" in str(error)
+    assert error.results.status == "failed" and error.results.time[-1] > 0.1
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error) and len(again.results) == len(error.results)
 
 
 def test_issue_an_exception_of_the_callback_ends_the_run():
