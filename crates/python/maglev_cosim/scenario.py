@@ -174,8 +174,8 @@ class Scenario:
     ) -> StateSpace:
         """The coupled system about its start as a linear system, or one instance on its own: ẋ = A x + B u, y = C x + D u.
 
-        `inputs` and `outputs` choose the variables of the coupled system, patterns allowed, by default all inputs without a
-        connection and the recorded outputs.
+        `inputs` and `outputs` choose variables of the coupled system, patterns allowed. An input that is connected gets the
+        chosen one in addition. By default these are all inputs without a connection and the recorded outputs.
         """
         if instance is not None:
             if inputs is not None or outputs is not None:
