@@ -7,17 +7,18 @@
 
 `load` reads a scenario: a file of yours, or one that ships with the package (`scenarios()` lists them). A `Scenario` runs to
 its end, or `start`s as a `Simulation` that you step. Both give `Results`: signals over time, as NumPy arrays, Arrow, pandas
-and xarray. `System` connects units by hand. `Study` runs many points of a study file.
+and xarray. `System` connects units by hand. `load_study` reads a study: many points of one scenario.
 """
 
 from importlib.metadata import version as _version
 
 from . import _command, _native
-from ._errors import Error, InputError, Interrupted, RunError
+from ._errors import BusyError, Error, InputError, Interrupted, RunError
 from .linear import Mode, Modes, StateSpace
 from .results import Results, read
 from .scenario import Scenario, load, scenarios, unit, units
 from .simulation import Simulation
+from .study import Study, StudyResults, load_study
 from .system import System
 
 # isolated units run in processes of the command, since a Python interpreter cannot be one
@@ -26,6 +27,7 @@ _native.isolate_in(_command.PROGRAM)
 __version__ = _version("maglev-cosim")
 
 __all__ = [
+    "BusyError",
     "Error",
     "InputError",
     "Interrupted",
@@ -36,8 +38,11 @@ __all__ = [
     "Scenario",
     "Simulation",
     "StateSpace",
+    "Study",
+    "StudyResults",
     "System",
     "load",
+    "load_study",
     "read",
     "scenarios",
     "unit",

@@ -37,6 +37,10 @@ class RunError(Error, RuntimeError):
     results: Results | None = None
 
 
+class BusyError(Error, RuntimeError):
+    """Another process computes the same points of a study, or a disk is full; try again later."""
+
+
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C ended a run. `results` is what it had recorded until then."""
 

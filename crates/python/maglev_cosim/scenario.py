@@ -48,10 +48,15 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any]) -> Scenario:
     """
     if isinstance(source, Mapping):
         return Scenario(_native.Scenario.parse(json.dumps(source), Path.cwd(), "scenario"))
+    return Scenario(_native.Scenario.load(path_of(source)))
+
+
+def path_of(source: str | os.PathLike[str]) -> Path:
+    """The path of a scenario file, also of one that ships with the package."""
     path = Path(source)
     if isinstance(source, str) and source in scenarios() and not path.exists():
         path = _HOME / "scenarios" / f"{source}.json"
-    return Scenario(_native.Scenario.load(path))
+    return path
 
 
 class Scenario:

@@ -13,6 +13,8 @@ pub struct Failure {
 
 /// A run failed, or a unit does.
 const RUN: &str = "RunError";
+/// Something else is at work; try again later.
+const BUSY: &str = "BusyError";
 /// What was given is invalid.
 const INPUT: &str = "InputError";
 
@@ -35,6 +37,11 @@ impl Failure {
     /// A saved state does not fit.
     pub fn of_state(error: &master::StateError) -> Self {
         Self { class: INPUT, causes: results::causes(error), help: None }
+    }
+
+    /// Another process works on a study.
+    pub fn busy(error: &study::StudyError) -> Self {
+        Self { class: BUSY, ..Self::of_study(error) }
     }
 
     /// A study cannot be used.

@@ -27,7 +27,7 @@ mod _native {
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
-    use crate::study::Study;
+    use crate::study::{Study, merge_study};
     #[pymodule_export]
     use crate::table::Table;
 

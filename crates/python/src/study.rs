@@ -1,14 +1,16 @@
-//! Studies: their points, and the computation of one point in this process.
+//! Studies: their points, computed by processes of the command, or one in this process.
 
+use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use self_cell::self_cell;
 use serde_json::json;
-use study::{FactorValue, Runner, StudyError, StudyFile};
+use study::{Counts, FactorValue, Order, Outcome, Row, Runner, StudyError, StudyFile, Watcher, coordinate};
 
 use crate::error::Failure;
 use crate::scenario::Scenario;
@@ -112,7 +114,7 @@ impl Study {
     /// Names of the figures.
     #[getter]
     fn metrics(&self) -> Vec<String> {
-        self.study.columns().into_iter().map(|column| column.name).collect()
+        self.study.columns().iter().map(|column| column.name.clone()).collect()
     }
 
     /// The values of a point, counted from 1, in the order of the factors.
@@ -126,6 +128,38 @@ impl Study {
         let made = py.detach(|| Runner::starting_with(&self.study, number)?.scenario(number));
         let name = format!("{}-{number}", self.study.name());
         Ok(Scenario::new(made.map_err(|it| Failure::of_study(&it))?, name))
+    }
+
+    /// Computes points that have no row yet, by so many processes of a program, which is the command. Returns the number
+    /// of ordered points and of those that have a row, and what the folder has if all points were ordered.
+    #[pyo3(signature = (folder, program, workers, points = None, retry = false, progress = None))]
+    fn run(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        program: PathBuf,
+        workers: usize,
+        points: Option<(u64, u64)>,
+        retry: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(u64, u64, Option<Numbers>)> {
+        let order = Order { folder, workers, points, retry };
+        let worker = move || {
+            let mut command = Command::new(&program);
+            command.args(["study", "worker"]);
+            Ok(command)
+        };
+        let mut progress = Progress::new(progress);
+        let (outcome, stopped) = py.detach(move || {
+            let outcome = coordinate(&self.study, &order, &worker, &mut progress);
+            (outcome, progress.stop.into_inner())
+        });
+        if let Some(error) = stopped {
+            return Err(error);
+        }
+        let Outcome { counts, ordered, done } =
+            outcome.map_err(|it| if it.can_try_again() { Failure::busy(&it) } else { Failure::of_study(&it) })?;
+        Ok((ordered, done, counts.map(numbers)))
     }
 
     /// Computes a point in this process; returns its row as JSON. A point that fails is a row with its status.
@@ -145,6 +179,71 @@ impl Study {
             Some(error) => Err(error),
             None => Ok(row.map_err(|it| Failure::of_study(&it))?),
         }
+    }
+}
+
+/// Points of a study, points with a row, failed points, points beyond a limit.
+type Numbers = (u64, u64, u64, u64);
+
+fn numbers(counts: Counts) -> Numbers {
+    let Counts { points, done, failed, beyond } = counts;
+    (points, done, failed, beyond)
+}
+
+/// Writes the results of points that were computed apart.
+#[pyfunction]
+pub fn merge_study(py: Python<'_>, folder: PathBuf, others: Vec<PathBuf>) -> PyResult<Numbers> {
+    let counts = py.detach(|| study::merge(&folder, &others));
+    Ok(counts.map(numbers).map_err(|it| Failure::of_study(&it))?)
+}
+
+/// Looks for Ctrl-C and reports progress while processes compute points.
+struct Progress {
+    watch: Watch,
+    /// called with the number of points that are done and of all that are to do
+    callback: Option<Py<PyAny>>,
+    to_do: Cell<u64>,
+    stop: RefCell<Option<PyErr>>,
+    asked: Cell<u32>,
+}
+
+impl Progress {
+    fn new(callback: Option<Py<PyAny>>) -> Self {
+        Self {
+            watch: Watch::new(None),
+            callback,
+            to_do: Cell::new(0),
+            stop: RefCell::new(None),
+            asked: Cell::new(0),
+        }
+    }
+
+    fn end(&self, error: PyErr) {
+        self.stop.borrow_mut().get_or_insert(error);
+        self.asked.set(self.asked.get() + 1);
+    }
+}
+
+impl Watcher for Progress {
+    fn begin(&mut self, to_do: u64, _there: u64) {
+        self.to_do.set(to_do);
+    }
+
+    fn point(&mut self, done: u64, _row: &Row) {
+        let Some(callback) = &self.callback else { return };
+        let called = Python::attach(|py| callback.call1(py, (done, self.to_do.get())).map(drop));
+        if let Err(error) = called {
+            self.end(error);
+        }
+    }
+
+    fn notice(&mut self, _text: &str) {}
+
+    fn interrupted(&self) -> u32 {
+        if let Err(error) = self.watch.look(f64::NAN) {
+            self.end(error);
+        }
+        self.asked.get()
     }
 }
 
