@@ -37,7 +37,8 @@ impl Axis {
         }
         let least = smallest();
         let end = if everything.end > 0.0 { everything.end } else { 1.0 };
-        let first = if least.is_finite() { least.max(end * 10_f64.powf(-DECADES)) } else { end / 10.0 };
+        let first =
+            if least.is_finite() { least.max(end * 10_f64.powf(-DECADES)) } else { end / 10.0 };
         let given = given.filter(|it| it.start > 0.0 && it.end > it.start);
         let it = given.unwrap_or(if first < end { first..end } else { end / 10.0..end });
         Self { range: it.start.log10()..it.end.log10(), log, digits: 0 }
@@ -65,7 +66,10 @@ impl Axis {
 
     /// The places with their ticks.
     pub(crate) fn scale(&self) -> Scale {
-        Scale { places: self.range().into(), ticks: if self.log { Some(self.log_ticks()) } else { None } }
+        Scale {
+            places: self.range().into(),
+            ticks: if self.log { Some(self.log_ticks()) } else { None },
+        }
     }
 
     /// Places with labels, and of all lines of a logarithmic axis.

@@ -115,8 +115,7 @@ pub fn draw_styled(
             "its size has no room for {count} panels with their legends; make it larger"
         )));
     }
-    let height =
-        layout.height.unwrap_or(title_height + all_legends + PANEL_HEIGHT * count);
+    let height = layout.height.unwrap_or(title_height + all_legends + PANEL_HEIGHT * count);
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, (layout.width, height)).into_drawing_area();
@@ -140,7 +139,8 @@ pub fn draw_styled(
             let up = style.limits(&panel.ylabel);
             let up = Axis::new(up, range(values(), 0.05), style.log_up, || smallest(values()));
             let last = k + 1 == panels.len();
-            let drawn = DrawnPanel { panel, layout: &layout, xlabel: if last { xlabel } else { "" } };
+            let drawn =
+                DrawnPanel { panel, layout: &layout, xlabel: if last { xlabel } else { "" } };
             drawn.draw(&area, &across, &up).map_err(|e| fail(&e))?;
         }
         root.present().map_err(|e| fail(&e))?;
@@ -345,8 +345,12 @@ mod tests {
     /// A column of a paper: 90 mm x 60 mm, logarithmic, within limits, without title.
     #[test]
     fn issue_a_figure_has_the_size_axes_and_limits_asked_for() {
-        let points: Vec<(f64, f64)> = (1..=4000).map(|k| (f64::from(k) * 0.1, 1e-3 / f64::from(k))).collect();
-        let panel = FigurePanel { ylabel: "y".into(), lines: vec![FigureLine { label: "a".into(), points }] };
+        let points: Vec<(f64, f64)> =
+            (1..=4000).map(|k| (f64::from(k) * 0.1, 1e-3 / f64::from(k))).collect();
+        let panel = FigurePanel {
+            ylabel: "y".into(),
+            lines: vec![FigureLine { label: "a".into(), points }],
+        };
         let style = FigureStyle {
             size: Some((90.0, 60.0)),
             across: Some(1.0..100.0),
@@ -373,7 +377,9 @@ mod tests {
             assert!((first.1 + part * (last.1 - first.1) - y).abs() <= 1.5, "{x} {y}");
         }
         let small = FigureStyle { size: Some((10.0, 10.0)), ..style };
-        assert!(draw_styled("", "f", &[panel], &small).unwrap_err().to_string().contains("no room"));
+        assert!(
+            draw_styled("", "f", &[panel], &small).unwrap_err().to_string().contains("no room")
+        );
     }
 
     #[test]

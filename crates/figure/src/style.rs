@@ -29,15 +29,17 @@ impl FigureStyle {
     }
 
     pub(crate) fn layout(&self) -> Layout {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a length of paper")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a length of paper"
+        )]
         let pixels = |length: f64| (length * PIXELS).round().max(1.0) as u32;
         match self.size {
             None => Layout::PAGE,
-            Some((width, height)) => Layout {
-                width: pixels(width),
-                height: Some(pixels(height)),
-                ..Layout::PAPER
-            },
+            Some((width, height)) => {
+                Layout { width: pixels(width), height: Some(pixels(height)), ..Layout::PAPER }
+            }
         }
     }
 }

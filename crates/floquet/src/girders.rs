@@ -86,7 +86,8 @@ impl GirderStep {
                 let (first, push) = (block * n, block * m);
                 if k == NODES {
                     for i in 0..n {
-                        (0..n).for_each(|j| step.end_by_state[(first + i, first + j)] = free[(i, j)]);
+                        (0..n)
+                            .for_each(|j| step.end_by_state[(first + i, first + j)] = free[(i, j)]);
                         for (node, forced) in forced.iter().enumerate() {
                             let column = node * forces + push;
                             (0..m).for_each(|j| {

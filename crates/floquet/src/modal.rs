@@ -52,7 +52,8 @@ impl Modal {
             .eigen()
             .map_err(|_| FloquetError::Eigenvalues("modes of the train on a rigid track"))?;
         let shapes = eigen.U().to_owned();
-        let complex = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
+        let complex =
+            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
         let by_input = PartialPivLu::new(shapes.as_ref()).solve(complex(b));
         let of_output = complex(c) * &shapes;
         let upper: Vec<usize> = (0..a.nrows()).filter(|&k| eigen.S()[k].im >= 0.0).collect();
@@ -100,7 +101,8 @@ impl Modal {
     /// Relative error of H (jω − Λ)⁻¹ G against C (jω − A)⁻¹ B at some frequencies.
     fn error(&self, a: &Mat<f64>, b: &Mat<f64>, c: &Mat<f64>) -> f64 {
         let fastest = self.values.iter().map(|value| value.norm()).fold(0.0, f64::max);
-        let complex = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
+        let complex =
+            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
         let mut worst = 0.0_f64;
         for probe in PROBES {
             let omega = probe * fastest;

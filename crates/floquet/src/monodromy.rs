@@ -123,7 +123,12 @@ impl<'a> Machine<'a> {
         let mut matrix = Mat::<f64>::identity(NODES * nf, NODES * nf);
         let shift = &self.stiffness * &girders.seen_by_force;
         matrix -= &shift;
-        product(&mut self.by_girders, false, self.stiffness.as_ref(), girders.seen_by_state.as_ref());
+        product(
+            &mut self.by_girders,
+            false,
+            self.stiffness.as_ref(),
+            girders.seen_by_state.as_ref(),
+        );
         let mut forces = Mat::zeros(NODES * nf, columns);
         product(&mut forces, false, self.by_train.as_ref(), z.as_ref());
         product(&mut forces, true, self.by_girders.as_ref(), x.as_ref());

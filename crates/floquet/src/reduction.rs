@@ -49,7 +49,8 @@ pub fn reduced(
     let order = values.iter().take_while(|&&value| value > tolerance * largest).count();
     let n2 = 2 * full.modes();
     let right = Mat::from_fn(n2, order, |i, j| {
-        let sum: f64 = (0..controllable.nrows()).map(|k| controllable[(k, i)] * svd.V()[(k, j)]).sum();
+        let sum: f64 =
+            (0..controllable.nrows()).map(|k| controllable[(k, i)] * svd.V()[(k, j)]).sum();
         sum / values[j].sqrt()
     });
     let left = Mat::from_fn(order, n2, |i, j| {
@@ -115,7 +116,13 @@ fn singular(matrix: &Mat<f64>) -> Result<Svd<f64>, FloquetError> {
 }
 
 /// Largest relative difference of the weighted responses at frequencies between those of the band.
-fn error(full: &Modal, small: &Modal, inputs: &Mat<f64>, outputs: &Mat<f64>, band: (f64, f64)) -> f64 {
+fn error(
+    full: &Modal,
+    small: &Modal,
+    inputs: &Mat<f64>,
+    outputs: &Mat<f64>,
+    band: (f64, f64),
+) -> f64 {
     let complex = |m: &Mat<f64>| {
         Mat::from_fn(m.nrows(), m.ncols(), |i, j| faer::prelude::c64::new(m[(i, j)], 0.0))
     };

@@ -28,7 +28,8 @@ fn matrix<const R: usize, const C: usize>(rows: [[f64; C]; R]) -> Mat<f64> {
 
 /// x'' + (a + k(t)) x = 0 without constant part.
 fn hill(a: f64, period: f64, k: impl Fn(f64) -> f64 + Sync, steps: usize) -> Monodromy {
-    let oscillator = Girders::alone(matrix([[0.0, 1.0], [-a, 0.0]]), matrix([[0.0], [1.0]]), vec![0]);
+    let oscillator =
+        Girders::alone(matrix([[0.0, 1.0], [-a, 0.0]]), matrix([[0.0], [1.0]]), vec![0]);
     let train = Modal::feedthrough(matrix([[1.0]]));
     let rule = |t: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| {
         (p[(0, 0)], q[(0, 0)]) = (1.0, -k(t));
@@ -207,7 +208,8 @@ impl Case {
     fn monodromy(&self, steps: usize) -> Monodromy {
         let train = Modal::new(&self.a, &self.b, &self.c, self.d.clone()).unwrap();
         let rule = |x: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| self.connection(x, p, q);
-        Monodromy::new(&train, &self.girders, &Rule { period: SPAN, rule }, self.speed, steps).unwrap()
+        Monodromy::new(&train, &self.girders, &Rule { period: SPAN, rule }, self.speed, steps)
+            .unwrap()
     }
 
     /// All states: z, both spans. The coupled matrix at a place.
@@ -216,12 +218,13 @@ impl Case {
         self.connection(x, &mut p, &mut q);
         let Girders { a, b, .. } = &self.girders;
         Mat::from_fn(12, 12, |i, j| {
-            let seen = |j: usize| (j >= 4 && (j - 4) % 4 < 2).then(|| (j - 4) / 4 * 2 + (j - 4) % 4);
+            let seen =
+                |j: usize| (j >= 4 && (j - 4) % 4 < 2).then(|| (j - 4) / 4 * 2 + (j - 4) % 4);
             match (i < 4, j < 4) {
                 (true, true) => self.a[(i, j)],
-                (true, false) => seen(j).map_or(0.0, |s| {
-                    (0..2).map(|w| self.b[(i, w)] * p[(w, s)]).sum::<f64>()
-                }),
+                (true, false) => {
+                    seen(j).map_or(0.0, |s| (0..2).map(|w| self.b[(i, w)] * p[(w, s)]).sum::<f64>())
+                }
                 (false, _) => {
                     let (span, row) = ((i - 4) / 4, (i - 4) % 4);
                     let force = |m: usize| {
@@ -238,7 +241,8 @@ impl Case {
                             })
                             .sum::<f64>()
                     };
-                    let own = if j >= 4 && (j - 4) / 4 == span { a[(row, (j - 4) % 4)] } else { 0.0 };
+                    let own =
+                        if j >= 4 && (j - 4) / 4 == span { a[(row, (j - 4) % 4)] } else { 0.0 };
                     own + (0..2).map(|m| b[(row, m)] * force(m)).sum::<f64>()
                 }
             }

@@ -75,10 +75,7 @@ pub fn coupled(
     Ok((matrices.into(), open.states, named(open.inputs), named(open.outputs)))
 }
 
-fn ports(
-    system: &LinearSystem,
-    list: impl Fn(&LinearUnit) -> &[Quantity],
-) -> Vec<(String, Port)> {
+fn ports(system: &LinearSystem, list: impl Fn(&LinearUnit) -> &[Quantity]) -> Vec<(String, Port)> {
     let units = system.units.iter().enumerate();
     let of = |(k, unit)| {
         let unit: &LinearUnit = unit;
@@ -92,11 +89,7 @@ fn ports(
 }
 
 /// The ports that names with stars and ranges select, in the order of the names.
-fn chosen(
-    names: &[String],
-    all: &[(String, Port)],
-    kind: &str,
-) -> Result<Vec<Port>, Failure> {
+fn chosen(names: &[String], all: &[(String, Port)], kind: &str) -> Result<Vec<Port>, Failure> {
     let mut ports = Vec::new();
     for name in names {
         let mut found = false;

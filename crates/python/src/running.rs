@@ -155,9 +155,8 @@ impl Running {
 
     /// Notes whether a stop condition or the stop time ends the run here.
     fn judge(&mut self) {
-        let (stopped, remaining) = self
-            .started
-            .with_dependent(|_, it| (it.stopped().map(str::to_owned), it.remaining()));
+        let (stopped, remaining) =
+            self.started.with_dependent(|_, it| (it.stopped().map(str::to_owned), it.remaining()));
         self.end = match stopped {
             Some(text) => Some((Status::Stopped, Some(text))),
             None => (remaining == 0).then_some((Status::Finished, None)),

@@ -150,8 +150,8 @@ impl Scenario {
         inputs: Option<Vec<String>>,
         outputs: Option<Vec<String>>,
     ) -> PyResult<Model> {
-        let model =
-            py.detach(|| linearized::coupled(&self.scenario, inputs.as_deref(), outputs.as_deref()));
+        let model = py
+            .detach(|| linearized::coupled(&self.scenario, inputs.as_deref(), outputs.as_deref()));
         Ok(model?)
     }
 

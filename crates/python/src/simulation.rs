@@ -30,11 +30,7 @@ impl Simulation {
     }
 
     /// Works on the simulation without the interpreter's lock.
-    fn work<T: Send>(
-        &self,
-        py: Python<'_>,
-        work: impl FnOnce(&mut Running) -> T + Send,
-    ) -> T {
+    fn work<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Running) -> T + Send) -> T {
         py.detach(|| work(&mut self.lock()))
     }
 }
@@ -77,10 +73,16 @@ impl Simulation {
             let (first, last) = (experiment.start, experiment.stop);
             let slack = SAME * experiment.step;
             if !(first - slack..=last + slack).contains(&time) {
-                let text = format!("{time} s is not between the start and the stop, {first} s and {last} s");
+                let text = format!(
+                    "{time} s is not between the start and the stop, {first} s and {last} s"
+                );
                 return Err(Halt::Failed(Failure::input(text, None)));
             }
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2^53")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0 to 2^53"
+            )]
             let point = (point as u64).min(running.setup().steps());
             if point < running.done() {
                 running.rewind(point)?;
@@ -95,7 +97,8 @@ impl Simulation {
         let values = self.work(py, |running| {
             running.with(|setup, simulation| {
                 let system = setup.system();
-                let ports = system.select(&format!("get {name}"), name).map_err(master::Error::from)?;
+                let ports =
+                    system.select(&format!("get {name}"), name).map_err(master::Error::from)?;
                 let time = simulation.time();
                 let value = |port| {
                     let value = values::read(simulation, system, port);
@@ -140,8 +143,7 @@ impl Simulation {
     fn table(&self, py: Python<'_>, take: bool) -> PyResult<Table> {
         let made = self.work(py, |running| {
             let recording = &mut running.recording;
-            let (time, columns) =
-                if take { recording.take_columns() } else { recording.columns() };
+            let (time, columns) = if take { recording.take_columns() } else { recording.columns() };
             Table::new(time, columns)
         });
         Ok(made.map_err(|error| Failure::input(error.to_string(), None))?)

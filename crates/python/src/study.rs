@@ -10,7 +10,9 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 use self_cell::self_cell;
 use serde_json::json;
-use study::{Counts, FactorValue, Order, Outcome, Row, Runner, StudyError, StudyFile, Watcher, coordinate};
+use study::{
+    Counts, FactorValue, Order, Outcome, Row, Runner, StudyError, StudyFile, Watcher, coordinate,
+};
 
 use crate::error::Failure;
 use crate::scenario::Scenario;
@@ -157,8 +159,9 @@ impl Study {
         if let Some(error) = stopped {
             return Err(error);
         }
-        let Outcome { counts, ordered, done } =
-            outcome.map_err(|it| if it.can_try_again() { Failure::busy(&it) } else { Failure::of_study(&it) })?;
+        let Outcome { counts, ordered, done } = outcome.map_err(|it| {
+            if it.can_try_again() { Failure::busy(&it) } else { Failure::of_study(&it) }
+        })?;
         Ok((ordered, done, counts.map(numbers)))
     }
 

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use arrow_array::cast::AsArray as _;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::Float64Type;
-use arrow_array::{Array as _, ArrayRef, Float64Array, RecordBatch, RecordBatchIterator, StringArray};
+use arrow_array::{
+    Array as _, ArrayRef, Float64Array, RecordBatch, RecordBatchIterator, StringArray,
+};
 use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::ffi::FFI_ArrowSchema;
 use arrow_schema::{ArrowError, DataType, Field, Schema};
@@ -75,7 +77,10 @@ fn arrow_error(error: &ArrowError) -> PyErr {
 impl Table {
     /// A table of the columns of another one: names, units and values, the time first.
     #[staticmethod]
-    fn of(py: Python<'_>, columns: Vec<(String, Option<String>, Bound<'_, PyAny>)>) -> PyResult<Self> {
+    fn of(
+        py: Python<'_>,
+        columns: Vec<(String, Option<String>, Bound<'_, PyAny>)>,
+    ) -> PyResult<Self> {
         let mut time = Vec::new();
         let mut others = Vec::new();
         for (k, (name, unit, values)) in columns.into_iter().enumerate() {
@@ -105,7 +110,9 @@ impl Table {
     #[getter]
     fn units(&self) -> HashMap<String, String> {
         let fields = self.0.schema_ref().fields().iter();
-        fields.filter_map(|it| Some((it.name().clone(), it.metadata().get(UNIT)?.clone()))).collect()
+        fields
+            .filter_map(|it| Some((it.name().clone(), it.metadata().get(UNIT)?.clone())))
+            .collect()
     }
 
     /// The values of a column of numbers.

@@ -37,7 +37,9 @@ pub fn setting(value: &Bound<'_, PyAny>) -> PyResult<Setting> {
         return Ok(Setting::File(FileSetting { path: whole(&path) }));
     }
     let kind = value.get_type().name()?;
-    Err(PyTypeError::new_err(format!("a value is a number, True, False, a text or a path, not {kind}")))
+    Err(PyTypeError::new_err(format!(
+        "a value is a number, True, False, a text or a path, not {kind}"
+    )))
 }
 
 /// A setting as the text of `--set`.

@@ -95,8 +95,14 @@ impl<'a> RunData<'a> {
         let mut plots = scenario.map(|it| it.plots(&table.names)).unwrap_or_default();
         let guideway = GuidewayFacts::of(run);
         let (mut clocks, mut frequencies) = (SignalClocks::default(), Frequencies::default());
-        let signals =
-            signals(run, &plots, guideway.as_ref(), detail, (&mut clocks, &mut frequencies), arrays);
+        let signals = signals(
+            run,
+            &plots,
+            guideway.as_ref(),
+            detail,
+            (&mut clocks, &mut frequencies),
+            arrays,
+        );
         // the report is complete except for the view if a unit was removed after the run
         let (scene, scene_error) = match scene::build(run, detail.frames, arrays) {
             Ok(scene) => (scene, None),
@@ -192,7 +198,10 @@ fn signals<'a>(
         let (spectra, spectra_error) = match it.spectra {
             Some(Ok(spectra)) => (Some(frequencies.embed(&spectra, thinning, arrays)), None),
             Some(Err(error)) => (None, Some(error.to_string())),
-            None => (None, Some(format!("only the first {} signals of a run have spectra", detail.spectra))),
+            None => (
+                None,
+                Some(format!("only the first {} signals of a run have spectra", detail.spectra)),
+            ),
         };
         SignalData {
             name,

@@ -81,9 +81,10 @@ impl<'a> RunEvidence<'a> {
     ) -> Result<Vec<Finding>, String> {
         let modes = self.modes.ok_or("modes.json is missing: run `maglev check --modes`")?;
         let girders = self.guideway_modes();
-        let coupled = modes.modes.iter().filter(|mode| {
-            !girders.as_ref().is_some_and(|girders| girders.is_empty_girder(mode))
-        });
+        let coupled = modes
+            .modes
+            .iter()
+            .filter(|mode| !girders.as_ref().is_some_and(|girders| girders.is_empty_girder(mode)));
         let moving =
             coupled.filter_map(|mode| Some((mode, eigenvalue(mode)?))).filter(|(_, it)| {
                 let grows = it.real > 0.0 && it.frequency_hz > RIGID;

@@ -39,7 +39,8 @@ pub(crate) fn least_damped<'a>(
     guideway: Option<&GuidewayModes>,
 ) -> Option<&'a CoupledMode> {
     let oscillating = modes.modes.iter().filter(|it| {
-        it.continuous.imaginary > 0.0 && !guideway.is_some_and(|girders| girders.is_empty_girder(it))
+        it.continuous.imaginary > 0.0
+            && !guideway.is_some_and(|girders| girders.is_empty_girder(it))
     });
     oscillating.min_by(|a, b| a.continuous.damping_ratio.total_cmp(&b.continuous.damping_ratio))
 }

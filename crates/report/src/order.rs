@@ -90,7 +90,9 @@ mod tests {
     #[test]
     fn analytic_numbers_in_texts_are_compared_as_numbers() {
         assert_eq!(natural("a-007", "a-7"), Ordering::Equal);
-        for (less, more) in [("a", "a1"), ("a9b", "a10a"), ("1.25", "1.5"), ("x", "y1"), ("ä2", "ä10")] {
+        for (less, more) in
+            [("a", "a1"), ("a9b", "a10a"), ("1.25", "1.5"), ("x", "y1"), ("ä2", "ä10")]
+        {
             assert_eq!(natural(less, more), Ordering::Less, "{less}, {more}");
         }
     }

@@ -162,7 +162,8 @@ fn draw(
             Some(reduced(times, values, most))
         });
         let title = options.title(own.clone());
-        let svg = figure::draw_styled(&title, "time (s)", &histories, &options.over_time()).map_err(|e| picture(&name, e))?;
+        let svg = figure::draw_styled(&title, "time (s)", &histories, &options.over_time())
+            .map_err(|e| picture(&name, e))?;
         figures.push((name.clone(), svg));
         let mut spectra = panels(runs, plot, spectrum);
         if spectra.iter().any(|panel| !panel.lines.is_empty()) {
@@ -345,9 +346,14 @@ mod tests {
         };
         let figures = draw(&runs, &options).unwrap();
         assert!(figures.iter().all(|it| it.1.contains("width=\"340\"") && !it.1.contains("a run")));
-        assert!(figures[0].1.contains("2.0") && figures[0].1.contains("4.0") && !figures[0].1.contains("10.0"));
+        assert!(
+            figures[0].1.contains("2.0")
+                && figures[0].1.contains("4.0")
+                && !figures[0].1.contains("10.0")
+        );
         assert!(figures[1].1.contains(">\n10\n<"), "{}", figures[1].1);
-        let pixels = tiny_skia::Pixmap::decode_png(&png(&figures[0].1, ZOOM_SIZED).unwrap()).unwrap();
+        let pixels =
+            tiny_skia::Pixmap::decode_png(&png(&figures[0].1, ZOOM_SIZED).unwrap()).unwrap();
         // 90 mm at 600 dpi are 2126 pixels, within a pixel of the SVG
         assert!(pixels.width().abs_diff(2126) <= 6, "{}", pixels.width());
     }
@@ -358,7 +364,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("figures");
         let runs = [run(folder.path(), true)];
-        let files = write(&runs, &out, &[PictureFormat::Svg, PictureFormat::Png], &PictureOptions::default()).unwrap();
+        let files = write(
+            &runs,
+            &out,
+            &[PictureFormat::Svg, PictureFormat::Png],
+            &PictureOptions::default(),
+        )
+        .unwrap();
         let names: Vec<_> = files.iter().map(|it| it.file_name().unwrap().to_owned()).collect();
         assert_eq!(names, ["gaps.svg", "gaps.png", "gaps-spectra.svg", "gaps-spectra.png"]);
         let bytes = fs::read(&files[1]).unwrap();

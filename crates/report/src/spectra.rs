@@ -248,7 +248,10 @@ mod tests {
         let (times, values) = sines();
         let (mut frequencies, mut arrays) = (Frequencies::default(), Arrays::default());
         let it = ComputedSpectra::new(&times, &values, None).unwrap();
-        let (a, b) = (frequencies.embed(&it, THINNING, &mut arrays), frequencies.embed(&it, THINNING, &mut arrays));
+        let (a, b) = (
+            frequencies.embed(&it, THINNING, &mut arrays),
+            frequencies.embed(&it, THINNING, &mut arrays),
+        );
         assert_eq!(a.amplitude.frequencies, b.amplitude.frequencies);
         assert_eq!(frequencies.list.len(), 2);
     }
@@ -277,7 +280,9 @@ mod tests {
         // largest values alone would be e^1.5 times higher; smallest ones pull the mean of logarithms down
         let (single, thinned) = (mean(&values[..1590]), mean(&values[1700..]));
         assert!((thinned - single).abs() < 1.3, "{single} {thinned}");
-        let above = |list: &[f64]| list.iter().filter(|it| it.ln() > single).count() as f64 / list.len() as f64;
+        let above = |list: &[f64]| {
+            list.iter().filter(|it| it.ln() > single).count() as f64 / list.len() as f64
+        };
         // as many values above the middle as below, within a fifth
         assert!((above(&values[1700..]) - 0.5).abs() < 0.2, "{}", above(&values[1700..]));
     }

@@ -169,7 +169,10 @@ mod tests {
         };
         assert_eq!(title("").text, "Two masses");
         let changed = title("\"a.gain=6\"");
-        assert_eq!((changed.text.as_str(), &*changed.changes), ("Two masses, changed", &["a.gain=6".to_owned()][..]));
+        assert_eq!(
+            (changed.text.as_str(), &*changed.changes),
+            ("Two masses, changed", &["a.gain=6".to_owned()][..])
+        );
         assert_eq!(changed.of_scenario.as_deref(), Some("Two masses"));
     }
 

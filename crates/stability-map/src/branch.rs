@@ -66,8 +66,7 @@ impl Branch {
             z = normal(solve(&factors, &z))?;
             w = normal(solve_transposed(&factors, &w))?;
         }
-        let mut branch =
-            Self { id, s, z, w, factors: Some(std::sync::Arc::new(factors)) };
+        let mut branch = Self { id, s, z, w, factors: Some(std::sync::Arc::new(factors)) };
         branch.refine(point).then_some(branch)
     }
 

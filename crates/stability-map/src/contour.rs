@@ -48,20 +48,11 @@ impl Contour {
     ///
     /// # Errors
     /// A response has no eigenvalues.
-    pub fn new(
-        region: Region,
-        point: Point<'_>,
-        known: &[c64],
-    ) -> Result<Self, MapError> {
+    pub fn new(region: Region, point: Point<'_>, known: &[c64]) -> Result<Self, MapError> {
         let space = point.space;
         let poles: Vec<c64> = space.modal.poles().filter(|pole| region.contains(*pole)).collect();
         let equal = matches!(point.controllers, Controllers::Equal(..));
-        let mut contour = Self {
-            region,
-            nodes: RwLock::new(Arc::new(Vec::new())),
-            poles,
-            equal,
-        };
+        let mut contour = Self { region, nodes: RwLock::new(Arc::new(Vec::new())), poles, equal };
         let (ray, arc) = FIRST;
         let times = (0..=ray).map(|k| f64::from(k) / f64::from(ray));
         let times = times.chain((1..=arc).map(|k| 1.0 + f64::from(k) / f64::from(arc)));
@@ -127,12 +118,7 @@ impl Contour {
         self.count_with(point, known, LARGEST_TURN)
     }
 
-    fn count_with(
-        &self,
-        point: Point<'_>,
-        known: &[c64],
-        turn: f64,
-    ) -> Result<Count, MapError> {
+    fn count_with(&self, point: Point<'_>, known: &[c64], turn: f64) -> Result<Count, MapError> {
         let own = self.poles_of_controllers(point)?;
         // values at the points of the snapshot before
         let mut values: Vec<(f64, c64)> = Vec::new();
@@ -156,8 +142,7 @@ impl Contour {
             }
             let turns: Vec<f64> =
                 values.windows(2).map(|pair| (pair[1].1 * pair[0].1.conj()).arg()).collect();
-            let wide: Vec<usize> =
-                (0..turns.len()).filter(|&k| turns[k].abs() > turn).collect();
+            let wide: Vec<usize> = (0..turns.len()).filter(|&k| turns[k].abs() > turn).collect();
             if wide.is_empty() {
                 let sum: f64 = turns.iter().sum::<f64>() / std::f64::consts::PI;
                 let whole = sum.round();

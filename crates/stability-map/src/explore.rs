@@ -117,7 +117,8 @@ impl Contour {
             let of = all.iter().filter(|it| it.s.norm() > 0.0);
             of.map(|it| (it.s, it.id)).min_by(|a, b| damping(a.0).total_cmp(&damping(b.0)))
         };
-        let found = least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
+        let found =
+            least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
         followed.away.extend(far);
         let (s, branch) = found.unwrap_or((c64::new(-f64::INFINITY, 0.0), usize::MAX));
         Ok(Cell {
@@ -159,7 +160,9 @@ impl Contour {
             }
             let id = followed.next;
             let mut branch = match Branch::near(id, value, point) {
-                Some(branch) if (branch.s - value).norm() <= 1e-5 * value.norm().max(1e-2) => branch,
+                Some(branch) if (branch.s - value).norm() <= 1e-5 * value.norm().max(1e-2) => {
+                    branch
+                }
                 // a zero that no force reaches stays where it is
                 _ => Branch::fixed(id, value),
             };

@@ -92,9 +92,7 @@ impl Node {
         let gains = Gains::at(controllers, self.s, false);
         let raw = match &self.kind {
             Kind::Diagonal(diagonal) => diagonal.determinant(self.s, &gains, level),
-            Kind::Whole(response) => {
-                determinant(space.matrix(self.s, &gains, level, response))
-            }
+            Kind::Whole(response) => determinant(space.matrix(self.s, &gains, level, response)),
         };
         let scale = (self.s + anchor).inv();
         let attached = (0..level.a.nrows()).fold(ONE, |product, _| {

@@ -137,8 +137,8 @@ impl Space {
             let difference = (whole - again).norm_max();
             difference <= 1e3 * NOTHING * whole.norm_max()
         };
-        let fit = fits(&attached.b, &beta * self.z.transpose())
-            && fits(&attached.c, &self.y * &gamma);
+        let fit =
+            fits(&attached.b, &beta * self.z.transpose()) && fits(&attached.c, &self.y * &gamma);
         fit.then(|| Level { a: attached.a.clone(), beta, gamma })
     }
 

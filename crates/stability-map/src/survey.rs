@@ -38,10 +38,11 @@ pub fn survey(
     followed: &Followed,
     threads: usize,
 ) -> Result<(), MapError> {
-    let point = |column: usize, row: usize, use_: &mut dyn FnMut(Point<'_>) -> Result<Cell, MapError>| {
-        let controllers = grid.controllers(column, row);
-        use_(Point { space, level: grid.level(column, row), controllers: &controllers })
-    };
+    let point =
+        |column: usize, row: usize, use_: &mut dyn FnMut(Point<'_>) -> Result<Cell, MapError>| {
+            let controllers = grid.controllers(column, row);
+            use_(Point { space, level: grid.level(column, row), controllers: &controllers })
+        };
     let (column, row) = start;
     // the column first: zeros at the head of every row
     let mut heads: Vec<Option<Followed>> = vec![None; grid.rows()];

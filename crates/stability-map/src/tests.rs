@@ -11,7 +11,8 @@ struct Random(u64);
 impl Random {
     fn next(&mut self) -> f64 {
         // Knuth's linear congruential generator
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
@@ -168,11 +169,13 @@ fn analytic_followed_and_counted_zeros_are_the_eigenvalues_of_the_region() {
             let point = Point { space: &space, level: &level, controllers: &controllers };
             let cell = start.explore(point, &mut followed).unwrap();
             let all = eigenvalues(&whole(&plant, &attached, &equal(k)).unwrap());
-            let inside: Vec<c64> =
-                all.iter().copied().filter(|s| REGION.contains(*s)).collect();
+            let inside: Vec<c64> = all.iter().copied().filter(|s| REGION.contains(*s)).collect();
             let known: Vec<c64> = followed.active.iter().map(|it| it.s).collect();
             let both: Vec<c64> = known.iter().flat_map(|s| [*s, s.conj()]).collect();
-            assert!(apart(&inside, &both, |_| true) < 1e-6, "seed {seed}, {k}: {inside:?} {known:?}");
+            assert!(
+                apart(&inside, &both, |_| true) < 1e-6,
+                "seed {seed}, {k}: {inside:?} {known:?}"
+            );
             assert!(apart(&known, &all, |_| true) < 1e-6, "seed {seed}, {k}");
             // the count without any zero known is the number of eigenvalues inside
             let counted = start.count(point, &[]).unwrap();

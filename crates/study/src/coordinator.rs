@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -19,7 +20,7 @@ use crate::{Row, Runner, Status, Study, StudyError};
 const LOOK: Duration = Duration::from_millis(50);
 /// Time that a point may take beyond the study's limit before its process is killed: the process itself ends it between
 /// two steps.
-const GRACE: Duration = Duration::from_secs(10);
+const GRACE: Duration = Duration::from_secs(2);
 /// A worker gets points ahead while they take less than this.
 const SHORT: Duration = Duration::from_millis(20);
 /// Points that a worker has at a time.
@@ -111,10 +112,10 @@ pub fn coordinate(
         path: study.path().to_owned(),
         folder: folder.clone(),
         identity: study.identity().to_owned(),
+        prove: true,
     };
-    let task = serde_json::to_string(&task).map_err(|error| failed(error.into()))? + "\n";
     let workers = order.workers.clamp(1, usize::try_from(to_do.max(1)).unwrap_or(usize::MAX));
-    let crew = Crew { study, queue: &queue, task: &task, command };
+    let crew = Crew { study, queue: &queue, task: &task, proves: true.into(), command };
     let computed =
         if to_do > 0 { crew.compute(workers, &mut journal, watcher, &failed) } else { Ok(0) };
     let synced = journal.sync().map_err(failed);
@@ -140,11 +141,11 @@ pub fn merge(folder: &Path, others: &[PathBuf]) -> Result<Counts, StudyError> {
     let failed = |source| StudyError::Output { folder: folder.to_owned(), source };
     let study = Study::of_results(folder)?;
     let path = journals(folder).join("merged.jsonl");
-    let mut journal = Journal::open(&path).map_err(|error| match error {
-        JournalError::Busy => StudyError::Busy { journal: path.clone() },
-        JournalError::Io(source) => failed(source),
-    })?;
     for other in others {
+        let mut journal = Journal::open(&path).map_err(|error| match error {
+            JournalError::Busy => StudyError::Busy { journal: path.clone() },
+            JournalError::Io(source) => failed(source),
+        })?;
         let theirs = Study::of_results(other)?;
         if theirs.identity() != study.identity() {
             return Err(StudyError::Differs { folder: other.clone(), from: folder.to_owned() });
@@ -190,11 +191,11 @@ enum Report {
     Broken(StudyError),
 }
 
-/// A process, and since when it has been working on its point.
+/// A process, and when it must have answered.
 #[derive(Default)]
 struct Slot {
     child: Option<Child>,
-    since: Option<Instant>,
+    deadline: Option<Instant>,
     /// whether it was killed because its point took too long
     timed_out: bool,
 }
@@ -203,7 +204,9 @@ struct Slot {
 struct Crew<'a> {
     study: &'a Study,
     queue: &'a Queue<'a>,
-    task: &'a str,
+    task: &'a Task,
+    /// whether the first and the last point can be stepped to find out which instances can be used again
+    proves: AtomicBool,
     command: &'a (dyn Fn() -> io::Result<Command> + Sync),
 }
 
@@ -277,16 +280,19 @@ impl Crew<'_> {
 
     /// Kills processes whose points take too long.
     fn end_slow_points(&self, slots: &[Arc<Mutex<Slot>>]) {
-        let Some(limit) = self.study.file().timeout else { return };
-        let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
         for slot in slots {
-            let late =
-                lock(slot).since.is_some_and(|it| it.elapsed() > limit.saturating_add(GRACE));
+            let late = lock(slot).deadline.is_some_and(|deadline| Instant::now() > deadline);
             if late {
                 lock(slot).timed_out = true;
                 kill(slot);
             }
         }
+    }
+
+    /// When a process must have answered that works on so many points.
+    fn deadline(&self, points: u32) -> Option<Instant> {
+        let limit = Duration::try_from_secs_f64(self.study.file().timeout?).ok()?;
+        Instant::now().checked_add(limit.checked_mul(points)?.saturating_add(GRACE))
     }
 
     /// Keeps one process at work until the queue is empty.
@@ -332,8 +338,12 @@ impl Crew<'_> {
             return Err(StudyError::Spawn(error));
         };
         let said = thread::spawn(move || tail(errors));
-        *lock(slot) = Slot { child: Some(child), ..Slot::default() };
-        let ended = self.converse(slot, &mut orders, answers, &mut pending, sender);
+        let proves = self.proves.load(Ordering::Relaxed);
+        let task = Task { prove: proves, ..self.task.clone() };
+        // a few points are begun before it is ready
+        let deadline = self.deadline(8);
+        *lock(slot) = Slot { child: Some(child), deadline, timed_out: false };
+        let ended = self.converse(slot, &task, (&mut orders, answers), &mut pending, sender);
         drop(orders);
         let (status, late) = {
             let mut slot = lock(slot);
@@ -354,7 +364,13 @@ impl Crew<'_> {
             self.queue.give_back(number);
             return Ok(End::Renew);
         }
-        if late {
+        if ended == Talk::Unready && proves {
+            // the points that are stepped first may be to blame, and they have their turn
+            self.proves.store(false, Ordering::Relaxed);
+            self.queue.give_back(number);
+            return Ok(End::Renew);
+        }
+        if late && ended != Talk::Unready {
             self.report(number, Status::TimedOut, timed_out(self.study), sender);
             return Ok(End::Renew);
         }
@@ -386,14 +402,15 @@ impl Crew<'_> {
     fn converse(
         &self,
         slot: &Mutex<Slot>,
-        orders: &mut ChildStdin,
-        answers: ChildStdout,
+        task: &Task,
+        (orders, answers): (&mut ChildStdin, ChildStdout),
         pending: &mut VecDeque<u64>,
         sender: &Sender<Report>,
     ) -> Talk {
         let mut answers = BufReader::new(answers);
         let mut line = String::new();
-        if orders.write_all(self.task.as_bytes()).is_err() {
+        let text = serde_json::to_string(task).unwrap_or_default() + "\n";
+        if orders.write_all(text.as_bytes()).is_err() {
             return Talk::Unready;
         }
         let mut answer = |line: &mut String| -> Option<Answer> {
@@ -418,7 +435,7 @@ impl Crew<'_> {
                 return Talk::Done;
             }
             let text: String = pending.iter().skip(sent).map(|it| format!("{it}\n")).collect();
-            lock(slot).since = Some(Instant::now());
+            lock(slot).deadline = self.deadline(1);
             if orders.write_all(text.as_bytes()).is_err() {
                 return Talk::Lost;
             }

@@ -15,7 +15,7 @@ use crate::folder::{run_folder, write_signals};
 use crate::{Computed, KeepRuns, Limits, Row, Runner, Status, Study, StudyFile};
 
 /// What a worker computes points of.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Task {
     pub(crate) study: StudyFile,
     pub(crate) path: PathBuf,
@@ -23,6 +23,8 @@ pub(crate) struct Task {
     pub(crate) folder: PathBuf,
     /// what the points depend on
     pub(crate) identity: String,
+    /// whether to find out first which instances can be used again
+    pub(crate) prove: bool,
 }
 
 /// What a worker answers.
@@ -75,19 +77,18 @@ pub fn serve(
         Ok(runner) => runner,
         Err(error) => return unable(answers, error.chain().join(": ")),
     };
+    if task.prove
+        && let Err(error) = runner.prove_resets()
+    {
+        return unable(answers, error.chain().join(": "));
+    }
     say(answers, &Answer::Ready)?;
-    let mut proven = false;
     loop {
         line.clear();
         if orders.read_line(&mut line)? == 0 {
             return Ok(());
         }
         let number: u64 = serde_json::from_str(&line)?;
-        if !std::mem::replace(&mut proven, true)
-            && let Err(error) = runner.prove_resets()
-        {
-            return unable(answers, error.chain().join(": "));
-        }
         let Computed { row, signals, time, .. } = match timed(&study, &mut runner, number) {
             Ok(computed) => computed,
             Err(error) => return unable(answers, error.chain().join(": ")),

@@ -63,15 +63,16 @@ pub fn build(portable: bool) -> Result<PathBuf> {
     }
     let project = read(&source.join("pyproject.toml"))?;
     let manifest = toml_text(&source.join("Cargo.toml"));
-    let project = project
-        .replace("manifest-path = \"Cargo.toml\"", &format!("manifest-path = {manifest}"));
+    let project =
+        project.replace("manifest-path = \"Cargo.toml\"", &format!("manifest-path = {manifest}"));
     write(&stage.join("pyproject.toml"), project.as_bytes())?;
     maturin(&stage, &folder, wanted.is_some())
 }
 
 /// Installs a wheel into an environment with what the tests use, and runs them there.
 pub fn test(wheel: &Path) -> Result<()> {
-    let python = python::environment("python-package", Path::new(TESTS).join("requirements.txt").as_path())?;
+    let python =
+        python::environment("python-package", Path::new(TESTS).join("requirements.txt").as_path())?;
     let file = wheel.to_string_lossy();
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
     workspace::run(&python, &[&install[..], &["--force-reinstall", &*file]].concat())?;

@@ -121,7 +121,12 @@ fn make(
         })
         .collect();
     if !formats.is_empty() {
-        written.extend(pictures::write(&runs, &figures, &formats, &arguments.figures.options(title))?);
+        written.extend(pictures::write(
+            &runs,
+            &figures,
+            &formats,
+            &arguments.figures.options(title),
+        )?);
     }
     let below = written.iter().filter_map(|path| path.strip_prefix(first).ok()?.to_str());
     results::add_files(first, below)

@@ -282,6 +282,8 @@ status fmi2DoStep(component c, double t, double h, int no)
     case 5: it->dead = 1; return FATAL;
     case 6: it->pending = 3; return PENDING;
     case 8: return 99;
+    case 10: abort();
+    case 11: for (;;);
     default: return OK;
     }
 }
