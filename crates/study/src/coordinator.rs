@@ -86,8 +86,8 @@ pub fn coordinate(
     for number in [first, last] {
         study.point(number)?;
     }
-    // finds mistakes before a process is started
-    let runner = Runner::starting_with(study, first)?;
+    // finds mistakes before a process is started; other points may fail, which is a row
+    let runner = Runner::new(study)?;
     let units = runner.units().to_vec();
     drop(runner);
     let name = match order.points {
