@@ -132,7 +132,9 @@ impl std::fmt::Display for Misfit {
             Self::Instances => "instances or steps",
             Self::OwnSteps => "own steps of a unit",
             Self::Signals => "signals between the units",
-            Self::Story => "events, conditions or signals of inputs",
+            Self::Story => {
+                "events, conditions, or files with signals of inputs, which have changed since the run began"
+            }
             Self::Recorded => "recorded signals",
             Self::Units => "units",
         })

@@ -32,6 +32,18 @@ pub fn rate(times: &[f64]) -> Result<f64, Error> {
     Ok(1.0 / interval)
 }
 
+/// A signal without a last sample that comes too early, such as that of a run that a condition has stopped. Everything
+/// else remains, even or not.
+#[must_use]
+pub fn without_early_end<'a>(times: &'a [f64], values: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+    let Some(whole) = times.len().checked_sub(1).filter(|_| values.len() == times.len()) else {
+        return (times, values);
+    };
+    let early = rate(times).is_err()
+        && rate(&times[..whole]).is_ok_and(|rate| (times[whole] - times[whole - 1]) * rate < 1.0);
+    if early { (&times[..whole], &values[..whole]) } else { (times, values) }
+}
+
 /// Checks that a signal has enough samples, and that all are finite.
 pub(crate) fn enough(values: &[f64], needed: usize) -> Result<(), Error> {
     if values.len() < needed {
@@ -46,4 +58,23 @@ pub(crate) fn enough(values: &[f64], needed: usize) -> Result<(), Error> {
 /// Checks a rate.
 pub(crate) fn check_rate(rate: f64) -> Result<(), Error> {
     require(rate.is_finite() && rate > 0.0, "the sampling rate", rate, "above zero and finite")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A last sample that comes early goes; a late one, and one of too few, remain.
+    #[test]
+    fn analytic_an_early_last_sample_is_left_out() {
+        let times: Vec<f64> = (0..10).map(|n| f64::from(n) * 0.1).collect();
+        let values = vec![1.0; 11];
+        let length = |last: f64| {
+            let times = [&times[..], &[last]].concat();
+            without_early_end(&times, &values).0.len()
+        };
+        assert_eq!([0.93, 1.0, 1.1].map(length), [10, 11, 11]);
+        assert_eq!(without_early_end(&times[..3], &values[..3]).0.len(), 3);
+        assert_eq!(without_early_end(&[], &[]).1.len(), 0);
+    }
 }

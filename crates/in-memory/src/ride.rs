@@ -136,6 +136,8 @@ impl RecordedSignals {
     fn take(&mut self, table: &Table, wanted: impl Fn(&str) -> bool) {
         for (k, name) in table.names.iter().enumerate().filter(|(_, name)| wanted(name)) {
             let (times, values) = table.samples(k);
+            let (times, values) = series::without_early_end(&times, &values);
+            let (times, values) = (times.to_vec(), values.to_vec());
             self.series.insert(name.clone(), RideSignal { times, values });
         }
     }

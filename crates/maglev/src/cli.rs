@@ -16,9 +16,9 @@ Exit statuses:
      unit ended it with fmi2Terminated; all modes decay; check finds no limit
      exceeded; validate finds no error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
-     until then are kept); a mode grows; a run does not pass check; validate
-     finds an error; reference results are outside their tolerance; a report
-     cannot be written
+     until then are kept); a unit refuses to start with its parameters; a mode
+     grows; a run does not pass check; validate finds an error; reference
+     results are outside their tolerance; a report cannot be written
   2  bad usage or input: unknown option, invalid scenario or layout, a unit or
      file that cannot be read, a folder that is in use or has no results
   75 try again: another process computes the points of a study, or points

@@ -230,6 +230,7 @@ fn panels(
 
 /// Frequencies (Hz) and amplitudes of a signal without its mean; none if its times are uneven or too few.
 fn spectrum(times: &[f64], values: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let (times, values) = analysis::series::without_early_end(times, values);
     let spectrum = amplitude(values, rate(times).ok()?, Window::Hann).ok()?;
     let frequencies = (1..spectrum.values.len()).map(|k| spectrum.frequency(k)).collect();
     Some((frequencies, spectrum.values[1..].to_vec()))

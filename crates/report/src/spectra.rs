@@ -64,6 +64,7 @@ impl ComputedSpectra {
     /// # Errors
     /// The times are uneven, or the signal is too short or not finite.
     pub fn new(times: &[f64], values: &[f64], resonances: Option<f64>) -> Result<Self, Error> {
+        let (times, values) = analysis::series::without_early_end(times, values);
         let rate = rate(times)?;
         let amplitude = amplitude(values, rate, Window::Hann)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);

@@ -52,6 +52,7 @@ impl ComputedSpectrogram {
     /// # Errors
     /// The times are uneven, or the signal is too short or not finite.
     pub fn new(times: &[f64], values: &[f64], reach: f64) -> Result<Self, Error> {
+        let (times, values) = analysis::series::without_early_end(times, values);
         let rate = rate(times)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
         let step = (values.len().saturating_sub(segment) / COLUMNS).max(1);

@@ -30,7 +30,7 @@ impl InitializeError {
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
         match self {
-            Self::Unit(error) => error.fault().help(),
+            Self::Unit(error) => error.fault().help_at_start(),
             Self::Loop { .. } => Some(
                 "give start values closer to the solution, or raise initialization.iterations or \
                  initialization.tolerance in the scenario",

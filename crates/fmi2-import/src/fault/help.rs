@@ -32,7 +32,8 @@ impl FmuFault {
                 "use a smaller step (--step); the unit cannot save its state, so the step cannot be \
                  divided into parts"
             }
-            Self::Status { status, call, .. } => of_status(*status, *call),
+            Self::Status { status, call, .. } => of_status(*status, *call)
+                .unwrap_or("check the unit's parameters and inputs; a smaller step may help"),
             Self::Stalled { .. } => {
                 "the unit stopped by itself; its messages in events.csv say why, and results after that \
                  time are not valid"
@@ -49,10 +50,22 @@ impl FmuFault {
             _ => return None,
         })
     }
+
+    /// How to fix it before the first step, where that is known.
+    #[must_use]
+    pub fn help_at_start(&self) -> Option<&'static str> {
+        match self {
+            Self::Status { status, call, .. } if of_status(*status, *call).is_none() => {
+                Some("check the unit's parameters, start values and inputs")
+            }
+            _ => self.help(),
+        }
+    }
 }
 
-fn of_status(status: Status, call: Call) -> &'static str {
-    match (status, call) {
+/// Where something particular is known.
+fn of_status(status: Status, call: Call) -> Option<&'static str> {
+    Some(match (status, call) {
         (Status::fmi2Fatal, _) => {
             "the unit cannot continue: check its parameters and inputs, or ask the maker of the unit"
         }
@@ -70,8 +83,8 @@ fn of_status(status: Status, call: Call) -> &'static str {
              provide them; set \"iteration\": { \"jacobian\": \"steps\" } under \"algorithm\", so that \
              Newton's method uses differences of steps"
         }
-        _ => "check the unit's parameters and inputs; a smaller step may help",
-    }
+        _ => return None,
+    })
 }
 
 fn of_loss(how: &Loss, call: Activity) -> Option<&'static str> {

@@ -85,12 +85,10 @@ impl VehicleModel {
             return Err(Error::NotFinite { what, time: 0.0 });
         }
         let statics = self.static_problem(holding)?;
-        let flat = vec![0.0; track.len()];
         let mut search = Search {
             model: self,
             holding,
-            track,
-            flat: &flat,
+            track: track.to_vec(),
             guidance,
             external: &[],
             loads: vec![0.0; track.len()],

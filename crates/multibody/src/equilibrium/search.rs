@@ -23,6 +23,8 @@ pub(super) const COMPONENTS: [&str; 6] =
     ["along x", "along y", "along z", "about x", "about y", "about z"];
 /// Largest component of limited Newton steps, m or rad, in the order in which they are tried.
 const LONGEST: [f64; 2] = [0.01, 0.002];
+/// Parts in which the shape of a track follows a flat one.
+const PARTS: u8 = 8;
 /// Displacement (m) or rotation (rad) of a body that has left its place.
 const FAR: f64 = 0.1;
 /// Iterations without progress that count as the end of progress.
@@ -31,9 +33,7 @@ pub(super) const PATIENCE: usize = 8;
 pub(super) struct Search<'a> {
     pub model: &'a VehicleModel,
     pub holding: &'a Holding,
-    pub track: &'a [f64],
-    /// A flat track: zeros.
-    pub flat: &'a [f64],
+    pub track: Vec<f64>,
     pub guidance: Guidance<'a>,
     pub external: &'a [ExternalLoad],
     pub statics: &'a Statics,
@@ -59,13 +59,7 @@ impl Search<'_> {
         for longest in LONGEST {
             state.clone_from(&start);
             self.loads.copy_from_slice(&loads);
-            // by way of a flat track, below which guidance and loads settle first
-            let track = std::mem::replace(&mut self.track, self.flat);
-            let settled = self.iterate(state, longest, ws);
-            self.track = track;
-            if settled.is_ok()
-                && let Ok(found) = self.iterate(state, longest, ws)
-            {
+            if let Ok(found) = self.run_in_parts(state, longest, ws) {
                 return Ok(found);
             }
         }
@@ -73,6 +67,31 @@ impl Search<'_> {
             return Err(first);
         }
         Err(self.displaced(&start, state).unwrap_or(first))
+    }
+
+    /// By way of a flat track, below which guidance and loads settle first. Then the vehicle moves with the mean height of
+    /// the track, whose shape follows in parts: magnets that the springs K push down would be pushed sideways as well.
+    fn run_in_parts(
+        &mut self,
+        state: &mut State,
+        longest: f64,
+        ws: &mut Workspace,
+    ) -> Result<Equilibrium, Error> {
+        let track = self.track.clone();
+        self.track.fill(0.0);
+        let mean = track.iter().sum::<f64>() / track.len().max(1) as f64;
+        let mut found = self.iterate(state, longest, ws);
+        state.bodies.iter_mut().for_each(|body| body.position.z += mean);
+        for part in 1..=PARTS {
+            let fraction = f64::from(part) / f64::from(PARTS);
+            for (height, goal) in self.track.iter_mut().zip(&track) {
+                *height = if part == PARTS { *goal } else { mean + fraction * (goal - mean) };
+            }
+            if found.is_ok() {
+                found = self.iterate(state, longest, ws);
+            }
+        }
+        found
     }
 
     /// The error that names the heaviest body that has left its place.
