@@ -1,7 +1,10 @@
 //! Eigenvalues of real matrices that are not symmetric.
 
-use faer::Mat;
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{self, ComputeEigenvectors, EvdParams};
 use faer::prelude::c64;
+use faer::{Mat, Par, Spec};
 
 use super::error::LinearError;
 
@@ -16,48 +19,89 @@ const SWEEPS: usize = 20;
 /// # Errors
 /// The iteration does not converge.
 pub fn eigenvalues(matrix: &Mat<f64>) -> Result<Vec<c64>, LinearError> {
-    balanced(matrix).eigenvalues().map_err(|_| LinearError::Eigenvalues)
+    Ok(Decomposition::of(&balanced(matrix).matrix, false)?.values)
 }
 
-/// One eigenvalue, and the share of each state in it.
+/// One eigenvalue, and the state motion that belongs to it.
 pub struct Eigen {
     /// 1/s.
     pub value: c64,
     /// |wⱼ vⱼ| with left and right eigenvectors w and v, of sum 1.
     pub shares: Vec<f64>,
+    /// Right eigenvector v: the states move with Re(v e^(λt)). Its largest element is 1.
+    pub shape: Vec<c64>,
 }
 
 /// Eigenvalues of a real matrix with the participation of the states, one per conjugate pair.
 ///
-/// Left eigenvectors are the right ones of the transposed matrix. (The inverse of all right ones would
+/// Left and right eigenvectors come from the same real Schur form. (The inverse of all right ones would
 /// be inaccurate for every mode if a few are nearly parallel, as with 64 equal magnets.)
 ///
 /// # Errors
 /// The iteration does not converge.
 pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, LinearError> {
-    let failed = |_| LinearError::Eigenvalues;
-    let matrix = balanced(matrix);
-    let right = matrix.eigen().map_err(failed)?;
-    let left = matrix.transpose().to_owned().eigen().map_err(failed)?;
-    let n = matrix.nrows();
-    let values: Vec<c64> = (0..n).map(|k| right.S()[k]).collect();
-    let mut others: Vec<(usize, c64)> = (0..n).map(|k| (k, left.S()[k])).collect();
+    let Balanced { matrix, scale } = balanced(matrix);
+    let Decomposition { values, left, right } = Decomposition::of(&matrix, true)?;
     let mut found = Vec::new();
     for (k, value) in values.iter().enumerate() {
-        let nearest = others
-            .iter()
-            .enumerate()
-            .min_by(|(_, a), (_, b)| (a.1 - value).norm().total_cmp(&(b.1 - value).norm()));
-        let Some(place) = nearest.map(|(place, _)| place) else { break };
-        let (other, _) = others.swap_remove(place);
+        let vector = |matrix: &Mat<f64>| column(matrix, &values, k);
         let Some(value) = upper(*value) else { continue };
-        let mut shares: Vec<f64> =
-            (0..n).map(|j| (left.U()[(j, other)] * right.U()[(j, k)]).norm()).collect();
+        let (left, mut shape) = (vector(&left), vector(&right));
+        let mut shares: Vec<f64> = left.iter().zip(&shape).map(|(w, v)| (w * v).norm()).collect();
         let sum: f64 = shares.iter().sum();
         shares.iter_mut().for_each(|share| *share /= sum);
-        found.push(Eigen { value, shares });
+        shape.iter_mut().zip(&scale).for_each(|(v, scale)| *v *= *scale);
+        let largest = shape.iter().max_by(|a, b| a.norm().total_cmp(&b.norm())).copied();
+        if let Some(largest) = largest.filter(|it| it.norm() > 0.0) {
+            shape.iter_mut().for_each(|v| *v /= largest);
+        }
+        found.push(Eigen { value, shares, shape });
     }
     Ok(found)
+}
+
+/// The eigenvector of eigenvalue k. A conjugate pair has its real and imaginary parts in two columns.
+fn column(matrix: &Mat<f64>, values: &[c64], k: usize) -> Vec<c64> {
+    let (re, im, sign) = match values[k].im {
+        im if im > 0.0 => (k, Some(k + 1), 1.0),
+        im if im < 0.0 => (k - 1, Some(k), -1.0),
+        _ => (k, None, 0.0),
+    };
+    let part = |i, column: Option<usize>| column.map_or(0.0, |column| sign * matrix[(i, column)]);
+    (0..matrix.nrows()).map(|i| c64::new(matrix[(i, re)], part(i, im))).collect()
+}
+
+/// Eigenvalues and, if wanted, left and right eigenvectors, as faer stores them.
+struct Decomposition {
+    values: Vec<c64>,
+    left: Mat<f64>,
+    right: Mat<f64>,
+}
+
+impl Decomposition {
+    fn of(matrix: &Mat<f64>, vectors: bool) -> Result<Self, LinearError> {
+        let n = matrix.nrows();
+        let size = if vectors { n } else { 0 };
+        let wanted = if vectors { ComputeEigenvectors::Yes } else { ComputeEigenvectors::No };
+        let (mut left, mut right) = (Mat::zeros(size, size), Mat::zeros(size, size));
+        let (mut real, mut imaginary) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
+        let settings = Spec::<EvdParams, f64>::default();
+        let scratch = evd::evd_scratch::<f64>(n, wanted, wanted, Par::Seq, settings);
+        let mut memory = MemBuffer::try_new(scratch).map_err(|_| LinearError::Eigenvalues)?;
+        evd::evd_real(
+            matrix.as_ref(),
+            real.as_mut(),
+            imaginary.as_mut(),
+            vectors.then(|| left.as_mut()),
+            vectors.then(|| right.as_mut()),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            settings,
+        )
+        .map_err(|_| LinearError::Eigenvalues)?;
+        let value = |k| c64::new(real.column_vector()[k], imaginary.column_vector()[k]);
+        Ok(Self { values: (0..n).map(value).collect(), left, right })
+    }
 }
 
 /// Selects every real eigenvalue, and of a conjugate pair the one with positive imaginary part. A double
@@ -70,35 +114,45 @@ pub fn upper(value: c64) -> Option<c64> {
     (value.im > 0.0).then_some(value)
 }
 
+/// A matrix whose coordinates are scaled.
+pub struct Balanced {
+    /// D⁻¹ A D.
+    pub matrix: Mat<f64>,
+    /// D, powers of two.
+    pub scale: Vec<f64>,
+}
+
 /// The matrix with its coordinates scaled by powers of two so that rows and columns have equal size
 /// (Osborne 1960; Parlett and Reinsch 1969). The eigenvalues are the same, with smaller rounding errors.
 #[must_use]
-pub fn balanced(matrix: &Mat<f64>) -> Mat<f64> {
-    let mut matrix = matrix.clone();
+pub fn balanced(matrix: &Mat<f64>) -> Balanced {
     let n = matrix.nrows();
+    let (mut columns, mut rows) = (vec![Vec::new(); n], vec![Vec::new(); n]);
+    for (j, column) in matrix.col_iter().enumerate() {
+        for (i, value) in column.iter().enumerate().filter(|&(i, value)| i != j && *value != 0.0) {
+            columns[j].push((i, value.abs()));
+            rows[i].push((j, value.abs()));
+        }
+    }
+    let mut scale = vec![1.0_f64; n];
     for _ in 0..SWEEPS {
         let mut balanced = true;
         for k in 0..n {
-            let (mut column, mut row) = (0.0, 0.0);
-            for j in (0..n).filter(|&j| j != k) {
-                column += matrix[(j, k)].abs();
-                row += matrix[(k, j)].abs();
-            }
+            let column = columns[k].iter().map(|&(i, x)| x / scale[i]).sum::<f64>() * scale[k];
+            let row = rows[k].iter().map(|&(j, x)| x * scale[j]).sum::<f64>() / scale[k];
             if column == 0.0 || row == 0.0 {
                 continue;
             }
             let factor = (0.5 * (row / column).log2()).round().exp2();
             if factor != 1.0 && factor.is_finite() && factor > 0.0 {
                 balanced = false;
-                for j in 0..n {
-                    matrix[(j, k)] *= factor;
-                    matrix[(k, j)] /= factor;
-                }
+                scale[k] *= factor;
             }
         }
         if balanced {
             break;
         }
     }
-    matrix
+    let matrix = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[j] / scale[i]);
+    Balanced { matrix, scale }
 }

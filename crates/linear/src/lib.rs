@@ -42,6 +42,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 mod unit;
+mod unit_map;
 
 pub use coupled::{Open, StateSpace};
 pub use eigen::{Eigen, eigen, eigenvalues};

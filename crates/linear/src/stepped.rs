@@ -10,19 +10,18 @@ use std::sync::Arc;
 use faer::Mat;
 use faer::prelude::c64;
 
-use super::eigen::balanced;
+use super::eigen::eigenvalues;
 use super::error::LinearError;
 use super::stepped_unit::SteppedUnit;
 use super::system::Stepping;
 use super::unit::LinearUnit;
+use super::unit_map::UnitMap;
 use coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
 
 /// Number of points that a signal remembers, including the latest.
 const POINTS: usize = 4;
 /// A feed-through below this share of the largest counts as none.
 const NOTHING: f64 = 1e-13;
-/// Largest number of parts in which a unit's step is computed.
-const MOST_PARTS: f64 = 1e4;
 
 /// One number that the stepped system remembers.
 #[derive(Debug, Clone, Copy)]
@@ -36,8 +35,10 @@ enum Memory {
 /// The stepped system.
 pub struct Stepped<'a> {
     units: &'a [LinearUnit],
-    /// Size of the largest eigenvalue of each unit (1/s).
-    rates: Vec<f64>,
+    /// The steps of different units.
+    maps: Vec<UnitMap>,
+    /// Which of them each unit has.
+    kind: Vec<usize>,
     links: Vec<Links>,
     degree: usize,
     schedule: &'a Schedule,
@@ -48,26 +49,33 @@ impl<'a> Stepped<'a> {
     /// Offsets of conversions do not matter for small motions.
     ///
     /// # Errors
-    /// The eigenvalues of a unit cannot be found.
+    /// A unit is too fast for the step, or its eigenvalues cannot be found.
     pub fn new(units: &'a [LinearUnit], stepping: &'a Stepping) -> Result<Self, LinearError> {
         let mut links = stepping.links.clone();
         for link in links.iter_mut().flat_map(|unit| &mut unit.reals) {
             link.offset = 0.0;
         }
-        let rates = units.iter().map(LinearUnit::rate).collect::<Result<_, _>>()?;
         let Stepping { degree, schedule, step, .. } = stepping;
-        Ok(Self { units, rates, links, degree: *degree, schedule, size: *step })
+        let (mut maps, mut kind, mut different) = (Vec::new(), Vec::new(), Vec::new());
+        for (unit, links) in units.iter().zip(&links) {
+            let order = links.offered.iter().copied().max().unwrap_or(0);
+            let alike =
+                |&(other, known): &(&LinearUnit, usize)| known == order && unit.steps_like(other);
+            kind.push(match different.iter().position(alike) {
+                Some(place) => place,
+                None => {
+                    maps.push(UnitMap::new(unit, order, *step)?);
+                    different.push((unit, order));
+                    maps.len() - 1
+                }
+            });
+        }
+        Ok(Self { units, maps, kind, links, degree: *degree, schedule, size: *step })
     }
 
     fn units_at_rest(&self) -> Vec<SteppedUnit<'_>> {
-        self.units
-            .iter()
-            .zip(&self.rates)
-            .zip(&self.links)
-            .map(|((linear, rate), links)| {
-                SteppedUnit::new(linear, *rate, links.real_inputs(), &links.offered)
-            })
-            .collect()
+        let units = self.kind.iter().zip(&self.links);
+        units.map(|(&kind, links)| SteppedUnit::new(&self.maps[kind], &links.offered)).collect()
     }
 
     /// Which derivatives of each output follow from the states alone, per unit and output, up to the
@@ -118,13 +126,10 @@ impl<'a> Stepped<'a> {
     }
 
     /// The map between communication points.
-    fn map(&self) -> Result<Mat<f64>, LinearError> {
-        for (rate, unit) in self.rates.iter().zip(self.units) {
-            if SteppedUnit::parts(*rate, self.size) > MOST_PARTS {
-                let (instance, step) = (unit.name.clone(), self.size);
-                return Err(LinearError::Fast { instance, rate: *rate, step });
-            }
-        }
+    ///
+    /// # Errors
+    /// A step gives values that are not finite.
+    pub fn map(&self) -> Result<Mat<f64>, LinearError> {
         let determined = self.determined();
         let memories = self.memories(&determined);
         let mut machine = Machine::new(self, &determined);
@@ -147,7 +152,7 @@ impl<'a> Stepped<'a> {
     /// # Errors
     /// They cannot be found.
     pub fn multipliers(&self) -> Result<Vec<c64>, LinearError> {
-        balanced(&self.map()?).eigenvalues().map_err(|_| LinearError::Eigenvalues)
+        eigenvalues(&self.map()?)
     }
 }
 

@@ -2,21 +2,16 @@
 
 use std::convert::Infallible;
 
-use super::unit::LinearUnit;
+use faer::Mat;
+
+use super::unit_map::UnitMap;
 use coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
-/// Largest number of terms of the series, to avoid endless loops.
-const MOST_TERMS: usize = 400;
-/// Largest |λ|h at which one series covers a step: rounding grows with exp(|λ|h).
-const WHOLE: f64 = 8.0;
-
 /// A linear unit. It is exact for inputs that are cubic over a step, and provides the same derivatives of
-/// outputs as the real unit.
+/// outputs as the real unit. All its steps have the size of its map.
 #[derive(Debug, Clone)]
 pub struct SteppedUnit<'a> {
-    linear: &'a LinearUnit,
-    /// Size of the largest eigenvalue of A (1/s).
-    rate: f64,
+    map: &'a UnitMap,
     /// Highest derivative that is provided, per output.
     offered: &'a [usize],
     /// x.
@@ -29,13 +24,13 @@ pub struct SteppedUnit<'a> {
 }
 
 impl<'a> SteppedUnit<'a> {
-    /// At rest. `rate` is the size of the largest eigenvalue of A (1/s).
-    pub fn new(linear: &'a LinearUnit, rate: f64, inputs: usize, offered: &'a [usize]) -> Self {
-        let nothing = || (vec![0.0; linear.states.len()], vec![Taylor::ZERO; inputs]);
+    /// At rest.
+    pub fn new(map: &'a UnitMap, offered: &'a [usize]) -> Self {
+        let (states, inputs) = (map.by_state.nrows(), map.by_input[0].ncols());
+        let nothing = || (vec![0.0; states], vec![Taylor::ZERO; inputs]);
         let (states, inputs) = nothing();
         Self {
-            linear,
-            rate,
+            map,
             offered,
             states,
             inputs,
@@ -56,59 +51,46 @@ impl<'a> SteppedUnit<'a> {
         self.inputs[input] = course;
     }
 
-    /// Number of equal parts in which a step is computed, exact as the whole step is.
-    pub fn parts(rate: f64, size: f64) -> f64 {
-        let reach = rate * size;
-        if reach <= WHOLE { 1.0 } else { reach.ceil() }
-    }
-
-    /// x(h) = Σ x⁽ᵏ⁾ hᵏ/k!, until three terms in a row no longer change the sum.
     fn advance(&mut self, size: f64) {
-        let (mut term, mut factor, mut small) = (self.states.clone(), 1.0, 0);
-        let mut sum = self.states.clone();
-        for k in 0..MOST_TERMS {
-            term = self.derivative(&term, k);
-            factor *= size / (k as f64 + 1.0);
-            let mut counts = false;
-            for (sum, term) in sum.iter_mut().zip(&term) {
-                let before = *sum;
-                *sum += factor * term;
-                counts |= (*sum).to_bits() != before.to_bits();
-            }
-            small = if counts { 0 } else { small + 1 };
-            if k > 3 && small >= 3 {
-                break;
-            }
+        let mut next = vec![0.0; self.states.len()];
+        add(&mut next, &self.map.by_state, |j| self.states[j]);
+        for (k, by_input) in self.map.by_input.iter().enumerate() {
+            add(&mut next, by_input, |j| self.inputs[j][k]);
         }
-        self.states = sum;
+        self.states = next;
         self.inputs.iter_mut().for_each(|u| *u = u.shifted(size));
     }
 
-    /// x⁽ᵏ⁺¹⁾ = A x⁽ᵏ⁾ + B u⁽ᵏ⁾ from x⁽ᵏ⁾.
-    fn derivative(&self, x: &[f64], k: usize) -> Vec<f64> {
-        let LinearUnit { states, a, b, .. } = self.linear;
-        let order = |j: usize| if k < 4 { self.inputs[j][k] } else { 0.0 };
-        (0..states.len()).map(|i| a.times(i, |j| x[j]) + b.times(i, order)).collect()
-    }
-
-    /// Value and derivatives of an output now: y⁽ᵏ⁾ = C x⁽ᵏ⁾ + D u⁽ᵏ⁾.
-    fn output(&self, i: usize, derivatives: &[Vec<f64>]) -> Taylor {
-        let LinearUnit { c, d, .. } = self.linear;
-        Taylor(std::array::from_fn(|k| {
-            if k > self.offered[i] {
-                return 0.0;
-            }
-            c.times(i, |j| derivatives[k][j]) + d.times(i, |j| self.inputs[j][k])
-        }))
-    }
-
-    /// All outputs with the derivatives that are provided.
+    /// All outputs with the derivatives that are provided: y⁽ᵏ⁾ = C Aᵏ x + D u⁽ᵏ⁾ + C B u⁽ᵏ⁻¹⁾ + …
     pub fn outputs(&self) -> Vec<Taylor> {
-        let mut derivatives = vec![self.states.clone()];
-        for k in 0..3 {
-            derivatives.push(self.derivative(&derivatives[k], k));
+        let mut outputs = vec![Taylor::ZERO; self.offered.len()];
+        let mut values = vec![0.0; self.offered.len()];
+        for (k, by_state) in self.map.outputs_by_state.iter().enumerate() {
+            values.fill(0.0);
+            add(&mut values, by_state, |j| self.states[j]);
+            for (d, by_input) in self.map.outputs_by_input[..=k].iter().enumerate() {
+                add(&mut values, by_input, |j| self.inputs[j][k - d]);
+            }
+            for ((output, value), &offered) in outputs.iter_mut().zip(&values).zip(self.offered) {
+                if k <= offered {
+                    output[k] = *value;
+                }
+            }
         }
-        (0..self.offered.len()).map(|i| self.output(i, &derivatives)).collect()
+        outputs
+    }
+}
+
+/// Adds matrix · x. Most elements of x are zero.
+fn add(sum: &mut [f64], matrix: &Mat<f64>, x: impl Fn(usize) -> f64) {
+    for (j, column) in matrix.col_iter().enumerate() {
+        let x = x(j);
+        if x == 0.0 {
+            continue;
+        }
+        if let Some(column) = column.try_as_col_major() {
+            sum.iter_mut().zip(column.as_slice()).for_each(|(sum, value)| *sum += x * value);
+        }
     }
 }
 
@@ -125,10 +107,7 @@ impl Unit for SteppedUnit<'_> {
     }
 
     fn step(&mut self, _: f64, size: f64) -> Result<(), Infallible> {
-        let parts = Self::parts(self.rate, size);
-        for _ in 0..parts as usize {
-            self.advance(size / parts);
-        }
+        self.advance(size);
         Ok(())
     }
 
@@ -151,8 +130,9 @@ impl Unit for SteppedUnit<'_> {
     }
 
     fn directional(&mut self, input: InputIndex, column: &mut [f64]) -> Result<(), Infallible> {
+        let by_input = &self.map.outputs_by_input[0];
         for (i, value) in column.iter_mut().enumerate() {
-            *value = self.linear.d.times(i, |j| f64::from(u8::from(j == input.0)));
+            *value = by_input[(i, input.0)];
         }
         Ok(())
     }

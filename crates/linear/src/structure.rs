@@ -49,7 +49,7 @@ pub(super) fn apart(matrix: &Mat<f64>, units: &[LinearUnit]) -> Vec<UncoupledSta
 
 /// A graph with an edge from each state to the states whose rates depend on it.
 fn influences(matrix: &Mat<f64>) -> Graph {
-    let matrix = balanced(matrix);
+    let matrix = balanced(matrix).matrix;
     let n = matrix.nrows();
     let (mut rows, mut columns) = (vec![0.0_f64; n], vec![0.0_f64; n]);
     for i in 0..n {
