@@ -58,8 +58,11 @@ impl Branch {
         let beside = s + c64::new(1e-7, 1e-7) * s.norm().max(1e-3);
         let factors = point.factors(beside);
         let size = point.space.size(point.level);
+        // another start for each number, so that zeros that coincide get different vectors
         let start = |a: f64| -> Vec<c64> {
-            (0..size).map(|k| c64::new((a * (k + 1) as f64).sin(), (k as f64 - a).cos())).collect()
+            let a = a + 0.61 * id as f64;
+            let value = |k: usize| c64::new((a * (k + 1) as f64).sin(), (k as f64 * a + 1.0).cos());
+            (0..size).map(value).collect()
         };
         let (mut z, mut w) = (start(1.7), start(2.3));
         for _ in 0..3 {

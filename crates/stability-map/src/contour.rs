@@ -1,11 +1,13 @@
 //! Counting zeros in a region by the argument principle.
 
+use std::f64::consts::PI;
 use std::sync::{Arc, RwLock};
 
 use faer::prelude::c64;
 
 use crate::branch::Point;
 use crate::error::MapError;
+use crate::gains::Rational;
 use crate::node::Node;
 use crate::region::Region;
 use crate::space::Space;
@@ -14,9 +16,9 @@ use crate::system::Controllers;
 /// Largest change of the argument between neighbouring points (rad) of a certified count.
 const LARGEST_TURN: f64 = 1.0;
 /// The same where the boundary is first divided.
-const FIRST_TURN: f64 = 0.4;
+const FIRST_TURN: f64 = 0.5;
 /// Points of the ray and of the arc at the start.
-const FIRST: (u32, u32) = (48, 8);
+const FIRST: (u32, u32) = (64, 8);
 /// Shortest distance of two points, of the ray's length of 1.
 const SHORTEST: f64 = 1e-6;
 /// Most points.
@@ -48,20 +50,29 @@ impl Contour {
     ///
     /// # Errors
     /// A response has no eigenvalues.
-    pub fn new(region: Region, point: Point<'_>, known: &[c64]) -> Result<Self, MapError> {
+    pub fn new(
+        region: Region,
+        point: Point<'_>,
+        known: &[c64],
+    ) -> Result<Self, MapError> {
         let space = point.space;
         let poles: Vec<c64> = space.modal.poles().filter(|pole| region.contains(*pole)).collect();
         let equal = matches!(point.controllers, Controllers::Equal(..));
-        let mut contour = Self { region, nodes: RwLock::new(Arc::new(Vec::new())), poles, equal };
+        let mut contour = Self {
+            region,
+            nodes: RwLock::new(Arc::new(Vec::new())),
+            poles,
+            equal,
+        };
         let (ray, arc) = FIRST;
         let times = (0..=ray).map(|k| f64::from(k) / f64::from(ray));
         let times = times.chain((1..=arc).map(|k| 1.0 + f64::from(k) / f64::from(arc)));
-        let mut nodes = times.map(|t| contour.node(space, t)).collect::<Result<Vec<_>, _>>()?;
+        let times: Vec<f64> = times.collect();
+        let mut nodes = contour.chain(space, &times)?;
         if contour.equal && nodes.iter().any(|node| node.misfit > PROPORTIONAL) {
             // measurements that are not proportional cannot be diagonalised together
             contour.equal = false;
-            let again = nodes.iter().map(|node| contour.node(space, node.t));
-            nodes = again.collect::<Result<Vec<_>, _>>()?;
+            nodes = contour.chain(space, &times)?;
         }
         contour.nodes = RwLock::new(Arc::new(nodes));
         contour.count_with(point, known, FIRST_TURN)?;
@@ -98,9 +109,26 @@ impl Contour {
         4.0 * self.region.sigma
     }
 
-    fn node(&self, space: &Space, t: f64) -> Result<Arc<Node>, MapError> {
+    fn node(
+        &self,
+        space: &Space,
+        t: f64,
+        neighbour: Option<&Arc<Node>>,
+    ) -> Result<Arc<Node>, MapError> {
         let at = (t, self.region.boundary(t));
-        Ok(Arc::new(Node::new(space, at, &self.poles, self.anchor(), self.equal)?))
+        let mut node = Node::new(space, at, &self.poles, self.anchor(), self.equal)?;
+        if let Some(neighbour) = neighbour {
+            node.follow(neighbour);
+        }
+        Ok(Arc::new(node))
+    }
+
+    fn chain(&self, space: &Space, times: &[f64]) -> Result<Vec<Arc<Node>>, MapError> {
+        let mut nodes: Vec<Arc<Node>> = Vec::with_capacity(times.len());
+        for &t in times {
+            nodes.push(self.node(space, t, nodes.last())?);
+        }
+        Ok(nodes)
     }
 
     fn snapshot(&self) -> Arc<Vec<Arc<Node>>> {
@@ -118,46 +146,62 @@ impl Contour {
         self.count_with(point, known, LARGEST_TURN)
     }
 
-    fn count_with(&self, point: Point<'_>, known: &[c64], turn: f64) -> Result<Count, MapError> {
+    fn count_with(
+        &self,
+        point: Point<'_>,
+        known: &[c64],
+        turn: f64,
+    ) -> Result<Count, MapError> {
         let own = self.poles_of_controllers(point)?;
-        // values at the points of the snapshot before
-        let mut values: Vec<(f64, c64)> = Vec::new();
+        let rational = if self.equal { Rational::new(point.controllers) } else { None };
+        let mut values: Vec<Value> = Vec::new();
         loop {
             let nodes = self.snapshot();
-            let mut next = values.into_iter().peekable();
-            values = nodes
-                .iter()
-                .map(|node| {
-                    while next.peek().is_some_and(|it| it.0 < node.t) {
-                        next.next();
+            let mut before = std::mem::take(&mut values).into_iter().peekable();
+            for node in nodes.iter() {
+                // what earlier rounds have computed is kept
+                while before.peek().is_some_and(|it| it.node.t < node.t) {
+                    before.next();
+                }
+                match before.next_if(|it| it.node.t == node.t) {
+                    Some(value) => values.push(value),
+                    None => {
+                        let mut factors = Vec::with_capacity(node.factors());
+                        let both = (point.controllers, rational.as_ref());
+                        let (space, level) = (point.space, point.level);
+                        let rest =
+                            node.determinant(space, level, both, self.anchor(), &mut factors);
+                        values.push(Value { node: Arc::clone(node), factors, rest });
                     }
-                    match next.peek() {
-                        Some(&(t, value)) if t == node.t => (t, value),
-                        _ => (node.t, self.value(node, point, known)),
-                    }
-                })
-                .collect();
-            if values.iter().any(|(_, value)| !value.re.is_finite() || value.norm() == 0.0) {
+                }
+            }
+            let finite = |it: &Value| it.rest.re.is_finite() && it.rest.norm() > 0.0;
+            if !values.iter().all(finite) {
                 return Ok(Count::Uncertain);
             }
-            let turns: Vec<f64> =
-                values.windows(2).map(|pair| (pair[1].1 * pair[0].1.conj()).arg()).collect();
-            let wide: Vec<usize> = (0..turns.len()).filter(|&k| turns[k].abs() > turn).collect();
+            let turns: Vec<Option<f64>> =
+                values.windows(2).map(|pair| turn_between(&pair[0], &pair[1], known, turn)).collect();
+            let wide: Vec<usize> = (0..turns.len()).filter(|&k| turns[k].is_none()).collect();
             if wide.is_empty() {
-                let sum: f64 = turns.iter().sum::<f64>() / std::f64::consts::PI;
+                let sum: f64 = turns.iter().flatten().sum::<f64>() / PI;
                 let whole = sum.round();
                 // both ends are real, so the sum is whole but for rounding
                 if (sum - whole).abs() > 1e-3 {
                     return Ok(Count::Uncertain);
                 }
-                return Ok(Count::Unknown(own - whole as i64));
+                let inside = known.iter().filter(|s| self.region.contains(**s));
+                let inside: i64 = inside.map(|s| if s.im == 0.0 { 1 } else { 2 }).sum();
+                return Ok(Count::Unknown(own - whole as i64 - inside));
             }
-            let between = |k: usize| 0.5 * (values[k].0 + values[k + 1].0);
-            let short = |&k: &usize| values[k + 1].0 - values[k].0 < SHORTEST;
+            let ends = |k: usize| (&values[k].node, &values[k + 1].node);
+            let short = |&k: &usize| ends(k).1.t - ends(k).0.t < SHORTEST;
             if wide.iter().any(short) || nodes.len() + wide.len() > MOST {
                 return Ok(Count::Uncertain);
             }
-            let added = wide.iter().map(|&k| self.node(point.space, between(k)));
+            let added = wide.iter().map(|&k| {
+                let (left, right) = ends(k);
+                self.node(point.space, 0.5 * (left.t + right.t), Some(left))
+            });
             self.add(added.collect::<Result<Vec<_>, _>>()?);
         }
     }
@@ -172,21 +216,6 @@ impl Contour {
         nodes.sort_by(|a, b| a.t.total_cmp(&b.t));
         nodes.dedup_by(|a, b| a.t == b.t);
         *guard = Arc::new(nodes);
-    }
-
-    /// The determinant without the known zeros.
-    fn value(&self, node: &Node, point: Point<'_>, known: &[c64]) -> c64 {
-        let anchor = self.anchor();
-        let mut value = node.determinant(point.space, point.level, point.controllers, anchor);
-        let s = node.s;
-        for &zero in known {
-            let by = s + zero.norm().max(anchor);
-            value *= by / (s - zero);
-            if zero.im != 0.0 {
-                value *= by / (s - zero.conj());
-            }
-        }
-        value / value.l1_norm()
     }
 
     /// Poles of all ports' controllers in the region.
@@ -207,4 +236,82 @@ impl Contour {
             Controllers::Each(all) => (0..all.len()).map(count).sum(),
         }
     }
+}
+
+/// The determinant at a node, as a product.
+struct Value {
+    node: Arc<Node>,
+    factors: Vec<c64>,
+    rest: c64,
+}
+
+/// Factors whose arguments are added at once: together below π.
+const GROUP: usize = 5;
+
+/// Change of the determinant's argument between neighbouring nodes: the sum over its factors, each of which must turn by
+/// less than `limit`, or by less than that beside a known zero. None if one turns further.
+fn turn_between(left: &Value, right: &Value, known: &[c64], limit: f64) -> Option<f64> {
+    let (steep, mut sum) = (0.54_f64.min(limit).tan(), 0.0);
+    let (mut product, mut grouped) = (c64::new(1.0, 0.0), 0);
+    let mut wide: Vec<(c64, c64)> = Vec::new();
+    for (a, b) in left.factors.iter().zip(&right.factors) {
+        let ratio = b * a.conj();
+        if ratio.re > 0.0 && ratio.im.abs() < steep * ratio.re {
+            product *= ratio / ratio.re;
+            grouped += 1;
+            if grouped == GROUP {
+                sum += product.arg();
+                (product, grouped) = (c64::new(1.0, 0.0), 0);
+            }
+        } else {
+            wide.push((*a, *b));
+        }
+    }
+    sum += product.arg();
+    let wide = matched(wide);
+    let rest = right.rest * left.rest.conj();
+    if rest.arg().abs() < limit && wide.is_empty() {
+        return Some(sum + rest.arg());
+    }
+    // turns about known zeros, which have no ambiguity
+    let (s, next) = (left.node.s, right.node.s);
+    let about = |zero: c64| (next - zero) / (s - zero);
+    let all = known.iter().flat_map(|&zero| {
+        let pair = zero.im != 0.0;
+        [Some(zero), pair.then(|| zero.conj())].into_iter().flatten()
+    });
+    let mut near: Vec<c64> = all.map(about).filter(|ratio| ratio.arg().abs() > 0.2).collect();
+    for ratio in wide {
+        if ratio.arg().abs() < limit {
+            sum += ratio.arg();
+            continue;
+        }
+        let turn = |k: usize| (ratio / near[k]).arg();
+        let best = (0..near.len()).min_by(|&i, &j| turn(i).abs().total_cmp(&turn(j).abs()));
+        match best {
+            Some(k) if turn(k).abs() < limit => {
+                sum += turn(k) + near[k].arg();
+                near.swap_remove(k);
+            }
+            _ => return None,
+        }
+    }
+    if rest.arg().abs() < limit {
+        return Some(sum + rest.arg());
+    }
+    let zeros: c64 = near.iter().map(|ratio| ratio / ratio.norm()).product();
+    let turn = (rest / zeros).arg();
+    (turn.abs() < limit).then(|| sum + turn + near.iter().map(|ratio| ratio.arg()).sum::<f64>())
+}
+
+/// Ratios of factors whose order is unclear, as eigenvalues have crossed: each with the nearest.
+fn matched(wide: Vec<(c64, c64)>) -> Vec<c64> {
+    let (left, mut right): (Vec<c64>, Vec<c64>) = wide.into_iter().unzip();
+    let nearest = |a: c64, right: &[c64]| {
+        let distance = |k: usize| (right[k] - a).norm();
+        (0..right.len()).min_by(|&i, &j| distance(i).total_cmp(&distance(j)))
+    };
+    left.iter()
+        .filter_map(|&a| nearest(a, &right).map(|k| right.swap_remove(k) * a.conj()))
+        .collect()
 }

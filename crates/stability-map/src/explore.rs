@@ -7,7 +7,9 @@ use crate::contour::{Contour, Count};
 use crate::error::MapError;
 
 /// Zeros are followed up to this damping ratio beyond the region's.
-pub const MARGIN: f64 = 0.04;
+pub const MARGIN: f64 = 0.02;
+/// Zeros up to this damping ratio beyond the region's are remembered when all eigenvalues are computed.
+const REMEMBERED: f64 = 0.15;
 /// Imaginary parts below this fraction are rounding errors.
 const NEARLY_REAL: f64 = 1e-7;
 
@@ -153,9 +155,10 @@ impl Contour {
         let failed = |_| MapError::Eigenvalues { what: "the whole system" };
         let values = matrix.eigenvalues().map_err(failed)?;
         let before = std::mem::take(&mut followed.active);
+        let mut remembered: Vec<Branch> = Vec::new();
         for value in values {
-            let near = self.region.near(value, MARGIN) && value.im >= -NEARLY_REAL * value.norm();
-            if !near {
+            let upper = value.im >= -NEARLY_REAL * value.norm();
+            if !upper || !self.region.near(value, REMEMBERED) {
                 continue;
             }
             let id = followed.next;
@@ -168,16 +171,22 @@ impl Contour {
             };
             let known = before.iter().chain(&followed.away).find(|it| {
                 (it.s - branch.s).norm() <= 0.02 * branch.s.norm()
-                    && !followed.active.iter().any(|other| other.id == it.id)
+                    && !followed.active.iter().chain(&remembered).any(|other| other.id == it.id)
             });
             match known {
                 Some(known) => branch.id = known.id,
                 None => followed.next += 1,
             }
-            followed.add(branch);
+            if self.region.near(value, MARGIN) {
+                followed.add(branch);
+            } else {
+                remembered.push(branch);
+            }
         }
         let active: Vec<usize> = followed.active.iter().map(|it| it.id).collect();
-        followed.away.retain(|it| !active.contains(&it.id));
+        followed.away.retain(|it| !active.contains(&it.id) && !remembered.iter().any(|r| r.id == it.id));
+        followed.away.retain(|it| !self.region.near(it.s, REMEMBERED));
+        followed.away.extend(remembered);
         Ok(())
     }
 

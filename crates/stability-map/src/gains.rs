@@ -62,6 +62,61 @@ impl Gains {
     }
 }
 
+/// The transfer functions of equal controllers as polynomials over one denominator.
+#[derive(Debug, Clone)]
+pub(crate) struct Rational {
+    /// From the highest power on.
+    denominator: Vec<f64>,
+    numerators: Vec<Vec<f64>>,
+}
+
+/// Largest relative error of the polynomials.
+const EXACT: f64 = 1e-6;
+
+impl Rational {
+    /// By the method of Leverrier and Faddeev: (sI − A)⁻¹ = Σ Mₖ sⁿ⁻ᵏ / det(sI − A). None where rounding spoils it.
+    pub fn new(controllers: &Controllers) -> Option<Self> {
+        let Controllers::Equal(one, _) = controllers else { return None };
+        let (n, channels) = (one.a.nrows(), one.d.len());
+        let mut denominator = vec![1.0];
+        let mut numerators: Vec<Vec<f64>> = one.d.iter().map(|d| vec![*d]).collect();
+        let mut m = faer::Mat::<f64>::identity(n, n);
+        for k in 1..=n {
+            let by_m: Vec<f64> =
+                (0..n).map(|j| (0..n).map(|i| one.c[i] * m[(i, j)]).sum()).collect();
+            let am = &one.a * &m;
+            let next = -(0..n).map(|i| am[(i, i)]).sum::<f64>() / k as f64;
+            for (i, numerator) in numerators.iter_mut().enumerate() {
+                let value: f64 = (0..n).map(|j| by_m[j] * one.b[(j, i)]).sum();
+                numerator.push(value + one.d[i] * next);
+            }
+            denominator.push(next);
+            m = am;
+            (0..n).for_each(|i| m[(i, i)] += next);
+        }
+        let rational = Self { denominator, numerators };
+        let fits = [0.3, 8.0, 60.0, 900.0].iter().all(|&omega| {
+            let s = c64::new(-0.05 * omega, omega);
+            let exact = Gains::at(controllers, s, false);
+            let near = rational.at(s);
+            (0..channels).all(|i| {
+                let value = exact.of(i, 0);
+                (near[i] - value).norm() <= EXACT * value.norm()
+            })
+        });
+        fits.then_some(rational)
+    }
+
+    /// One value per channel.
+    pub fn at(&self, s: c64) -> Vec<c64> {
+        let polynomial = |list: &[f64]| {
+            list.iter().fold(c64::new(0.0, 0.0), |sum, &coefficient| sum * s + coefficient)
+        };
+        let inverse = polynomial(&self.denominator).inv();
+        self.numerators.iter().map(|list| polynomial(list) * inverse).collect()
+    }
+}
+
 /// C (sI − A)⁻¹.
 fn row(controller: &Controller, s: c64, space: &mut Vec<c64>) -> Vec<c64> {
     let c: Vec<c64> = controller.c.iter().map(|&x| c64::new(x, 0.0)).collect();

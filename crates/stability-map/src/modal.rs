@@ -12,6 +12,8 @@ const LARGEST_ERROR: f64 = 1e-7;
 /// Real eigenvalues closer than this fraction of the largest share a block: their eigenvectors may be parallel, as
 /// those of a body that moves freely.
 const CLUSTER: f64 = 1e-6;
+/// Largest number of sweeps of the balancing.
+const SWEEPS: usize = 20;
 /// Iterations for the basis of a block, each of which gains two digits.
 const BASIS_ITERATIONS: usize = 10;
 
@@ -44,14 +46,18 @@ impl Modal {
             let factors = PartialPivLu::new(basis.as_ref());
             return Ok(Self { blocks: Vec::new(), basis, factors });
         }
+        let (balanced, scale) = balanced(a);
+        // complex arithmetic: the real one of faer 0.24 leaves residuals of 1e-3 where eigenvalues nearly coincide
+        let complex = Mat::from_fn(n, n, |i, j| c64::new(balanced[(i, j)], 0.0));
         let failed = |_| MapError::Eigenvalues { what: "the vehicle side of the loop" };
-        let eigen = a.eigen().map_err(failed)?;
+        let eigen = complex.eigen().map_err(failed)?;
         let (mut blocks, mut basis, mut next) = (Vec::new(), Mat::zeros(n, n), 0);
         let values: Vec<c64> = (0..n).map(|k| eigen.S()[k]).collect();
+        let reach = CLUSTER * values.iter().map(|it| it.norm()).fold(0.0, f64::max);
         let mut clustered = vec![false; n];
-        for cluster in clusters(&values) {
+        for cluster in clusters(&values, reach) {
             cluster.iter().for_each(|&k| clustered[k] = true);
-            let (block, columns) = dense(a, &values, &cluster)?;
+            let (block, columns) = dense(&balanced, &values, &cluster)?;
             basis.as_mut().submatrix_mut(0, next, n, columns.ncols()).copy_from(&columns);
             next += columns.ncols();
             blocks.push(block);
@@ -59,17 +65,29 @@ impl Modal {
         for k in (0..n).filter(|&k| !clustered[k]) {
             let value = values[k];
             let column = eigen.U().col(k);
-            if value.im == 0.0 && next < n {
-                blocks.push(Block::Real(value.re));
-                (0..n).for_each(|i| basis[(i, next)] = column[i].re);
-                next += 1;
-            } else if value.im > 0.0 && next + 1 < n {
-                blocks.push(Block::Pair(value.re, value.im));
-                for i in 0..n {
-                    basis[(i, next)] = column[i].re;
-                    basis[(i, next + 1)] = column[i].im;
+            let largest = (0..n).map(|i| column[i]).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+            let turn = largest.map_or(c64::new(1.0, 0.0), |it| it.conj() / it.norm());
+            let real = value.im.abs() <= reach;
+            let width = if real { 1 } else { 2 };
+            if (value.im < 0.0 && !real) || next + width > n {
+                continue;
+            }
+            blocks.push(if real { Block::Real(value.re) } else { Block::Pair(value.re, value.im) });
+            for i in 0..n {
+                let x = column[i] * turn;
+                basis[(i, next)] = x.re;
+                if !real {
+                    basis[(i, next + 1)] = x.im;
                 }
-                next += 2;
+            }
+            next += width;
+        }
+        if next < n {
+            return Err(MapError::Defective { error: 1.0 });
+        }
+        for i in 0..n {
+            for j in 0..n {
+                basis[(i, j)] *= scale[i];
             }
         }
         let factors = PartialPivLu::new(basis.as_ref());
@@ -211,9 +229,7 @@ impl Block {
 }
 
 /// Groups of two or more real eigenvalues that are nearly equal.
-fn clusters(values: &[c64]) -> Vec<Vec<usize>> {
-    let largest = values.iter().map(|it| it.norm()).fold(0.0, f64::max);
-    let reach = CLUSTER * largest;
+fn clusters(values: &[c64], reach: f64) -> Vec<Vec<usize>> {
     let mut real: Vec<usize> = (0..values.len()).filter(|&k| values[k].im.abs() <= reach).collect();
     real.sort_by(|&i, &j| values[i].re.total_cmp(&values[j].re));
     let mut all: Vec<Vec<usize>> = Vec::new();
@@ -248,6 +264,34 @@ fn dense(a: &Mat<f64>, values: &[c64], cluster: &[usize]) -> Result<(Block, Mat<
     let failed = |_| MapError::Eigenvalues { what: "the vehicle side of the loop" };
     let values = block.eigenvalues().map_err(failed)?;
     Ok((Block::Dense(block, values), basis))
+}
+
+/// S⁻¹ A S with powers of two on the diagonal S, so that rows and columns have equal size (Osborne 1960).
+fn balanced(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
+    let n = a.nrows();
+    let (mut a, mut scale) = (a.clone(), vec![1.0; n]);
+    for _ in 0..SWEEPS {
+        let mut done = true;
+        for k in 0..n {
+            let others = || (0..n).filter(move |&j| j != k);
+            let column: f64 = others().map(|j| a[(j, k)].abs()).sum();
+            let row: f64 = others().map(|j| a[(k, j)].abs()).sum();
+            let factor = (0.5 * (row / column).log2()).round().exp2();
+            if column == 0.0 || row == 0.0 || factor == 1.0 || !factor.is_normal() {
+                continue;
+            }
+            done = false;
+            scale[k] *= factor;
+            for j in 0..n {
+                a[(j, k)] *= factor;
+                a[(k, j)] /= factor;
+            }
+        }
+        if done {
+            break;
+        }
+    }
+    (a, scale)
 }
 
 /// x ← M⁻¹ x, by elimination with pivots.

@@ -5,11 +5,11 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
 
 use crate::error::MapError;
-use crate::gains::Gains;
+use crate::gains::{Gains, Rational};
 use crate::space::{Level, Space};
 use crate::system::Controllers;
 
-/// Eigenvalues of the response below this fraction of the largest are zero.
+/// A response below this fraction of the largest is zero.
 const NOTHING: f64 = 1e-12;
 
 const ZERO: c64 = c64::new(0.0, 0.0);
@@ -20,8 +20,6 @@ const ONE: c64 = c64::new(1.0, 0.0);
 struct Products {
     re: Vec<f64>,
     im: Vec<f64>,
-    /// Sum of those with weight 1.
-    rest: c64,
 }
 
 /// A measurement's response relative to the first one's.
@@ -80,26 +78,76 @@ impl Node {
         Ok(Self { t, s, poles, kind, misfit })
     }
 
-    /// det N Π (s − λ) with the plant's poles in the region, up to a positive factor and to powers of s + a, a > 0, that
-    /// keep it finite.
+    /// det N Π (s − λ) over the plant's poles in the region, as a product: the eigenvalues of I − Σ kᵢ Vᵢ are appended
+    /// to `factors`, in the order of the neighbouring nodes; the rest is returned, up to a positive factor and to powers
+    /// of s + a, a > 0, that keep it finite.
     pub fn determinant(
         &self,
         space: &Space,
         level: &Level,
-        controllers: &Controllers,
+        (controllers, rational): (&Controllers, Option<&Rational>),
         anchor: f64,
+        factors: &mut Vec<c64>,
     ) -> c64 {
-        let gains = Gains::at(controllers, self.s, false);
-        let raw = match &self.kind {
-            Kind::Diagonal(diagonal) => diagonal.determinant(self.s, &gains, level),
-            Kind::Whole(response) => determinant(space.matrix(self.s, &gains, level, response)),
+        let rest = match &self.kind {
+            Kind::Diagonal(diagonal) => {
+                let gains: Vec<c64> = match rational {
+                    Some(rational) => rational.at(self.s),
+                    None => {
+                        let gains = Gains::at(controllers, self.s, false);
+                        (0..space.channels).map(|i| gains.of(i, 0)).collect()
+                    }
+                };
+                diagonal.determinant(self.s, &gains, level, factors)
+            }
+            Kind::Whole(response) => {
+                let gains = Gains::at(controllers, self.s, false);
+                determinant(space.matrix(self.s, &gains, level, response))
+            }
         };
         let scale = (self.s + anchor).inv();
         let attached = (0..level.a.nrows()).fold(ONE, |product, _| {
             let next = product * scale;
             next / next.l1_norm()
         });
-        raw * self.poles * attached
+        rest * self.poles * attached
+    }
+
+    /// Number of factors.
+    pub fn factors(&self) -> usize {
+        match &self.kind {
+            Kind::Diagonal(diagonal) => diagonal.re.len(),
+            Kind::Whole(_) => 0,
+        }
+    }
+
+    /// Puts the eigenvalues of the response in the order of those of a neighbour, each next to the nearest.
+    pub fn follow(&mut self, neighbour: &Self) {
+        let (Kind::Diagonal(mine), Kind::Diagonal(other)) = (&mut self.kind, &neighbour.kind) else {
+            return;
+        };
+        let n = mine.re.len();
+        if other.re.len() != n {
+            return;
+        }
+        let value = |it: &Diagonal, k: usize| c64::new(it.re[k], it.im[k]);
+        let mut pairs: Vec<(f64, usize, usize)> = (0..n)
+            .flat_map(|i| (0..n).map(move |k| (i, k)))
+            .map(|(i, k)| ((value(other, i) - value(mine, k)).norm(), i, k))
+            .collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut order, mut taken) = (vec![usize::MAX; n], vec![false; n]);
+        for (_, i, k) in pairs {
+            if order[i] == usize::MAX && !taken[k] {
+                order[i] = k;
+                taken[k] = true;
+            }
+        }
+        let sorted = |list: &[f64]| -> Vec<f64> { order.iter().map(|&k| list[k]).collect() };
+        (mine.re, mine.im) = (sorted(&mine.re), sorted(&mine.im));
+        for products in mine.channels.iter_mut().flat_map(|it| &mut it.products) {
+            (products.re, products.im) = (sorted(&products.re), sorted(&products.im));
+        }
     }
 }
 
@@ -127,9 +175,6 @@ impl Diagonal {
         let t = eigen.U().to_owned();
         let factors = PartialPivLu::new(t.as_ref());
         let d: Vec<c64> = (0..p).map(|k| eigen.S()[k]).collect();
-        let largest = d.iter().map(|d| d.norm()).fold(0.0, f64::max);
-        let (live, dead): (Vec<usize>, Vec<usize>) =
-            (0..p).partition(|&k| d[k].norm() > NOTHING * largest);
         let j = bottom.to_owned() * &t;
         let largest_reach = (0..space.channels).map(|i| reached(i).norm_max()).fold(0.0, f64::max);
         let mut misfit: f64 = 0.0;
@@ -150,24 +195,23 @@ impl Diagonal {
                 let x = factors.solve(&reach);
                 for a in 0..space.rows {
                     for b in 0..space.columns {
-                        let of = |&k: &usize| j[(a, k)] * x[(k, b)];
+                        let of = |k: usize| j[(a, k)] * x[(k, b)];
                         products.push(Products {
-                            re: live.iter().map(|k| of(k).re).collect(),
-                            im: live.iter().map(|k| of(k).im).collect(),
-                            rest: dead.iter().map(of).sum(),
+                            re: (0..p).map(|k| of(k).re).collect(),
+                            im: (0..p).map(|k| of(k).im).collect(),
                         });
                     }
                 }
             }
             channels.push(Channel { ratio, products });
         }
-        let (re, im) = live.iter().map(|&k| (d[k].re, d[k].im)).unzip();
+        let (re, im) = d.iter().map(|d| (d.re, d.im)).unzip();
         Ok((Self { re, im, channels, across }, misfit))
     }
 
-    fn determinant(&self, s: c64, gains: &Gains, level: &Level) -> c64 {
+    fn determinant(&self, s: c64, gains: &[c64], level: &Level, factors: &mut Vec<c64>) -> c64 {
         let alpha: c64 =
-            self.channels.iter().enumerate().map(|(i, it)| gains.of(i, 0) * it.ratio).sum();
+            self.channels.iter().zip(gains).map(|(channel, k)| channel.ratio * k).sum();
         let n = self.re.len();
         let (mut w_re, mut w_im) = ([0.0; MOST], [0.0; MOST]);
         let mut spilled: (Vec<f64>, Vec<f64>);
@@ -181,14 +225,7 @@ impl Diagonal {
             w_re[k] = 1.0 - (alpha.re * self.re[k] - alpha.im * self.im[k]);
             w_im[k] = -(alpha.re * self.im[k] + alpha.im * self.re[k]);
         }
-        let mut product = ONE;
-        for k in 0..n {
-            product *= c64::new(w_re[k], w_im[k]);
-            if k % 8 == 7 {
-                product /= product.l1_norm();
-            }
-        }
-        product /= product.l1_norm();
+        factors.extend(w_re.iter().zip(&*w_im).map(|(re, im)| c64::new(*re, *im)));
         for k in 0..n {
             let inverse = 1.0 / (w_re[k] * w_re[k] + w_im[k] * w_im[k]);
             w_re[k] *= inverse;
@@ -196,19 +233,19 @@ impl Diagonal {
         }
         let g = level.a.nrows();
         if g == 0 {
-            return product;
+            return ONE;
         }
         let (rows, columns) = (self.across.nrows(), self.across.ncols());
         let mut inner = self.across.clone();
         for (i, channel) in self.channels.iter().enumerate() {
-            let k = gains.of(i, 0);
+            let k = gains[i];
             for (place, p) in channel.products.iter().enumerate() {
                 let (mut re, mut im) = (0.0, 0.0);
                 for q in 0..n {
                     re += w_re[q] * p.re[q] - w_im[q] * p.im[q];
                     im += w_re[q] * p.im[q] + w_im[q] * p.re[q];
                 }
-                inner[(place / columns, place % columns)] += k * (c64::new(re, im) + p.rest);
+                inner[(place / columns, place % columns)] += k * c64::new(re, im);
             }
         }
         // sI − A − β inner γ
@@ -221,12 +258,12 @@ impl Diagonal {
             }
             sum
         });
-        product * determinant(schur)
+        determinant(schur)
     }
 }
 
 /// Numbers that fit on the stack.
-const MOST: usize = 256;
+const MOST: usize = 64;
 
 /// A determinant by elimination with pivots, divided by its size.
 fn determinant(mut m: Mat<c64>) -> c64 {

@@ -169,12 +169,27 @@ impl Space {
         let g = level.a.nrows();
         let (f, x) = z.split_at(self.ports);
         let u = self.inputs(level, f, x);
-        let mut h = times(&self.into, &u);
+        let mut h = self.modal_inputs(&u);
+        let n = h.len();
         self.modal.resolve(s, &mut h);
-        let mut y = times(&self.out, &h);
+        // response and derivative at once
+        let mut both = Mat::<f64>::zeros(n, 4);
+        for (first, negative) in [(0, false), (2, true)] {
+            if negative {
+                self.modal.resolve(s, &mut h);
+            }
+            for (k, h) in h.iter().enumerate() {
+                both[(k, first)] = h.re;
+                both[(k, first + 1)] = h.im;
+            }
+        }
+        let mut out = Mat::<f64>::zeros(self.out.nrows(), 4);
+        matmul(&mut out, Accum::Replace, &self.out, &both, 1.0, Par::Seq);
+        let column = |first: usize| -> Vec<c64> {
+            (0..out.nrows()).map(|k| c64::new(out[(k, first)], out[(k, first + 1)])).collect()
+        };
+        let (mut y, slope_y) = (column(0), column(2));
         add_times(&mut y, &self.direct, &u);
-        self.modal.resolve(s, &mut h);
-        let slope_y = times(&self.out, &h);
         let (mut value, mut slope) = (f.to_vec(), vec![c64::new(0.0, 0.0); self.ports]);
         for i in 0..self.channels {
             for j in 0..self.ports {
@@ -237,6 +252,14 @@ impl Space {
         let attached =
             Attached { a: level.a.clone(), b: level.beta.clone(), c: level.gamma.clone() };
         whole(&plant, &attached, controllers)
+    }
+
+    fn modal_inputs(&self, u: &[c64]) -> Vec<c64> {
+        let parts =
+            Mat::from_fn(u.len(), 2, |i, part| if part == 0 { u[i].re } else { u[i].im });
+        let mut h = Mat::<f64>::zeros(self.into.nrows(), 2);
+        matmul(&mut h, Accum::Replace, &self.into, &parts, 1.0, Par::Seq);
+        (0..h.nrows()).map(|k| c64::new(h[(k, 0)], h[(k, 1)])).collect()
     }
 
     fn inputs(&self, level: &Level, f: &[c64], x: &[c64]) -> Vec<c64> {
