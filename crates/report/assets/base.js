@@ -40,6 +40,14 @@ function element(tag, attributes = {}, ...children) {
   return it;
 }
 
+/** An element of a drawing. */
+function svg(tag, attributes, ...children) {
+  const it = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) it.setAttribute(name, value);
+  it.append(...children);
+  return it;
+}
+
 const main = document.getElementById("main");
 
 /** Short names in the list of sections. */

@@ -336,14 +336,6 @@ function shade(part) {
   return `rgb(${r} ${g} ${b})`;
 }
 
-/** An element of a drawing. */
-function svg(tag, attributes, ...children) {
-  const it = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) it.setAttribute(name, value);
-  it.append(...children);
-  return it;
-}
-
 /** A sample of a curve's line for the legend. */
 function svgSample(dash) {
   return svg("svg", { width: 26, height: 8, "aria-hidden": "true" },

@@ -72,13 +72,32 @@ pub fn html(runs: &[RunResults], title: Option<&str>) -> String {
     let text = script_json(&data).unwrap_or_default();
     let first = || data.runs.first().map(|run| run.title().to_owned());
     let title = escape(&title.map(str::to_owned).or_else(first).unwrap_or_default());
-    let scripts = format!("(async () => {{\n\"use strict\";\n{}}})();", SCRIPTS.concat());
+    assemble(&title, &STYLES.concat(), &text, &arrays, UPLOT, &SCRIPTS.concat())
+}
+
+/// Scripts that other pages share: data, elements, numbers, colours; print; sortable tables.
+pub const SHARED_SCRIPTS: [&str; 3] = [SCRIPTS[0], SCRIPTS[1], include_str!("../assets/tables.js")];
+/// The styles that other pages share.
+pub const SHARED_STYLE: &str = STYLES[1];
+
+/// Puts the parts of a page into the template. The title is HTML, the data is the JSON of
+/// [`script_json`](crate::embed::script_json); the scripts run in one scope, after the library.
+#[must_use]
+pub fn assemble(
+    title: &str,
+    styles: &str,
+    data: &str,
+    arrays: &Arrays,
+    library: &str,
+    scripts: &str,
+) -> String {
+    let scripts = format!("(async () => {{\n\"use strict\";\n{scripts}}})();");
     fill(&[
-        ("title", &title),
-        ("styles", &STYLES.concat()),
-        ("data", &text),
+        ("title", title),
+        ("styles", styles),
+        ("data", data),
         ("arrays", &arrays.pack()),
-        ("uplot", UPLOT),
+        ("uplot", library),
         ("scripts", &scripts),
     ])
 }

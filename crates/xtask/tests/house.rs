@@ -71,6 +71,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "results",
         ],
     ),
+    ("study-report", &["report", "results"]),
     (
         "maglev-cli",
         &[
@@ -88,6 +89,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "results",
             "scenario",
             "shared-features",
+            "study-report",
         ],
     ),
     (
