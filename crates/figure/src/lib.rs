@@ -5,6 +5,9 @@ mod clip;
 mod style;
 
 use std::ops::Range;
+mod heat;
+
+pub use heat::{HeatMap, draw_map};
 
 use plotters::coord::Shift;
 use plotters::prelude::*;

@@ -19,23 +19,35 @@
 //! ([`Monodromy`]). Its eigenvalues are the Floquet multipliers μ ([`multipliers`]). A motion grows by |μ| per period.
 //!
 //! [`Monodromy`] integrates with exponential collocation of order 6. [`reduced`] replaces a large constant part by a
-//! smaller one.
+//! smaller one. [`MovingTrain`] reads all this from a scenario.
+
+#![expect(
+    clippy::result_large_err,
+    reason = "errors have the detailed one of the master; they end a command"
+)]
 
 pub mod collocation;
 mod error;
 mod girders;
 mod modal;
 mod monodromy;
+mod moving;
 mod multipliers;
 mod passage;
 mod reduction;
+mod row;
+mod shapes;
 #[cfg(test)]
 mod tests;
+mod train;
 
 pub use error::FloquetError;
 pub use girders::Girders;
 pub use modal::Modal;
 pub use monodromy::Monodromy;
+pub use moving::{Accuracy, Motion, MovingTrain, map};
 pub use multipliers::{Multiplier, Multipliers, multipliers};
 pub use passage::Passage;
 pub use reduction::{Reduction, directions, reduced};
+pub use row::Row;
+pub use train::Train;

@@ -47,6 +47,7 @@ mod unit_map;
 pub use coupled::{Open, StateSpace};
 pub use eigen::{Eigen, eigen, eigenvalues};
 pub use error::LinearError;
+pub use report::Report;
 pub use rows::{Entry, Rows};
 pub use stepped::Stepped;
 pub use system::{Connection, LinearSystem, Linearised, Port, Stepping};

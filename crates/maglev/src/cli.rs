@@ -62,6 +62,9 @@ pub enum Command {
     /// Show the modes of a coupled system: frequencies, damping, participation
     #[command(arg_required_else_help = true)]
     Modes(commands::modes::Arguments),
+    /// Show whether a train that moves over an endless row of spans is stable
+    #[command(arg_required_else_help = true)]
+    Floquet(commands::floquet::Arguments),
     /// Check a unit against FMI 2.0
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),

@@ -11,6 +11,7 @@ use fmi2_derive::DeriveError;
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
+use floquet::FloquetError;
 use linear::LinearError;
 use results::ParquetError;
 use scenario::ScenarioError;
@@ -31,6 +32,9 @@ pub enum Error {
     /// The modes of the coupled system.
     #[error("cannot find the modes of the system")]
     Modes(#[source] LinearError),
+    /// The stability of the moving train.
+    #[error("cannot find the stability of the moving train")]
+    Floquet(#[source] FloquetError),
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
@@ -131,6 +135,16 @@ impl From<LinearError> for Error {
     }
 }
 
+impl From<FloquetError> for Error {
+    fn from(error: FloquetError) -> Self {
+        match error {
+            FloquetError::Start(error) => error.into(),
+            FloquetError::Linear(LinearError::Start(error)) => error.into(),
+            error => Self::Floquet(error),
+        }
+    }
+}
+
 impl Error {
     /// The fault of a unit whose call was given up because the user ended a hanging step.
     #[must_use]
@@ -182,6 +196,7 @@ impl Error {
             Self::Master(error) => return error.help(),
             Self::Study(error) => return error.help(),
             Self::Modes(error) => return error.help(),
+            Self::Floquet(error) => return error.help(),
             Self::Package(error) => return error.help(),
             Self::Derive(error) => return error.help(),
             Self::Library(error) => error.help(),

@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         Command::Report(arguments) => commands::report::run(&arguments),
         Command::Check(arguments) => commands::check::run(&arguments),
         Command::Modes(arguments) => commands::modes::run(&arguments),
+        Command::Floquet(arguments) => commands::floquet::run(&arguments),
         Command::Derive(arguments) => commands::derive::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),

@@ -7,6 +7,7 @@ pub mod completions;
 pub mod conformance;
 pub mod derive;
 pub mod display;
+pub mod floquet;
 pub mod inspect;
 pub mod man;
 pub mod modes;
