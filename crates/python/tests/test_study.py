@@ -130,9 +130,9 @@ def test_analytic_salib_finds_what_matters(tmp_path):
     from SALib.analyze import sobol
     from SALib.sample import sobol as sample
 
-    (tmp_path / "scenario.json").write_text(json.dumps(maglev.load("one-magnet").times(stop=1).content))
+    (tmp_path / "scenario.json").write_text(json.dumps(maglev.load("one-magnet").times(stop=0.5).content))
     problem = {"num_vars": 2, "names": ["gain", "position"], "bounds": [[10, 80], [0.01, 0.02]]}
-    values = sample.sample(problem, 8, calc_second_order=False)
+    values = sample.sample(problem, 64, calc_second_order=False)
     np.savetxt(tmp_path / "points.csv", values, delimiter=",", header="gain,position", comments="", fmt="%.17g")
     study = maglev.load_study(
         {
