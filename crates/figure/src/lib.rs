@@ -2,12 +2,10 @@
 
 mod axis;
 mod clip;
+mod heat;
 mod style;
 
 use std::ops::Range;
-mod heat;
-
-pub use heat::{HeatMap, draw_map};
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -15,6 +13,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
 
 use axis::Axis;
+pub use heat::{HeatMap, draw_map};
 pub use style::FigureStyle;
 use style::Layout;
 
