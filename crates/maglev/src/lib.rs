@@ -16,6 +16,8 @@
 //! |---|---|---|
 //! | command | [`maglev`](../maglev/index.html) | subcommands; a run with everything it writes (`Job`, `resume`) |
 //! | stepping | [`master`](../master/index.html) | system, initialization, simulation |
+//! | | [`in_memory`](../in_memory/index.html) | a run without files, and its figures |
+//! | | [`study`](../study/index.html) | many variants of a scenario |
 //! | | [`linear`](../linear/index.html) | state-space models of coupled systems, their modes |
 //! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |

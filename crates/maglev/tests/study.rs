@@ -268,11 +268,11 @@ fn refusal_the_same_points_are_computed_by_one_process_at_a_time() {
 fn issue_a_full_disk_ends_the_study_and_it_continues() {
     let bench = bench();
     let mut study = study();
-    study["factors"]["start"]["range"]["count"] = json!(60);
+    study["factors"]["start"]["range"]["count"] = json!(300);
     write(&bench, "study.json", &study);
     run(&bench, &["--out", "whole"]).succeeds();
     let order = "maglev study run study.json --quiet --out out";
-    let ran = bench.shell(&format!("trap '' XFSZ; ulimit -f 16; {order}"));
+    let ran = bench.shell(&format!("trap '' XFSZ; ulimit -f 100; {order}"));
     ran.fails(
         75,
         &["cannot write the results of the study to out", "File too large", "help: free"],
@@ -534,5 +534,5 @@ fn golden_the_schema_accepts_what_the_command_accepts() {
     {
         assert!(members.contains_key(key), "{key}");
     }
-    assert!(members["as_run"].is_null());
+    assert!(!members.contains_key("as_run"));
 }
