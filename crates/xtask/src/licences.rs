@@ -23,7 +23,36 @@ const STANDARD_LIBRARY: &str = "The Rust standard library: MIT OR Apache-2.0, Co
 ///
 /// `license.txt` lists every crate with its licence and the files with its texts. A text that several
 /// crates share is written once.
+///
+/// # Errors
+/// A crate contains no licence text.
 pub fn files(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Vec<u8>>> {
+    collect(unit_crate, systems, |package| {
+        bail!(
+            "{} {} contains no licence text; get it from {} and add it to the repository",
+            package.name,
+            package.version,
+            repository(package)
+        )
+    })
+}
+
+/// The same for a crate that is linked into programs. The list says where the text is that a crate does not contain: some
+/// crates of the command, for macOS, leave theirs in their repositories.
+pub fn files_of_program(name: &str, systems: &[Metadata]) -> Result<BTreeMap<String, Vec<u8>>> {
+    collect(name, systems, |package| Ok(format!("the text is in {}", repository(package))))
+}
+
+fn repository(package: &Package) -> &str {
+    package.repository.as_deref().unwrap_or("its authors' repository")
+}
+
+/// Lists the crates with their texts. `missing` says what to write of a crate without one.
+fn collect(
+    unit_crate: &str,
+    systems: &[Metadata],
+    missing: impl Fn(&Package) -> Result<String>,
+) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut files = BTreeMap::new();
     for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
         files.insert(name.to_owned(), read(workspace::root().join(name).as_path())?);
@@ -38,7 +67,11 @@ pub fn files(unit_crate: &str, systems: &[Metadata]) -> Result<BTreeMap<String, 
         if !package.authors.is_empty() {
             writeln!(list, "  by {}", package.authors.join(", "))?;
         }
-        for (text, content) in texts(&package)? {
+        let texts = texts(&package)?;
+        if texts.is_empty() {
+            writeln!(list, "  {}", missing(&package)?)?;
+        }
+        for (text, content) in texts {
             let known =
                 files.iter().find(|(_, known)| **known == content).map(|(file, _)| file.clone());
             let file = known.unwrap_or_else(|| format!("{name}-{text}"));
@@ -107,14 +140,6 @@ fn texts(package: &Package) -> Result<BTreeMap<String, Vec<u8>>> {
         if entry.file_type()?.is_file() && begins.iter().any(|begin| name.starts_with(begin)) {
             texts.insert(entry.file_name().to_string_lossy().into_owned(), read(&entry.path())?);
         }
-    }
-    if texts.is_empty() {
-        bail!(
-            "{} {} contains no licence text; get it from {} and add it to the repository",
-            package.name,
-            package.version,
-            package.repository.as_deref().unwrap_or("its authors")
-        );
     }
     Ok(texts)
 }

@@ -165,7 +165,7 @@ impl std::fmt::Display for Target {
 }
 
 /// The search path with `cargo-zigbuild` and its Python in front.
-fn with_zig() -> Result<OsString> {
+pub fn with_zig() -> Result<OsString> {
     let python = python::environment("zig", Path::new(ZIG))?;
     let folder = python.parent().map(Path::to_path_buf);
     let rest = env::var_os("PATH").unwrap_or_default();

@@ -3,7 +3,7 @@
 //! maturin packs everything beside the Python files of a package, so the package is laid out in `target/wheel/package`.
 
 use std::{
-    fs,
+    env, fs,
     path::{Path, PathBuf},
 };
 
@@ -17,7 +17,7 @@ use crate::{
     workspace,
 };
 
-/// Packages from PyPI that build the wheel; zig links one for an old glibc.
+/// Package from PyPI that builds the wheel.
 const MATURIN: &str = "crates/xtask/maturin-requirements.txt";
 /// The crate, with the Python files of the package.
 const CRATE: &str = "crates/python";
@@ -58,7 +58,7 @@ pub fn build(portable: bool) -> Result<PathBuf> {
         copy(&file, &content.join(file.file_name().unwrap_or_default()))?;
     }
     copy(&source.join("README.md"), &stage.join("README.md"))?;
-    for (name, text) in licences::files("python-package", &licences::dependencies()?)? {
+    for (name, text) in licences::files_of_program("python-package", &licences::dependencies()?)? {
         write(&stage.join("licenses").join(name), &text)?;
     }
     let project = read(&source.join("pyproject.toml"))?;
@@ -93,10 +93,8 @@ fn maturin(stage: &Path, out: &Path, portable: bool) -> Result<PathBuf> {
         let target = "x86_64-unknown-linux-gnu";
         args.extend(["--zig", "--target", target, "--compatibility", "manylinux_2_17"]);
     }
-    // maturin looks for pyproject.toml in its working directory, and for zig beside the interpreter
-    let path = [python.parent().map(Path::to_path_buf)].into_iter().flatten();
-    let rest = std::env::var_os("PATH").unwrap_or_default();
-    let path = std::env::join_paths(path.chain(std::env::split_paths(&rest)))?;
+    // maturin looks for pyproject.toml in its working directory, and for zig in the search path
+    let path = if portable { target::with_zig()? } else { env::var_os("PATH").unwrap_or_default() };
     workspace::run_in(stage, maturin, &args, &[("PATH", path.as_os_str())])?;
     let wheels: Vec<PathBuf> = files(Path::new(&*out))?
         .into_iter()
