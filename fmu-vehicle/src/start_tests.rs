@@ -44,6 +44,32 @@ fn issue_an_eccentric_load_without_levelling_starts_in_equilibrium() {
     );
 }
 
+/// Below a track that sags, as it does on girders, the search failed: springs pushed magnets down, and the guidance then
+/// pushed them sideways. On a track that is lower everywhere, the same equilibrium is found, lower.
+#[test]
+fn issue_15_an_eccentric_load_starts_below_a_sagging_track() {
+    let rest = |track: &dyn Fn(f64) -> f64| {
+        let mut unit = unit("two-car");
+        unit.set_boolean("levelling", false).unwrap();
+        unit.set_real("car_1_load_mass", 3000.0).unwrap();
+        unit.set_real("car_1_load_y", 0.6).unwrap();
+        unit.enter_initialization(0.0).unwrap();
+        let heights: Vec<f64> = (0..64).map(|k| track(f64::from(k / 8) / 7.0)).collect();
+        set_row(&mut unit, "track_displacement", &heights);
+        unit.exit_initialization().unwrap();
+        let loads = row(&mut unit, "static_load", 64);
+        let weight = 9.81 * unit.real("loaded_mass").unwrap();
+        assert!((loads.iter().sum::<f64>() / weight - 1.0).abs() < 1e-9);
+        let gaps = row(&mut unit, "gap", 64);
+        assert!(gaps.iter().all(|gap| (gap - 0.008).abs() < 1e-4), "{gaps:?}");
+        (unit.real("car_1_roll").unwrap(), unit.real("car_1_vertical_displacement").unwrap())
+    };
+    let (flat, low) = (rest(&|_| 0.0), rest(&|_| -0.003));
+    assert!((low.0 - flat.0).abs() < 1e-7 && (low.1 - flat.1 + 0.003).abs() < 1e-7, "{low:?}");
+    let sagging = rest(&|x| -0.003 * (1.5 + x) * (1.0 - x));
+    assert!((sagging.0 / flat.0 - 1.0).abs() < 0.05, "{sagging:?} {flat:?}");
+}
+
 #[test]
 fn refusal_of_a_train_that_is_not_held_in_pitch() {
     let train = r#"{"name":"x","train":{"cars":2,"bogies_per_car":1,"magnets_per_side":1}}"#;

@@ -229,3 +229,30 @@ fn issue_a_run_that_failed_does_not_pass() {
     assert_eq!(checked.status(), 1);
     assert!(checked.stdout().contains("the run failed at"), "{}", checked.stdout());
 }
+
+/// `maglev run --criteria` records what criteria need, and judges by them; what is optional need not exist.
+#[test]
+fn issue_16_criteria_of_a_run_are_recorded_and_judged() {
+    let bench = bench(&ramps());
+    let file = json!({ "$comment": "two of our own", "criteria": {
+        "rate": { "signal": "b.z", "figure": "max_abs", "max": 9, "source": "mine" },
+        "none": {
+            "signal": "*.no_such_signal", "figure": "max", "max": 9, "source": "mine", "optional": true
+        },
+    }});
+    fs::write(bench.path("own.json"), file.to_string()).unwrap();
+    bench.run(&["--quiet", "--no-report"]).succeeds();
+    assert!(!bench.result("results.csv").lines().next().unwrap().contains("b.z"));
+    let unrecorded = bench.maglev(&["check", "out", "--criteria", "own.json"]);
+    assert_eq!(unrecorded.status(), 1);
+    let hint = "`maglev run SCENARIO --criteria NAMES` records what criteria need";
+    assert!(unrecorded.stdout().contains(hint), "{}", unrecorded.stdout());
+    let ran = bench.run(&["--criteria", "own.json", "--no-report"]);
+    ran.succeeds();
+    assert!(ran.stdout().contains("rate"), "{}", ran.stdout());
+    assert!(bench.result("results.csv").lines().next().unwrap().contains("b.z"));
+    let judged = bench.maglev(&["check", "out", "--criteria", "own.json"]);
+    judged.succeeds();
+    assert!(judged.stdout().contains("mine"), "{}", judged.stdout());
+    bench.run(&["--criteria", "nowhere.json"]).fails(2, &["cannot read the criteria nowhere.json"]);
+}
