@@ -118,7 +118,10 @@ STAGE = "#view .stage canvas"
 def test_loads_from_a_file_without_complaints_and_without_network(usual):
     it = usual
     it.view()
-    assert it.page.locator("h1").inner_text() == "One bogie over one span at 5 km/h"
+    # the settings of this run are not those of the scenario, whose title would not be true
+    assert it.page.locator("h1").inner_text() == "Vehicle one-bogie at 5 km/h over 1 span of 25 m"
+    changes = it.page.locator(".changes").inner_text()
+    assert 'scenario "One bogie over one span at 5 km/h"' in changes and "vehicle.initial_position=9" in changes
     assert it.requests[0] == it.url
     # three.js and its parts come as blobs from within the page
     assert sum(url.startswith("blob:") for url in it.requests) >= 2
@@ -290,6 +293,98 @@ def test_the_view_draws_what_was_recorded(usual, runs):
     })()""")
     # the girder's end is drawn 4 cm inside of its bearing
     assert heights[1] - heights[0] == pytest.approx(scale * expected[0], rel=0.01)
+
+
+def test_the_view_opens_at_the_largest_deflection(visit, one, runs):
+    it = visit(one, reduced_motion="reduce")
+    it.view()
+    signals = results(runs / "usual")
+    # of 65 points of the shape one in eight is looked at; the middle is among them
+    deepest = max(np.abs(signals["guideway.midspan_displacement_01"]).max(), np.abs(signals["guideway.quarter_displacement_01"]).max())
+    assert abs(it.ask("it.model.deflection(12.5)")) >= 0.999 * deepest
+    # natural modes of the girder: the second has its node in the middle
+    it.page.get_by_label("Motion").select_option("1")
+    it.settle()
+    largest = it.ask("it.model.amplitude()")
+    assert abs(it.ask("it.model.deflection(12.5)")) < 1e-6 * largest
+    assert abs(it.ask("it.model.deflection(6.25)")) == pytest.approx(largest, rel=1e-6)
+    assert "24.9 Hz" in it.page.locator("#view .words").inner_text()
+    it.page.get_by_role("button", name="play").click()
+    it.page.wait_for_function("document.querySelector('#view').view.model.phase > 2", timeout=30_000)
+    it.page.get_by_label("Motion").select_option("")
+    it.settle()
+    assert "deflection is drawn" in it.page.locator("#view .words").inner_text()
+
+
+def test_spectra_of_the_zoomed_window_are_those_of_its_points(visit, one, runs):
+    it = visit(one)
+    page = it.page
+    page.locator(".chart .canvas").first.focus()
+    page.keyboard.press("+")
+    page.keyboard.press("+")
+    page.get_by_label("Time", exact=True).and_(page.locator("#spectra select")).select_option("zoomed")
+    page.wait_for_timeout(300)
+    view = "document.querySelector('#spectra').view"
+    start, end = page.evaluate(f"{view}.charts.length && (() => {{ const text = document.querySelector('#spectra .note').textContent; return text.match(/of ([\\d.]+) s to ([\\d.]+) s/).slice(1).map(Number); }})()")
+    signals = results(runs / "usual")
+    time = signals["time"]
+    name = "guideway.midspan_displacement_01"
+    inside = (time >= start - 1e-9) & (time <= end + 1e-9)
+    for kind in ("amplitude", "density"):
+        page.get_by_label("Spectrum", exact=True).select_option(kind)
+        found = page.evaluate(f"{view}.spectra.get('{name}').map((it) => [[...it.x], [...it.y]])[0]")
+        values, rate = signals[name][inside], 1 / (time[1] - time[0])
+        if kind == "amplitude":
+            window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(len(values)) / len(values))
+            expected = 2 * np.abs(np.fft.rfft(window * (values - values.mean()))) / window.sum()
+        else:
+            length = max(len(values) // 4, 8)
+            window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
+            pieces = [values[k:k + length] for k in range(0, len(values) - length + 1, length - length // 2)]
+            expected = np.mean([2 * np.abs(np.fft.rfft(window * (it - it.mean()))) ** 2 for it in pieces], axis=0) / (rate * (window ** 2).sum())
+        # 32-bit floats in the page
+        near = slice(1, len(expected) // 4)
+        assert found[1][:len(expected) // 4 - 1] == pytest.approx(list(expected[near]), rel=2e-3, abs=1e-4 * expected.max())
+
+
+def test_labels_of_near_modes_do_not_overlap(visit, one):
+    it = visit(one)
+    overlaps = it.page.evaluate("""() => {
+        const chart = document.querySelector("#spectra .canvas").chart;
+        const first = chart.marks[0];
+        chart.marks = Array.from({ length: 7 }, (_, k) => ({ ...first, at: first.at * (1 + 0.002 * k), label: `a mode at about ${k} Hz` }));
+        chart.plot.redraw();
+        const boxes = chart.places.taken;
+        const over = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+        return [boxes.length, boxes.filter((a, k) => boxes.some((b, j) => j > k && over(a, b))).length];
+    }""")
+    assert overlaps == [7, 0]
+
+
+def test_many_runs_are_sorted_and_print_whole(visit, runs, tmp_path):
+    """Folders as a pattern gives them: 10 before 2. Key figures are a row per run; curves keep their legend."""
+    names = ["gain-1", "gain-10", "gain-2", "gain-3", "gain-4", "gain-5", "gain-6", "gain-7", "gain-8", "gain-9"]
+    for name in names:
+        shutil.copytree(runs / ("usual" if name == "gain-1" else "soft"), tmp_path / name)
+    maglev("report", *(tmp_path / name for name in names), "--out", tmp_path / "many.html", "--title", "Ten <gains>")
+    it = visit(tmp_path / "many.html", width=1000)
+    page = it.page
+    assert page.locator("h1").inner_text() == "Ten <gains>" and page.title() == "Ten <gains>"
+    heads = page.evaluate("() => [...document.querySelectorAll('table.many tbody th')].map((cell) => cell.textContent)")
+    assert heads == [f"gain-{k}" for k in range(1, 11)]
+    cells = page.evaluate("() => [...document.querySelectorAll('table.many tbody tr:nth-child(2) td')].map((cell) => cell.textContent)")
+    columns = page.evaluate("() => [...document.querySelectorAll('table.many thead th')].map((cell) => cell.textContent)").index("Computing speed")
+    # the speed of the computer is not compared
+    assert "%" not in cells[columns - 1] and any("%" in text or "=" in text for text in cells)
+    legend = page.locator("#history .chart").first.locator(".legend .entry")
+    assert legend.count() >= 10 and "gain-10: " in legend.nth(9).inner_text()
+    page.set_viewport_size({"width": 700, "height": 990})
+    page.emulate_media(media="print")
+    cut = page.evaluate("() => [...document.querySelectorAll('.scroll')].filter((box) => box.scrollWidth > box.clientWidth + 1).map((box) => box.getAttribute('aria-label'))")
+    assert cut == []
+    assert legend.nth(9).is_visible() and legend.nth(9).locator("svg").is_visible()
+    hollow = page.evaluate("() => [...document.querySelectorAll('h3')].filter((it) => it.textContent === 'Recorded signals').map((it) => getComputedStyle(it).display)")
+    assert hollow == ["none"]
 
 
 # Tables at 0, L/4, L/2, 3L/4 and L: a wave, with its node where the middle is recorded, and an arch or a shape

@@ -99,3 +99,47 @@ fn issue_reports_are_equal_byte_for_byte_and_take_several_folders() {
     bench.maglev(&["report", "--modes", "nowhere"]).fails(2, &["nowhere is not a results folder"]);
     bench.maglev(&["report"]).fails(2, &["Usage: maglev report"]);
 }
+
+/// Figures for papers: their options, and what is refused.
+#[test]
+fn issue_figures_take_size_limits_axes_and_titles() {
+    let bench = Bench::new();
+    bench.scenario(&row());
+    bench.run(&["--no-report"]).succeeds();
+    let figure = |options: &[&str]| {
+        bench.maglev(&[&["report", "out", "--format", "svg"], options].concat()).succeeds();
+        bench.result("figures/p.svg")
+    };
+    assert!(figure(&["--size", "90x60"]).contains("width=\"340\" height=\"227\""));
+    assert!(figure(&["--title", "My <title>"]).contains("My &lt;title&gt;"));
+    let svg = figure(&["--no-title", "--time", "0.2..0.4", "--values", "-3..7"]);
+    assert!(svg.contains("0.20") && svg.contains("0.40") && !svg.contains("0.50"), "{svg}");
+    for (options, causes) in [
+        (vec!["--size", "90x60"], vec!["--size is an option of figures", "--format svg"]),
+        (vec!["--format", "svg", "--size", "90"], vec!["such as 90x60"]),
+        (vec!["--format", "svg", "--size", "5x60"], vec!["20 to 2000 mm"]),
+        (vec!["--format", "svg", "--time", "3..2"], vec!["not below"]),
+        (vec!["--format", "svg", "--frequency", "3"], vec!["two numbers, such as 2..5.5"]),
+        (vec!["--format", "svg", "--values", "y=a..2"], vec!["two numbers"]),
+        (vec!["--format", "svg", "--log", "time"], vec!["frequency", "amplitude"]),
+        (vec!["--format", "svg", "--title", "a", "--no-title"], vec!["cannot be used with"]),
+    ] {
+        bench.maglev(&[&["report", "out"], options.as_slice()].concat()).fails(2, &causes);
+    }
+}
+
+/// The title is that of the scenario only as long as nothing was changed.
+#[test]
+fn issue_the_title_is_that_of_what_ran() {
+    let bench = Bench::new();
+    let mut scenario = row();
+    scenario["title"] = json!("Three units");
+    bench.scenario(&scenario);
+    bench.run(&[]).succeeds();
+    assert!(bench.result("report.html").contains("<title>Three units</title>"));
+    bench.run(&["--set", "m_2.gain=3"]).succeeds();
+    let page = bench.result("report.html");
+    assert!(page.contains("<title>Three units, changed</title>") && page.contains("m_2.gain=3"));
+    bench.maglev(&["report", "out", "--title", "Mine"]).succeeds();
+    assert!(bench.result("report.html").contains("<title>Mine</title>"));
+}

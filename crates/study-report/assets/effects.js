@@ -10,7 +10,7 @@ class EffectsView {
     const panels = data.effects[0].factors.length;
     const rows = Math.ceil(panels / 3);
     parent.append(element("h3", {}, "Sobol indices: parts of the variance"));
-    this.bars = new Picture(parent, { id: "sobol-indices", label: "Sobol indices of the factors", size: { height: 90 + 46 * panels, left: 170 }, draw: (it) => this.drawBars(it) });
+    this.bars = new Picture(parent, { id: "sobol-indices", label: "Sobol indices of the factors", size: { height: 68 + 46 * panels, left: 170 }, draw: (it) => this.drawBars(it) });
     parent.append(this.method, this.table, element("h3", {}, "Main effects: the mean of the figure over each factor alone"));
     this.main = new Picture(parent, { id: "main-effects", label: "Main effects of the factors", size: { height: 190 * rows + 10, width: 900 }, draw: (it) => this.drawMain(it) });
     parent.append(element("p", { class: "note" }, "Dots: means; band: one standard deviation of the points on either side, which the other factors cause. Factors with many values are divided into twelve classes of equal size."));
@@ -79,7 +79,7 @@ class EffectsView {
       drawing.root.append(group);
       panel.root = group;
       const across = axisOf(of, levels.map(([value]) => value), { margin: 0.06 });
-      panel.axes({ ...across, label: shortened(across.label, 40) }, { ...up, label: shortened(up.label, 24) });
+      panel.axes({ ...across, label: shortened(across.label, 40) }, { ...up, label: shortened(up.label, 24) }, [5, 5]);
       const at = ([value]) => value * shownOf(of).factor;
       const edge = (sign) => levels.map((it) => [at(it), scale * (it[1] + sign * it[2])]);
       const band = [...edge(1), ...edge(-1).reverse()].map(([a, b]) => `${panel.x(a).toFixed(1)},${panel.y(b).toFixed(1)}`);

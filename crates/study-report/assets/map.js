@@ -10,6 +10,23 @@ const OVER = {
 /** Most values of a factor that are nodes of a map. */
 const NODES = 80;
 
+/** 1 for points that break a limit or did not end well, 0 for those that keep all, NaN where that is not known. */
+const BROKEN = Float64Array.from({ length: points.count }, (_, k) => ({ passed: 0, failed: 1 })[points.verdict(k)] ?? (points.well[k] ? NaN : 1));
+
+const fits = new Map();
+
+/** The fit of second degree of values at all points. */
+function fitOf(values) {
+  if (!fits.has(values)) fits.set(values, quadratic(Array.from({ length: points.count }, (_, k) => points.factors.map((it) => it.values[k])), values));
+  return fits.get(values);
+}
+
+/** A function of two indices, computed once for each pair. */
+function tabled(xs, ys, of) {
+  const table = xs.map((_, i) => Float64Array.from(ys, (__, j) => of(i, j)));
+  return (i, j) => table[i][j];
+}
+
 class MapView {
   constructor(parent) {
     const { factors } = points;
@@ -72,7 +89,8 @@ class MapView {
 
   /** The value of a factor at which the fit is cut. */
   cutAt(factor) {
-    return this.slices.get(factor) ?? quantile(Float64Array.from(factor.values).sort(), 0.5);
+    factor.median ??= quantile(Float64Array.from(factor.values).sort(), 0.5);
+    return this.slices.get(factor) ?? factor.median;
   }
 
   slider(factor) {
@@ -108,7 +126,7 @@ class MapView {
     const of = ({ values }) => (values.length ? factor * OVER[this.over][1](Float64Array.from(values).sort()) : NaN);
     return {
       xs, ys, grid: true, cells,
-      value: (i, j) => of(cells[i][j]),
+      value: tabled(xs, ys, (i, j) => of(cells[i][j])),
       lost: (i, j) => (cells[i][j].count ? cells[i][j].lost / cells[i][j].count : NaN),
       // a point that failed keeps no limit
       bad: (i, j) => { const it = cells[i][j]; return it.judged + it.lost ? (it.bad + it.lost) / Math.max(it.judged + it.lost, 1) : NaN; },
@@ -118,16 +136,15 @@ class MapView {
   /** The fit of second degree, cut at the values of the other factors. */
   fitted() {
     const { factors } = points;
-    const rows = Array.from({ length: points.count }, (_, k) => factors.map((it) => it.values[k]));
-    const fit = quadratic(rows, this.figure.values);
-    const lost = someLost ? quadratic(rows, LOST.values) : null;
-    const judged = Float64Array.from({ length: points.count }, (_, k) => ({ passed: 0, failed: 1 })[points.verdict(k)] ?? (points.well[k] ? NaN : 1));
-    const bad = judged.includes(0) && judged.includes(1) ? quadratic(rows, judged) : null;
+    const fit = fitOf(this.figure.values);
+    const lost = someLost ? fitOf(LOST.values) : null;
+    const bad = BROKEN.includes(0) && BROKEN.includes(1) ? fitOf(BROKEN) : null;
     const span = (column) => { const levels = levelsOf(column); return Array.from({ length: 41 }, (_, k) => levels[0] + ((levels[levels.length - 1] - levels[0]) * k) / 40); };
     const [xs, ys] = [span(this.across), span(this.up)];
-    const row = (i, j) => factors.map((it) => (it === this.across ? xs[i] : it === this.up ? ys[j] : this.cutAt(it)));
+    const cuts = factors.map((it) => this.cutAt(it));
+    const row = (i, j) => factors.map((it, n) => (it === this.across ? xs[i] : it === this.up ? ys[j] : cuts[n]));
     const { factor } = shownOf(this.figure);
-    const of = (it, scale = 1) => (i, j) => (it ? scale * it.at(row(i, j)) : NaN);
+    const of = (it, scale = 1) => tabled(xs, ys, (i, j) => (it ? scale * it.at(row(i, j)) : NaN));
     return { xs, ys, fit, lostFit: lost, value: of(fit, factor), lost: of(lost), bad: of(bad) };
   }
 

@@ -25,7 +25,7 @@ function axisOf(column, values, { margin = 0.04, log = false, texts = column.tex
 }
 
 /** Ticks of an axis: [[value, text]]. */
-function ticksOfAxis({ low, high, log, texts }, most = 8) {
+function ticksOfAxis({ low, high, log, texts, power = 0 }, most = 8) {
   if (texts) return texts.map((text, k) => [k, text]).filter(([k]) => k >= low && k <= high);
   if (log) {
     const ticks = [];
@@ -39,7 +39,16 @@ function ticksOfAxis({ low, high, log, texts }, most = 8) {
   const step = [1, 2, 5, 10].map((it) => it * decade).find((it) => it >= raw * (1 - 1e-9));
   const first = Math.ceil(low / step - 1e-9);
   const count = Math.floor(high / step + 1e-9) - first + 1;
-  return Array.from({ length: Math.max(count, 0) }, (_, k) => (first + k) * step).map((it) => [it, number(Number(it.toPrecision(10)), 6)]);
+  return Array.from({ length: Math.max(count, 0) }, (_, k) => (first + k) * step).map((it) => [it, number(Number((it / 10 ** power).toPrecision(10)), 6)]);
+}
+
+/** An axis whose large or small numbers are written without their power of ten, which its label then has. */
+function compacted(axis) {
+  const { low, high, log, texts, label } = axis;
+  const power = Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
+  if (log || texts || !Number.isFinite(power) || (power > -4 && power < 5)) return { ...axis, power: 0 };
+  const ten = `10${superscript(power)}`;
+  return { ...axis, power, label: /\)$/.test(label) ? label.replace(/\(([^()]*)\)$/, `(${ten} $1)`) : `${label} (${ten})` };
 }
 
 /** What a picture is drawn with. Values are in shown units. */
@@ -62,7 +71,8 @@ class Drawing {
   }
 
   /** Draws frame and ticks; afterwards `x` and `y` turn values into places. */
-  axes(across, up) {
+  axes(given, upwards, most = [8, 7]) {
+    const [across, up] = [compacted(given), compacted(upwards)];
     const { width, height, left, right, top, bottom, inks } = this;
     const place = ({ low, high, log }, from, to) => {
       const f = log ? Math.log : (value) => value;
@@ -70,12 +80,12 @@ class Drawing {
     };
     this.x = place(across, left, width - right);
     this.y = place(up, height - bottom, top);
-    for (const [value, text] of ticksOfAxis(across)) {
+    for (const [value, text] of ticksOfAxis(across, most[0])) {
       const x = this.x(value);
       this.add("line", { x1: x, x2: x, y1: top, y2: height - bottom, stroke: inks.grid });
       this.text(x, height - bottom + 17, text, { "text-anchor": "middle", fill: inks.soft });
     }
-    for (const [value, text] of ticksOfAxis(up, 7)) {
+    for (const [value, text] of ticksOfAxis(up, most[1])) {
       const y = this.y(value);
       this.add("line", { x1: left, x2: width - right, y1: y, y2: y, stroke: inks.grid });
       this.text(left - 7, y + 4, text, { "text-anchor": "end", fill: inks.soft });
@@ -104,12 +114,13 @@ class Drawing {
     for (let k = 0; k < 40; k++) {
       this.add("rect", { x, y: top + (span * (39 - k)) / 40, width: 12, height: span / 40 + 0.5, fill: `rgb(${viridis(k / 39)})` });
     }
-    for (const [value, text] of ticksOfAxis({ low, high, log }, 6)) {
+    const axis = compacted({ low, high, log, label });
+    for (const [value, text] of ticksOfAxis(axis, 6)) {
       const part = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
       this.text(x + 16, top + span * (1 - part) + 4, text, { fill: inks.soft, "font-size": 11 });
     }
     const middle = top + span / 2;
-    this.text(width - 6, middle, label, { "text-anchor": "middle", transform: `rotate(-90 ${width - 6} ${middle})`, "font-size": 11 });
+    this.text(width - 6, middle, axis.label, { "text-anchor": "middle", transform: `rotate(-90 ${width - 6} ${middle})`, "font-size": 11 });
   }
 
   /** Entries of a legend above the frame: [{ text, line or fill, dash }]. */

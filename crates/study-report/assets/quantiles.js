@@ -39,7 +39,7 @@ class QuantileView {
     for (const [x, list] of this.groups) this.groups.set(x, Float64Array.from(list).sort());
     const counts = [...this.groups.values()].map((it) => it.length);
     const count = counts.length === 0 ? "no points" : `${Math.min(...counts)}${Math.max(...counts) > Math.min(...counts) ? ` to ${Math.max(...counts)}` : ""} points each`;
-    this.note.textContent = `Line: median; bands: 25 to 75 %, 5 to 95 %, smallest to largest; ${count}.${this.lost > 0 ? ` ${this.lost} points lack the figure and are left out.` : ""}`;
+    this.note.textContent = `Line: median; bands: 25 to 75 %, 5 to 95 %, smallest to largest; ${count}.${this.lost > 0 ? ` Left out: ${this.lost} without the figure.` : ""}`;
     this.picture.redraw();
   }
 

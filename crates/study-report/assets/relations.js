@@ -38,7 +38,7 @@ class ScatterView {
 
   change() {
     const every = Math.max(1, Math.ceil(points.count / DRAWN));
-    this.note.textContent = `${every > 1 ? `One of ${every} points is drawn. ` : ""}${someLost ? "Crosses: points that ended early or failed." : ""}`;
+    this.note.textContent = `${every > 1 ? `One of ${every} points is drawn. ` : ""}${someLost ? "Crosses: points that ended early or failed; at the bottom if they lack the figure." : ""}`;
     this.picture.redraw();
   }
 
@@ -49,10 +49,11 @@ class ScatterView {
     const every = Math.max(1, Math.ceil(points.count / DRAWN));
     for (let k = 0; k < points.count; k += every) {
       const [x, y] = [a.values[k] * shownOf(a).factor, b.values[k] * shownOf(b).factor];
-      if (!Number.isFinite(drawing.x(x)) || !Number.isFinite(drawing.y(y))) continue;
+      const known = Number.isFinite(drawing.y(y));
+      if (!Number.isFinite(drawing.x(x)) || (points.well[k] && !known)) continue;
       const opacity = selection.has(k) ? 0.85 : 0.08;
       if (points.well[k]) drawing.point(x, y, { fill: tint(k), "fill-opacity": opacity }, `point ${points.numbers[k]}: ${a.title} ${textOf(a, a.values[k])}, ${b.title} ${textOf(b, b.values[k])}`);
-      else drawing.text(drawing.x(x), drawing.y(y) + 4, "×", { "text-anchor": "middle", fill: drawing.inks.bad, "fill-opacity": opacity });
+      else drawing.text(drawing.x(x), known ? drawing.y(y) + 4 : drawing.height - drawing.bottom, "×", { "text-anchor": "middle", fill: drawing.inks.bad, "fill-opacity": opacity });
     }
     const sorted = Float64Array.from(this.colour.values.filter(Number.isFinite)).sort();
     const { factor } = shownOf(this.colour);

@@ -16,7 +16,7 @@ const scenes = {};
       this.poses = data.poses.map((pose) =>
         Object.fromEntries(Object.entries(pose).map(([name, reference]) => [name, channel(reference)])),
       );
-      this.spans = data.spans.map((span) => ({ ...span, modes: span.modes.map(channel) }));
+      this.spans = data.spans.map((span) => ({ ...span, modes: span.modes.map(channel), natural: span.natural.map(channel) }));
       this.profile = data.irregularity && { ...data.irregularity, values: channel(data.irregularity.values) };
       this.carriers = data.groups.map((group, g) => ({
         ...group,
@@ -26,6 +26,14 @@ const scenes = {};
       const reach = data.boxes.flatMap((box) => [box.center[0] - box.size[0] / 2, box.center[0] + box.size[0] / 2]);
       this.reach = [Math.min(...reach), Math.max(...reach)];
       this.frame = { index: 0, part: 0, time: this.time[0] };
+      // a natural mode of the girders instead of the recorded deflection
+      this.mode = null;
+      this.phase = Math.PI / 2;
+    }
+
+    // Number of natural modes that all girders have.
+    get modeCount() {
+      return this.spans.length > 0 ? Math.min(...this.spans.map((span) => span.natural.length)) : 0;
     }
 
     // The magnets along the length of a group's leading body.
@@ -82,6 +90,10 @@ const scenes = {};
       for (const span of this.spans) {
         if (x < span.start || x > span.end) continue;
         const place = (x - span.start) / (span.end - span.start);
+        if (this.mode !== null) {
+          const shape = span.natural[this.mode];
+          return (this.amplitude() * Math.sin(this.phase) * sample(shape, place)) / (largest(shape) || 1);
+        }
         return span.modes.reduce((sum, mode, n) => sum + this.value(mode) * sample(span.shapes[n], place), 0);
       }
       return 0;
@@ -117,6 +129,12 @@ const scenes = {};
       const sorted = Float64Array.from(all).sort();
       const usual = sorted[Math.floor(0.98 * sorted.length)] ?? 0;
       return scenes.roundUp(Math.min(Math.max(usual, 1e-6), nominal));
+    }
+
+    // Amplitude (m) of a natural mode, whose size is arbitrary: that of the largest deflection.
+    amplitude() {
+      this.size ??= this.largestDeflection() || 1e-3;
+      return this.size;
     }
 
     // Largest deflection over the run (m).

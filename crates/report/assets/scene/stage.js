@@ -127,7 +127,7 @@
         const magnet = new THREE.Vector3(travelled + x, y, z + model.lift(k, scale));
         const side = y > 0 ? -1 : 1;
         const place = ([a, b, c]) => magnet.clone().add(new THREE.Vector3(a, side * b, c));
-        return { from: place(view.from), aim: place(view.aim) };
+        return this.free({ from: place(view.from), aim: place(view.aim) });
       }
       // far enough away that the train fits across, however narrow the window
       const wide = Math.tan((camera.fov * Math.PI) / 360) * Math.min(camera.aspect, 2.6);
@@ -135,7 +135,22 @@
       const middle = new THREE.Vector3(travelled + this.middle, 0, under + 0.08 * this.half);
       const aim = middle.clone().addScaledVector(new THREE.Vector3(...view.aim), this.half);
       const direction = new THREE.Vector3(...view.from).normalize();
-      return { from: aim.clone().addScaledVector(direction, away * 1.06), aim };
+      return this.free({ from: aim.clone().addScaledVector(direction, away * 1.06), aim });
+    }
+
+    // Raises a camera until it is above the ground and no girder or rigid ground hides what it looks at.
+    free({ from, aim }) {
+      const { THREE, track } = this;
+      this.sight ??= new THREE.Raycaster();
+      track.solids.forEach((mesh) => mesh.geometry.computeBoundingSphere());
+      const far = from.distanceTo(aim);
+      for (let step = 0; step < 12; step++) {
+        this.sight.set(aim, from.clone().sub(aim).normalize());
+        this.sight.far = from.distanceTo(aim);
+        if (from.z > track.ground + 0.5 && this.sight.intersectObjects(track.solids).length === 0) break;
+        from.z += 0.08 * far;
+      }
+      return { from, aim };
     }
 
     // The magnet on the near side whose gap is farthest from the nominal one.

@@ -11,6 +11,8 @@
     constructor(THREE, model, materials) {
       Object.assign(this, { THREE, model, materials });
       this.root = new THREE.Group();
+      // girders and rigid ground, which can hide the train
+      this.solids = [];
       const magnets = model.data.magnets.map((it) => it.position);
       this.lines = [...new Set(magnets.map((it) => it[1]))];
       this.half = Math.max(0.5, ...this.lines.map(Math.abs));
@@ -68,6 +70,7 @@
       mesh.receiveShadow = material !== this.materials.rail;
       mesh.frustumCulled = false;
       this.root.add(mesh);
+      if (material !== this.materials.rail) this.solids.push(mesh);
       return { mesh, outline };
     }
 
@@ -139,7 +142,8 @@
         places: Array.from({ length: count }, (_, i) => from + (i + 0.5) * SLEEPER.every),
         bars: row([SLEEPER.width, this.half * 2 + 0.2, SLEEPER.height], materials.sleeper),
         legs,
-        posts: row([SLEEPER.width, 0.3 / legs.length, 1], materials.sleeper, legs.length),
+        // two posts beside a rail in the middle are thin, so that they do not hide the train
+        posts: row([SLEEPER.width / legs.length ** 1.5, 0.3 / legs.length, 1], materials.sleeper, legs.length),
       };
     }
 

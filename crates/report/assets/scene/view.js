@@ -9,10 +9,13 @@
   const READABLE = 0.25;
   // Initial duration of playing a run (s), approximately.
   const PLEASANT = 20;
+  // Duration of a period of a natural mode (s).
+  const PERIOD = 2;
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   scenes.View = class {
     constructor(parent, run) {
+      this.run = run;
       this.model = new scenes.Model(run.scene, (reference) => arrays.get(reference));
       this.scale = { deflection: this.readable(), gap: GAP.start };
       this.range = this.model.usualDeviation();
@@ -64,8 +67,30 @@
         return element("label", { class: "option" }, box, label);
       };
       return element("div", { class: "row", role: "group", "aria-label": "Camera" }, buttons,
+        this.motions(),
         option("follow the train", this.follow, (on) => { this.follow = on; }),
         option("see-through cars", this.through, (on) => { this.through = on; this.stage?.seeThrough?.(on); }));
+    }
+
+    // The recorded motion, or a natural mode of the girders.
+    motions() {
+      const { model } = this;
+      if (model.modeCount === 0) return null;
+      const names = Array.from({ length: model.modeCount }, (_, k) => element("option", { value: k }, this.modeName(k)));
+      const select = element("select", { "aria-label": "Motion" }, element("option", { value: "" }, "recorded motion"), names);
+      select.addEventListener("change", () => {
+        model.mode = select.value === "" ? null : Number(select.value);
+        model.phase = Math.PI / 2;
+        this.playing = false;
+        this.say();
+        this.changed();
+      });
+      return select;
+    }
+
+    modeName(k) {
+      const mode = this.run.guideway?.modes[k];
+      return `girder mode ${k + 1}${mode ? `: ${number(mode.frequency, 4)} Hz${mode.damping == null ? "" : `, ζ ${number(mode.damping, 3)}`}` : ""}`;
     }
 
     legend() {
@@ -114,6 +139,11 @@
     say() {
       const { deflection, gap } = this.scale;
       const times = (factor) => (factor < 1.005 ? "true to scale" : `${number(factor, 2)} times too large`);
+      const { mode } = this.model;
+      if (mode !== null) {
+        this.words.textContent = `Natural mode of the empty girders, ${this.modeName(mode)}, drawn once in ${PERIOD} s with an amplitude of ${number(this.model.amplitude() * 1e3, 3)} mm, ${times(deflection)}. The train stands where it was at the time of the slider and only follows the girders.`;
+        return;
+      }
       const rough = this.model.profile ? ", the track's irregularity" : "";
       this.words.textContent = `The girders' deflection is drawn ${times(deflection)}; air gaps${rough} and the train's motion on the girders ${times(gap)}; everything else is to scale. Dashed: the rail without deflection and irregularity.`;
     }
@@ -212,6 +242,7 @@
     // The state in words.
     spoken() {
       const { model } = this;
+      if (model.mode !== null) return `The girders in ${this.modeName(model.mode)}.`;
       const worst = model.gaps.reduce((best, _, k) => (Math.abs(model.deviation(k) ?? 0) > Math.abs(model.deviation(best) ?? 0) ? k : best), 0);
       const gap = model.gaps[worst] ? ` Largest deviation of a gap: magnet ${worst + 1}, ${number(model.gap(worst) * 1e3, 4)} mm.` : "";
       const spans = model.spans.map((span, k) => `span ${k + 1} ${number(model.deflection((span.start + span.end) / 2) * 1e3, 3)} mm`).join(", ");
@@ -228,7 +259,7 @@
 
     play(on) {
       const { model } = this;
-      if (on && model.frame.time >= model.end) this.seek(model.begin);
+      if (on && model.mode === null && model.frame.time >= model.end) this.seek(model.begin);
       this.playing = on;
       this.last = null;
       this.changed();
@@ -240,6 +271,10 @@
       const { model } = this;
       const passed = this.last == null ? 0 : Math.min(now - this.last, 250) / 1000;
       this.last = now;
+      if (model.mode !== null) {
+        model.phase += (2 * Math.PI * passed) / PERIOD;
+        return;
+      }
       const time = model.frame.time + passed * this.speed;
       if (time >= model.end) this.playing = false;
       model.seek(time);

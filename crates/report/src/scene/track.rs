@@ -40,6 +40,8 @@ struct DrawnSpan {
     shapes: Vec<Vec<f64>>,
     /// Modal coordinates over time (m).
     modes: Vec<ArrayRef>,
+    /// Shapes of all natural modes at equal distances from end to end, the lowest first.
+    natural: Vec<ArrayRef>,
 }
 
 /// Recorded height of the rails' surface (m) at equal distances from `start`.
@@ -152,6 +154,7 @@ impl<'a> SpanShapes<'a> {
             known.extend(source.signal(&name).map(|values| (part, values)));
         }
         let tables: Vec<Vec<f64>> = (0..count).map(|mode| self.table(k, mode)).collect();
+        let natural = tables.iter().map(|table| source.arrays.f32(table)).collect();
         let found = coordinates(&tables, &known);
         self.unknown += usize::from(found.is_empty());
         if !found.is_empty() && found.len() < count {
@@ -165,7 +168,7 @@ impl<'a> SpanShapes<'a> {
         }
         let modes = found.iter().map(|(_, values)| source.arrays.f32(values)).collect();
         let shapes = found.into_iter().map(|(mode, _)| tables[mode].clone()).collect();
-        DrawnSpan { start: place.start, end: place.end, shapes, modes }
+        DrawnSpan { start: place.start, end: place.end, shapes, modes, natural }
     }
 
     fn note_missing_modes(&self, missing: &mut Vec<String>) {

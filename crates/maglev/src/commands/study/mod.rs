@@ -2,6 +2,7 @@
 
 mod keeper;
 mod progress;
+mod report;
 
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
@@ -26,6 +27,7 @@ Examples:
   maglev study run study.json
   maglev study run study.json --points 1..100 --out /scratch/study
   maglev study merge /scratch/study
+  maglev study report results/study
 
 docs/studies.md explains the file, docs/cluster.md how to use many machines.";
 
@@ -61,6 +63,9 @@ enum StudyCommand {
     /// Write the results of points that were computed apart
     #[command(arg_required_else_help = true)]
     Merge(MergeArguments),
+    /// Make an HTML report of a study: maps, effects, Sobol indices, Pareto front, table
+    #[command(arg_required_else_help = true)]
+    Report(report::Arguments),
     /// Computes points for `study run`, in a process of its own
     #[command(hide = true)]
     Worker,
@@ -149,6 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         StudyCommand::Run(arguments) => compute(arguments),
         StudyCommand::Points(arguments) => points(arguments),
         StudyCommand::Merge(arguments) => merge_folders(arguments),
+        StudyCommand::Report(arguments) => report::run(arguments),
         StudyCommand::Worker => serve(),
     }
 }
