@@ -3,6 +3,7 @@
 mod axis;
 mod clip;
 mod heat;
+mod marked;
 mod style;
 
 use std::ops::Range;
@@ -14,6 +15,7 @@ use thiserror::Error;
 
 use axis::Axis;
 pub use heat::{HeatMap, draw_map};
+pub use marked::{HeatMark, MarkedMap, draw_marked_map};
 pub use style::FigureStyle;
 use style::Layout;
 

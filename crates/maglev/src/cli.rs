@@ -65,6 +65,9 @@ pub enum Command {
     /// Show whether a train that moves over an endless row of spans is stable
     #[command(arg_required_else_help = true)]
     Floquet(commands::floquet::Arguments),
+    /// Map the least damping of a coupled system over two parameters
+    #[command(arg_required_else_help = true)]
+    Map(commands::map::Arguments),
     /// Check a unit against FMI 2.0
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),

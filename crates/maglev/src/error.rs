@@ -35,6 +35,9 @@ pub enum Error {
     /// The stability of the moving train.
     #[error("cannot find the stability of the moving train")]
     Floquet(#[source] FloquetError),
+    /// A stability map.
+    #[error("cannot make the map")]
+    Map(#[source] maps::Error),
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
@@ -126,6 +129,16 @@ impl From<ScenarioError> for Error {
     }
 }
 
+impl From<maps::Error> for Error {
+    fn from(error: maps::Error) -> Self {
+        match error {
+            maps::Error::Master(error) => error.into(),
+            maps::Error::Linear(error) => error.into(),
+            error => Self::Map(error),
+        }
+    }
+}
+
 impl From<LinearError> for Error {
     fn from(error: LinearError) -> Self {
         match error {
@@ -197,6 +210,7 @@ impl Error {
             Self::Study(error) => return error.help(),
             Self::Modes(error) => return error.help(),
             Self::Floquet(error) => return error.help(),
+            Self::Map(error) => return error.help(),
             Self::Package(error) => return error.help(),
             Self::Derive(error) => return error.help(),
             Self::Library(error) => error.help(),

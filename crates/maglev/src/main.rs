@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::run(&arguments),
         Command::Modes(arguments) => commands::modes::run(&arguments),
         Command::Floquet(arguments) => commands::floquet::run(&arguments),
+        Command::Map(arguments) => commands::map::run(&arguments),
         Command::Derive(arguments) => commands::derive::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),

@@ -262,8 +262,11 @@ fn cut(panels: &mut [FigurePanel]) {
     }
 }
 
-/// Renders SVG as PNG.
-fn png(svg: &str, zoom: f32) -> Result<Vec<u8>, String> {
+/// Renders SVG as PNG, with the report's font.
+///
+/// # Errors
+/// The text is not a picture, or it is too large.
+pub fn png(svg: &str, zoom: f32) -> Result<Vec<u8>, String> {
     let mut fonts = usvg::fontdb::Database::new();
     fonts.load_font_data(FONT.to_vec());
     fonts.set_sans_serif_family(FAMILY);

@@ -9,9 +9,9 @@ use crate::space::{Level, Space};
 use crate::system::Controllers;
 
 /// Iterations before the matrix is factorised again.
-const FROZEN: usize = 6;
+const FROZEN: usize = 5;
 /// Iterations in all.
-const MOST: usize = 24;
+const MOST: usize = 13;
 /// Change of s, as a fraction, at which it has converged.
 const CONVERGED: f64 = 1e-11;
 /// Residual ‖N z‖ / ‖z‖ of a converged zero, relative to the size of N's columns at z.

@@ -8,7 +8,7 @@ use faer::prelude::c64;
 use crate::branch::Point;
 use crate::error::MapError;
 use crate::gains::Rational;
-use crate::node::Node;
+use crate::node::{Node, nearest_pairs};
 use crate::region::Region;
 use crate::space::Space;
 use crate::system::Controllers;
@@ -20,9 +20,9 @@ const FIRST_TURN: f64 = 0.5;
 /// Points of the ray and of the arc at the start.
 const FIRST: (u32, u32) = (64, 8);
 /// Shortest distance of two points, of the ray's length of 1.
-const SHORTEST: f64 = 1e-6;
+const SHORTEST: f64 = 1e-5;
 /// Most points.
-const MOST: usize = 4000;
+const MOST: usize = 1500;
 /// Responses of two measurements count as proportional up to this part.
 const PROPORTIONAL: f64 = 0.01;
 
@@ -163,7 +163,7 @@ impl Contour {
                 while before.peek().is_some_and(|it| it.node.t < node.t) {
                     before.next();
                 }
-                match before.next_if(|it| it.node.t == node.t) {
+                match before.next_if(|it| Arc::ptr_eq(&it.node, node)) {
                     Some(value) => values.push(value),
                     None => {
                         let mut factors = Vec::with_capacity(node.factors());
@@ -212,9 +212,22 @@ impl Contour {
             Err(poisoned) => poisoned.into_inner(),
         };
         let mut nodes = guard.as_ref().clone();
+        let new: Vec<f64> = added.iter().map(|node| node.t).collect();
         nodes.extend(added);
         nodes.sort_by(|a, b| a.t.total_cmp(&b.t));
         nodes.dedup_by(|a, b| a.t == b.t);
+        // the order of the factors continues from node to node
+        let mut changed = false;
+        for k in 1..nodes.len() {
+            if !changed && !new.contains(&nodes[k].t) && !new.contains(&nodes[k - 1].t) {
+                continue;
+            }
+            let mut node = nodes[k].as_ref().clone();
+            changed = node.follow(&nodes[k - 1]);
+            if changed {
+                nodes[k] = Arc::new(node);
+            }
+        }
         *guard = Arc::new(nodes);
     }
 
@@ -245,6 +258,10 @@ struct Value {
     rest: c64,
 }
 
+/// Distance of two points, as a fraction, below which a factor's turn may be due to a known zero alone.
+const NEAR: f64 = 0.005;
+/// What such a factor may turn besides (rad).
+const REST: f64 = 0.4;
 /// Factors whose arguments are added at once: together below π.
 const GROUP: usize = 5;
 
@@ -273,8 +290,11 @@ fn turn_between(left: &Value, right: &Value, known: &[c64], limit: f64) -> Optio
     if rest.arg().abs() < limit && wide.is_empty() {
         return Some(sum + rest.arg());
     }
-    // turns about known zeros, which have no ambiguity
+    // turns about known zeros, which have no ambiguity; only between points so near that nothing else turns far there
     let (s, next) = (left.node.s, right.node.s);
+    if (next - s).norm() > NEAR * s.norm() {
+        return None;
+    }
     let about = |zero: c64| (next - zero) / (s - zero);
     let all = known.iter().flat_map(|&zero| {
         let pair = zero.im != 0.0;
@@ -289,7 +309,7 @@ fn turn_between(left: &Value, right: &Value, known: &[c64], limit: f64) -> Optio
         let turn = |k: usize| (ratio / near[k]).arg();
         let best = (0..near.len()).min_by(|&i, &j| turn(i).abs().total_cmp(&turn(j).abs()));
         match best {
-            Some(k) if turn(k).abs() < limit => {
+            Some(k) if turn(k).abs() < REST => {
                 sum += turn(k) + near[k].arg();
                 near.swap_remove(k);
             }
@@ -301,17 +321,11 @@ fn turn_between(left: &Value, right: &Value, known: &[c64], limit: f64) -> Optio
     }
     let zeros: c64 = near.iter().map(|ratio| ratio / ratio.norm()).product();
     let turn = (rest / zeros).arg();
-    (turn.abs() < limit).then(|| sum + turn + near.iter().map(|ratio| ratio.arg()).sum::<f64>())
+    (turn.abs() < REST).then(|| sum + turn + near.iter().map(|ratio| ratio.arg()).sum::<f64>())
 }
 
 /// Ratios of factors whose order is unclear, as eigenvalues have crossed: each with the nearest.
 fn matched(wide: Vec<(c64, c64)>) -> Vec<c64> {
-    let (left, mut right): (Vec<c64>, Vec<c64>) = wide.into_iter().unzip();
-    let nearest = |a: c64, right: &[c64]| {
-        let distance = |k: usize| (right[k] - a).norm();
-        (0..right.len()).min_by(|&i, &j| distance(i).total_cmp(&distance(j)))
-    };
-    left.iter()
-        .filter_map(|&a| nearest(a, &right).map(|k| right.swap_remove(k) * a.conj()))
-        .collect()
+    let (left, right): (Vec<c64>, Vec<c64>) = wide.into_iter().unzip();
+    nearest_pairs(&left, &right).into_iter().map(|(i, k)| right[k] * left[i].conj()).collect()
 }

@@ -9,7 +9,9 @@ use crate::error::MapError;
 /// Zeros are followed up to this damping ratio beyond the region's.
 pub const MARGIN: f64 = 0.02;
 /// Zeros up to this damping ratio beyond the region's are remembered when all eigenvalues are computed.
-const REMEMBERED: f64 = 0.15;
+const REMEMBERED: f64 = 0.06;
+/// Growing zeros that are followed where not all are known.
+const GROWING: usize = 6;
 /// Imaginary parts below this fraction are rounding errors.
 const NEARLY_REAL: f64 = 1e-7;
 
@@ -18,6 +20,8 @@ const NEARLY_REAL: f64 = 1e-7;
 pub enum Evidence {
     /// Zeros are followed, and the count on the boundary shows that there are no others.
     Counted,
+    /// A mode grows for certain, but not all modes of the region are known: another one may be damped even less.
+    Growing,
     /// The count was uncertain, or zeros were missing: all eigenvalues were computed.
     Eigenvalues,
 }
@@ -35,6 +39,9 @@ pub struct Cell {
     pub inside: bool,
     /// How the result is known.
     pub evidence: Evidence,
+    /// Shares of plant, attached part and controllers in the mode ([`Branch::shares`]), here or at most a few points
+    /// before.
+    pub shares: [f64; 3],
 }
 
 impl Cell {
@@ -54,7 +61,14 @@ pub struct Followed {
     pub away: Vec<Branch>,
     /// First number of a new branch.
     pub next: usize,
+    /// Whether zeros were left out at the last point, where one grew.
+    partial: bool,
+    /// Shares in a branch, and how many points ago they were computed.
+    shares: Option<(usize, [f64; 3], usize)>,
 }
+
+/// Points after which shares are computed again.
+const SHARES_KEPT: usize = 5;
 
 impl Followed {
     fn known(&self) -> Vec<c64> {
@@ -102,13 +116,27 @@ impl Contour {
             kept
         });
         followed.distinct();
-        let mut evidence = Evidence::Counted;
-        if !self.complete(point, followed)? {
+        let grows = |followed: &Followed| followed.active.iter().any(|it| it.s.re > 0.0);
+        let evidence = if followed.partial && grows(followed) {
+            Evidence::Growing
+        } else if self.complete(point, followed)? {
+            Evidence::Counted
+        } else {
             self.recall(point, followed, lost);
-            if !self.complete(point, followed)? {
+            if self.complete(point, followed)? {
+                Evidence::Counted
+            } else if grows(followed) {
+                Evidence::Growing
+            } else {
                 self.all(point, followed)?;
-                evidence = Evidence::Eigenvalues;
+                Evidence::Eigenvalues
             }
+        };
+        followed.partial = evidence == Evidence::Growing;
+        if followed.partial {
+            // the first of them show that the point is unstable
+            followed.active.sort_by(|a, b| a.damping().total_cmp(&b.damping()));
+            followed.active.truncate(GROWING);
         }
         let region = self.region;
         let (near, far): (Vec<Branch>, Vec<Branch>) = std::mem::take(&mut followed.active)
@@ -119,8 +147,17 @@ impl Contour {
             let of = all.iter().filter(|it| it.s.norm() > 0.0);
             of.map(|it| (it.s, it.id)).min_by(|a, b| damping(a.0).total_cmp(&damping(b.0)))
         };
-        let found =
-            least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
+        let found = least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
+        let (_, branch) = found.unwrap_or((c64::new(0.0, 0.0), usize::MAX));
+        let shares = match followed.shares {
+            Some((id, shares, age)) if id == branch && age < SHARES_KEPT => (id, shares, age + 1),
+            _ => {
+                let all = followed.active.iter().chain(&far).chain(&followed.away);
+                let mut mine = all.filter(|it| it.id == branch && !it.z.is_empty());
+                (branch, mine.next().map_or([1.0, 0.0, 0.0], |it| it.shares(point)), 0)
+            }
+        };
+        followed.shares = Some(shares);
         followed.away.extend(far);
         let (s, branch) = found.unwrap_or((c64::new(-f64::INFINITY, 0.0), usize::MAX));
         Ok(Cell {
@@ -129,6 +166,7 @@ impl Contour {
             growing: followed.active.iter().filter(|it| it.s.re > 0.0).count(),
             inside: region.contains(s),
             evidence,
+            shares: shares.1,
         })
     }
 
@@ -140,7 +178,8 @@ impl Contour {
     fn recall(&self, point: Point<'_>, followed: &mut Followed, lost: Vec<Branch>) {
         let away = std::mem::take(&mut followed.away);
         for mut branch in lost.into_iter().chain(away) {
-            if branch.refine(point) && self.region.near(branch.s, MARGIN) {
+            let within_reach = self.region.near(branch.s, REMEMBERED);
+            if within_reach && branch.refine(point) && self.region.near(branch.s, MARGIN) {
                 followed.add(branch);
             } else {
                 followed.away.push(branch);

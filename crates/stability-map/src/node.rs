@@ -121,34 +121,47 @@ impl Node {
         }
     }
 
-    /// Puts the eigenvalues of the response in the order of those of a neighbour, each next to the nearest.
-    pub fn follow(&mut self, neighbour: &Self) {
+    /// Puts the eigenvalues of the response in the order of those of a neighbour, each next to the nearest. Whether that
+    /// changed their order.
+    pub fn follow(&mut self, neighbour: &Self) -> bool {
         let (Kind::Diagonal(mine), Kind::Diagonal(other)) = (&mut self.kind, &neighbour.kind) else {
-            return;
+            return false;
         };
-        let n = mine.re.len();
-        if other.re.len() != n {
-            return;
+        let values = |it: &Diagonal| -> Vec<c64> {
+            it.re.iter().zip(&it.im).map(|(re, im)| c64::new(*re, *im)).collect()
+        };
+        let pairs = nearest_pairs(&values(other), &values(mine));
+        if pairs.iter().all(|(i, k)| i == k) {
+            return false;
         }
-        let value = |it: &Diagonal, k: usize| c64::new(it.re[k], it.im[k]);
-        let mut pairs: Vec<(f64, usize, usize)> = (0..n)
-            .flat_map(|i| (0..n).map(move |k| (i, k)))
-            .map(|(i, k)| ((value(other, i) - value(mine, k)).norm(), i, k))
-            .collect();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut order, mut taken) = (vec![usize::MAX; n], vec![false; n]);
-        for (_, i, k) in pairs {
-            if order[i] == usize::MAX && !taken[k] {
-                order[i] = k;
-                taken[k] = true;
-            }
-        }
+        let mut order = vec![0; mine.re.len()];
+        pairs.into_iter().for_each(|(i, k)| order[i] = k);
         let sorted = |list: &[f64]| -> Vec<f64> { order.iter().map(|&k| list[k]).collect() };
         (mine.re, mine.im) = (sorted(&mine.re), sorted(&mine.im));
         for products in mine.channels.iter_mut().flat_map(|it| &mut it.products) {
             (products.re, products.im) = (sorted(&products.re), sorted(&products.im));
         }
+        true
     }
+}
+
+/// Pairs (i, k) of equally many values on both sides, the nearest first.
+pub(crate) fn nearest_pairs(left: &[c64], right: &[c64]) -> Vec<(usize, usize)> {
+    let n = left.len().min(right.len());
+    let mut all: Vec<(f64, usize, usize)> = (0..n)
+        .flat_map(|i| (0..n).map(move |k| (i, k)))
+        .map(|(i, k)| ((left[i] - right[k]).norm(), i, k))
+        .collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut used, mut taken) = (vec![false; n], vec![false; n]);
+    let mut pairs = Vec::with_capacity(n);
+    for (_, i, k) in all {
+        if !used[i] && !taken[k] {
+            (used[i], taken[k]) = (true, true);
+            pairs.push((i, k));
+        }
+    }
+    pairs
 }
 
 impl Diagonal {

@@ -10,6 +10,7 @@ pub mod display;
 pub mod floquet;
 pub mod inspect;
 pub mod man;
+pub mod map;
 pub mod modes;
 pub mod names;
 pub mod reference;

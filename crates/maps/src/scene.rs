@@ -1,0 +1,453 @@
+//! One start of a scenario and the grid of the parameters that need no other start.
+
+use std::sync::Mutex;
+
+use faer::Mat;
+use faer::prelude::c64;
+use linear::{LinearSystem, LinearUnit, Linearised};
+use master::Setup;
+use master::graph::Graph;
+use master::system::VariableIndex;
+use scenario::{Override, Scenario};
+use stability_map::{
+    Attached, Cell, Contour, Controller, Controllers, Count, Evidence, Grid, Level, Plant, Point,
+    Region, Space, damping, survey,
+};
+
+use crate::axis::Axis;
+use crate::error::Error;
+use crate::model::Model;
+use crate::parts::Parts;
+use crate::result::{Known, MapCell, ModeKind};
+use crate::twin::{Given, Twin, twins};
+
+/// What a parameter enters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Enters {
+    Controllers,
+    Attached,
+    /// Another start is needed.
+    Plant,
+}
+
+/// An axis with what it changes.
+#[derive(Debug, Clone)]
+pub(crate) struct Varied {
+    pub axis: Axis,
+    pub changes: Vec<(usize, VariableIndex)>,
+    pub enters: Enters,
+}
+
+impl Varied {
+    pub fn given(&self, unit: usize, value: f64) -> Vec<Given> {
+        let mine = self.changes.iter().filter(|(k, _)| *k == unit);
+        mine.map(|(_, variable)| (*variable, value)).collect()
+    }
+}
+
+/// A scenario started with certain values.
+pub(crate) struct Scene {
+    pub system: LinearSystem,
+    pub kinds: Vec<String>,
+}
+
+/// The scenario with other values, ready to start.
+pub(crate) fn setup(scenario: &Scenario, given: &[(&str, f64)]) -> Result<Setup, Error> {
+    let mut scenario = scenario.clone();
+    for (target, value) in given {
+        scenario
+            .overrides
+            .push(Override { target: (*target).to_owned(), value: value.to_string() });
+    }
+    Ok(Setup::new(&scenario)?)
+}
+
+impl Scene {
+    pub fn start(setup: &Setup) -> Result<Self, Error> {
+        let Linearised { system, .. } = Linearised::at_start(setup)?;
+        let kinds = setup.system().instances.iter().map(|it| it.unit.clone()).collect();
+        Ok(Self { system, kinds })
+    }
+}
+
+/// Columns and rows of a scene: axes that need no other start, each absent or varied.
+#[derive(Clone, Copy)]
+pub(crate) struct Plan<'a> {
+    pub columns: Option<&'a Varied>,
+    pub rows: Option<&'a Varied>,
+    /// Column and row nearest to the scenario's own values.
+    pub start: (usize, usize),
+    pub threads: usize,
+}
+
+impl Plan<'_> {
+    pub fn size(&self) -> (usize, usize) {
+        let count = |it: Option<&Varied>| it.map_or(1, |it| it.axis.values.len());
+        (count(self.columns), count(self.rows))
+    }
+
+    /// The parameters of a unit at a column and row.
+    pub fn given(&self, unit: usize, column: usize, row: usize) -> Vec<Given> {
+        let of = |it: Option<&Varied>, k: usize| {
+            it.map(|it| it.given(unit, it.axis.values[k])).unwrap_or_default()
+        };
+        let mut all = of(self.columns, column);
+        all.extend(of(self.rows, row));
+        all
+    }
+
+    fn enters(&self, what: Enters) -> (bool, bool) {
+        let is = |it: Option<&Varied>| it.is_some_and(|it| it.enters == what);
+        (is(self.columns), is(self.rows))
+    }
+}
+
+/// Why the reduced computation is not possible, in words; then all eigenvalues are computed at every point.
+pub(crate) type Reason = String;
+
+/// A scene in reduced form.
+pub(crate) struct Reduced<'a> {
+    plan: Plan<'a>,
+    parts: Parts,
+    space: Space,
+    levels: Vec<Level>,
+    controllers: Model,
+    shape: Controller,
+    pub contour: Contour,
+    followed: stability_map::Followed,
+    pub notes: Vec<String>,
+}
+
+impl<'a> Reduced<'a> {
+    /// Splits a scene and prepares its grid.
+    pub fn new(
+        setup: &Setup,
+        scene: &Scene,
+        plan: Plan<'a>,
+    ) -> Result<Result<Self, Reason>, Error> {
+        let named: Vec<usize> = [plan.columns, plan.rows]
+            .into_iter()
+            .flatten()
+            .flat_map(|it| it.changes.iter().map(|(k, _)| *k))
+            .collect();
+        let Some(mut parts) = Parts::find(&scene.system, &scene.kinds, &named) else {
+            return Ok(Err("no kind of units acts as controllers with one force each".to_owned()));
+        };
+        let partly = [plan.columns, plan.rows].into_iter().flatten().any(|it| {
+            let mine = it.changes.iter().filter(|(k, _)| parts.controllers.contains(k)).count();
+            mine > 0 && mine < parts.controllers.len()
+        });
+        parts.equal &= !partly;
+        let plant: Plant = parts.plant(&scene.system)?;
+        let mut wanted = parts.controllers.clone();
+        if parts.equal {
+            wanted.truncate(1);
+        }
+        let first = wanted.len();
+        wanted.extend(parts.attached.iter().map(|(k, _)| *k));
+        let twins = twins(setup, &wanted)?;
+        let base = parts.attached(&scene.system.units);
+        let space = Space::new(&plant, &base, parts.equal)?;
+        let (columns, rows) = plan.size();
+        let mut notes = Vec::new();
+        let Some(levels) =
+            levels(&plan, &parts, &scene.system.units, (&twins[first..], &wanted[first..]), &space)?
+        else {
+            return Ok(Err("a parameter changes where the attached unit is loaded".to_owned()));
+        };
+        let shape = parts.controller(&scene.system.units[parts.controllers[0]]);
+        let varies = plan.enters(Enters::Controllers);
+        let controllers = Model::new((columns, rows), varies, |column, row| {
+            let mut all = Vec::new();
+            for (twin, &k) in twins[..first].iter().zip(&wanted) {
+                let given = plan.given(k, column, row);
+                let unit = if given.is_empty() { scene.system.units[k].clone() } else { twin.linear(&given)? };
+                flatten(&parts.controller(&unit), &mut all);
+            }
+            Ok(all)
+        })?;
+        if controllers.is_whole() {
+            notes.push("The controllers depend on both parameters in a way that is neither a sum nor a product: they were asked at every point.".to_owned());
+        }
+        let start = controllers_at(&controllers, &shape, &parts, &space, plan.start);
+        let level = &levels[level_index(&plan, plan.start)];
+        let point = Point { space: &space, level, controllers: &start };
+        let values = space
+            .whole(level, &start)?
+            .eigenvalues()
+            .map_err(|_| stability_map::MapError::Eigenvalues { what: "the whole system" })?;
+        let region = region(&values);
+        let known = |all: &stability_map::Followed| -> Vec<c64> {
+            all.active.iter().map(|it| it.s).collect()
+        };
+        let first_contour = Contour::new(region, point, &[])?;
+        let followed = first_contour.start(point)?;
+        let contour = Contour::new(region, point, &known(&followed))?;
+        if contour.count(point, &known(&followed))? != Count::Unknown(0) {
+            return Ok(Err(
+                "the count of modes by the argument principle does not agree with all eigenvalues at the first point"
+                    .to_owned(),
+            ));
+        }
+        if !contour.is_diagonal() {
+            notes.push(format!(
+                "The {} controllers are not equal, or their measurements not proportional: every determinant was factorised.",
+                parts.controllers.len()
+            ));
+        } else if contour.misfit() > 1e-9 {
+            notes.push(format!(
+                "The count takes the measurements of a controller as proportional to each other; they are up to {:.1e}. Modes are computed without this assumption.",
+                contour.misfit()
+            ));
+        }
+        notes.push(format!(
+            "All modes with a damping ratio below {:.3} are counted, on a boundary of {} points.",
+            region.damping,
+            contour.len()
+        ));
+        Ok(Ok(Self { plan, parts, space, levels, controllers, shape, contour, followed, notes }))
+    }
+
+    /// Computes all rows that are not done.
+    pub fn survey(
+        &self,
+        is_done: &(dyn Fn(usize) -> bool + Sync),
+        done: &(dyn Fn(usize, Vec<MapCell>) -> Result<(), Error> + Sync),
+    ) -> Result<(), Error> {
+        let rows = Rows { reduced: self, is_done, done, failure: Mutex::new(None) };
+        survey(&self.space, &self.contour, &rows, self.plan.start, &self.followed, self.plan.threads)?;
+        match rows.failure.into_inner() {
+            Ok(Some(error)) => Err(error),
+            _ => Ok(()),
+        }
+    }
+}
+
+struct Rows<'a> {
+    reduced: &'a Reduced<'a>,
+    is_done: &'a (dyn Fn(usize) -> bool + Sync),
+    done: &'a (dyn Fn(usize, Vec<MapCell>) -> Result<(), Error> + Sync),
+    failure: Mutex<Option<Error>>,
+}
+
+impl Grid for Rows<'_> {
+    fn columns(&self) -> usize {
+        self.reduced.plan.size().0
+    }
+
+    fn rows(&self) -> usize {
+        self.reduced.plan.size().1
+    }
+
+    fn level(&self, column: usize, row: usize) -> &Level {
+        &self.reduced.levels[level_index(&self.reduced.plan, (column, row))]
+    }
+
+    fn controllers(&self, column: usize, row: usize) -> Controllers {
+        let Reduced { controllers, shape, parts, space, .. } = self.reduced;
+        controllers_at(controllers, shape, parts, space, (column, row))
+    }
+
+    fn is_done(&self, row: usize) -> bool {
+        (self.is_done)(row)
+    }
+
+    fn done(&self, row: usize, cells: Vec<Cell>) -> bool {
+        let result = (self.done)(row, cells.iter().map(map_cell).collect());
+        let kept = result.is_ok();
+        if let (Err(error), Ok(mut failure)) = (result, self.failure.lock()) {
+            failure.get_or_insert(error);
+        }
+        kept
+    }
+}
+
+fn map_cell(cell: &Cell) -> MapCell {
+    let [plant, attached, controllers] = cell.shares;
+    let mode = if plant >= attached && plant >= controllers {
+        ModeKind::Plant
+    } else if attached >= controllers {
+        ModeKind::Attached
+    } else {
+        ModeKind::Controllers
+    };
+    let evidence = match cell.evidence {
+        Evidence::Counted => Known::Counted,
+        Evidence::Growing => Known::Growing,
+        Evidence::Eigenvalues => Known::Eigenvalues,
+    };
+    of_value(cell.s, cell.growing, mode, evidence)
+}
+
+pub(crate) fn of_value(s: c64, growing: usize, mode: ModeKind, evidence: Known) -> MapCell {
+    MapCell {
+        damping: damping(s),
+        frequency_hz: s.norm() / std::f64::consts::TAU,
+        real: s.re,
+        imaginary: s.im,
+        growing,
+        mode,
+        evidence,
+        at: None,
+    }
+}
+
+fn level_index(plan: &Plan<'_>, (column, row): (usize, usize)) -> usize {
+    let (by_column, by_row) = plan.enters(Enters::Attached);
+    let width = if by_column { plan.size().0 } else { 1 };
+    let c = if by_column { column } else { 0 };
+    if by_row { row * width + c } else { c }
+}
+
+/// The attached part at every point where it differs. None if it needs another space.
+fn levels(
+    plan: &Plan<'_>,
+    parts: &Parts,
+    units: &[LinearUnit],
+    (twins, of): (&[Twin<'_>], &[usize]),
+    space: &Space,
+) -> Result<Option<Vec<Level>>, Error> {
+    let (by_column, by_row) = plan.enters(Enters::Attached);
+    let size = plan.size();
+    let mut units = units.to_vec();
+    let mut at = |column: usize, row: usize| -> Result<Attached, Error> {
+        for (twin, &k) in twins.iter().zip(of) {
+            let given = plan.given(k, column, row);
+            if !given.is_empty() {
+                units[k] = twin.linear(&given)?;
+            }
+        }
+        Ok(parts.attached(&units))
+    };
+    let shape = at(0, 0)?;
+    let model = Model::new(size, (by_column, by_row), |column, row| {
+        let part = at(column, row)?;
+        let all = [&part.a, &part.b, &part.c];
+        Ok(all.into_iter().flat_map(|m| entries(m)).collect())
+    })?;
+    let width = if by_column { size.0 } else { 1 };
+    let height = if by_row { size.1 } else { 1 };
+    let mut levels = Vec::with_capacity(width * height);
+    for row in 0..height {
+        for column in 0..width {
+            let numbers = model.at(column, row);
+            let mut rest = numbers.as_slice();
+            let mut next = |like: &Mat<f64>| {
+                let (mine, others) = rest.split_at(like.nrows() * like.ncols());
+                rest = others;
+                Mat::from_fn(like.nrows(), like.ncols(), |i, j| mine[j * like.nrows() + i])
+            };
+            let part = Attached { a: next(&shape.a), b: next(&shape.b), c: next(&shape.c) };
+            let Some(level) = space.level(&part) else { return Ok(None) };
+            levels.push(level);
+        }
+    }
+    Ok(Some(levels))
+}
+
+fn entries(m: &Mat<f64>) -> Vec<f64> {
+    (0..m.ncols()).flat_map(|j| (0..m.nrows()).map(move |i| m[(i, j)])).collect()
+}
+
+fn flatten(controller: &Controller, all: &mut Vec<f64>) {
+    all.extend(entries(&controller.a));
+    all.extend(entries(&controller.b));
+    all.extend(&controller.c);
+}
+
+fn controllers_at(
+    model: &Model,
+    shape: &Controller,
+    parts: &Parts,
+    space: &Space,
+    (column, row): (usize, usize),
+) -> Controllers {
+    let numbers = model.at(column, row);
+    let (n, channels) = (shape.a.nrows(), shape.b.ncols());
+    let of = |numbers: &[f64]| Controller {
+        a: Mat::from_fn(n, n, |i, j| numbers[j * n + i]),
+        b: Mat::from_fn(n, channels, |i, j| numbers[n * n + j * n + i]),
+        c: numbers[n * n + n * channels..].to_vec(),
+        d: shape.d.clone(),
+    };
+    if parts.equal {
+        return space.controllers(&Controllers::Equal(of(&numbers), parts.controllers.len()));
+    }
+    Controllers::Each(numbers.chunks(n * n + n * channels + n).map(of).collect())
+}
+
+/// The region to count in: its rays in the widest gap between the modes, with at least one mode inside.
+fn region(values: &[c64]) -> Region {
+    let sizes = || values.iter().map(|s| s.norm()).filter(|it| *it > 1e-3);
+    let slowest = sizes().fold(f64::INFINITY, f64::min);
+    let fastest = sizes().fold(1.0, f64::max);
+    let sigma = if slowest.is_finite() { (0.05 * slowest).min(0.2) } else { 0.1 };
+    // the rays start at −σ
+    let slope = |s: &c64| (-s.re - sigma) / s.im;
+    let mut slopes: Vec<f64> =
+        values.iter().filter(|s| s.im > 1e-6 * s.norm()).map(slope).collect();
+    slopes.sort_by(f64::total_cmp);
+    let least = slopes.first().copied().unwrap_or(0.1).max(0.02);
+    let (low, high) = (1.1 * least, (3.0 * least).clamp(0.08, 0.5));
+    let mut ends = vec![low.min(high)];
+    ends.extend(slopes.iter().copied().filter(|it| *it > low && *it < high));
+    ends.push(high.max(low));
+    let gap = |pair: &&[f64]| pair[1] / pair[0];
+    let widest = ends.windows(2).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+    let slope = widest.map_or(0.05, |pair| (pair[0] * pair[1]).sqrt());
+    Region { sigma, damping: slope / slope.hypot(1.0), radius: 100.0 * fastest }
+}
+
+/// All eigenvalues of the states that are in a loop with another unit, as a cell.
+pub(crate) fn by_eigenvalues(system: &LinearSystem) -> Result<(MapCell, Vec<c64>), Error> {
+    let matrix = system.matrix()?;
+    let owners: Vec<usize> =
+        system.units.iter().enumerate().flat_map(|(k, unit)| vec![k; unit.states.len()]).collect();
+    let n = owners.len();
+    let mut graph = Graph::new(n);
+    for i in 0..n {
+        for j in 0..n {
+            if matrix[(i, j)] != 0.0 {
+                graph.edge(j, i);
+            }
+        }
+    }
+    let shared = |component: &Vec<usize>| component.iter().any(|&k| owners[k] != owners[component[0]]);
+    let mut kept: Vec<usize> = graph.components().into_iter().filter(shared).flatten().collect();
+    if kept.is_empty() {
+        kept = (0..n).collect();
+    }
+    let small = Mat::from_fn(kept.len(), kept.len(), |i, j| matrix[(kept[i], kept[j])]);
+    let values = linear::eigenvalues(&small)?;
+    let upper = || values.iter().filter(|s| s.im >= 0.0 && s.norm() > 0.0);
+    let least = upper().min_by(|a, b| damping(**a).total_cmp(&damping(**b))).copied();
+    let s = least.unwrap_or(c64::new(-1.0, 0.0));
+    let growing = upper().filter(|s| s.re > 0.0).count();
+    Ok((of_value(s, growing, ModeKind::Unknown, Known::Eigenvalues), values))
+}
+
+/// The system at a column and row, with units replaced by their twins'.
+pub(crate) fn system_at(
+    setup: &Setup,
+    scene: &Scene,
+    plan: &Plan<'_>,
+    points: &[(usize, usize)],
+    mut each: impl FnMut((usize, usize), &LinearSystem) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mut changed: Vec<usize> = [plan.columns, plan.rows]
+        .into_iter()
+        .flatten()
+        .flat_map(|it| it.changes.iter().map(|(k, _)| *k))
+        .collect();
+    changed.sort_unstable();
+    changed.dedup();
+    let twins = twins(setup, &changed)?;
+    let mut system = scene.system.clone();
+    for &(column, row) in points {
+        for (twin, &k) in twins.iter().zip(&changed) {
+            system.units[k] = twin.linear(&plan.given(k, column, row))?;
+        }
+        each((column, row), &system)?;
+    }
+    Ok(())
+}
