@@ -1,6 +1,6 @@
 //! A map as a picture.
 
-use figure::{HeatMark, MarkedMap};
+use figure::{HeatMark, MarkedMap, PlotError};
 
 use crate::result::{MapAxis, ModeKind, StabilityMap};
 
