@@ -1,6 +1,6 @@
 //! The report `linear`: modes with the magnets at their current positions.
 
-use fmi2_export::{Error, RealVar, StateSpace, Values};
+use fmi2_export::{Error, Motions, RealVar, StateSpace, Values};
 use guideway::{Guideway, Load, SpanMotion, State, Surface, Workspace};
 
 use crate::points::PointHandles;
@@ -26,8 +26,10 @@ pub(crate) fn report(
     let mut system = StateSpace::default();
     let modes = guideway.modes().len();
     for kind in ["mode", "rate of mode"] {
-        for k in 1..=modes {
-            system.state(format!("{kind} {k}"));
+        for (k, span) in guideway.spans().iter().enumerate() {
+            for n in 1..=guideway.girders()[span.girder].modes().len() {
+                system.state(format!("span {}, {kind} {n}", k + 1));
+            }
         }
     }
     let force = system.inputs(inputs.force);
@@ -94,6 +96,35 @@ pub(crate) fn report(
         }
     }
     system.to_json()
+}
+
+/// Parts of a span whose deflection is in the report `motions`.
+const EIGHTHS: usize = 8;
+
+/// The report `motions`: the modal coordinates of every span, and its deflection at eighths of its length.
+pub(crate) fn motions(guideway: &Guideway, work: &mut Workspace) -> Result<String, Error> {
+    let mut motions = Motions::default();
+    let still = vec![0.0; guideway.modes().len()];
+    let mut alone = State { q: still.clone(), v: still.clone() };
+    for (k, span) in guideway.spans().iter().enumerate() {
+        let part = format!("span {}", k + 1);
+        let modes = guideway.girders()[span.girder].modes().len();
+        for n in 0..modes {
+            let motion = motions.motion(part.as_str(), format!("mode {}", n + 1), None, "");
+            motions.by(motion, span.first_mode + n, 1.0);
+        }
+        for eighth in 0..=EIGHTHS {
+            let at = eighth as f64 / EIGHTHS as f64;
+            let motion = motions.motion(part.as_str(), "z", Some(at), "m");
+            for i in span.first_mode..span.first_mode + modes {
+                alone.q[i] = 1.0;
+                let y = guideway.span_motion(work, &alone, &still, k, at).displacement;
+                alone.q[i] = 0.0;
+                motions.by(motion, i, y);
+            }
+        }
+    }
+    motions.to_json()
 }
 
 /// Middle and quarter of every span, and the named points.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fmi2_export::{
-    Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
+    Error, Interface, Model, Motions, RealVar, Resources, Seed, Sensitivity, StateSpace, Step,
+    Values,
 };
 use guideway::{Guideway, GuidewayDescription, Load, SpanMotion, Surface, Workspace};
 use serde::{Deserialize, Serialize};
@@ -418,7 +419,7 @@ impl Model for GuidewayFmu {
         values: &Values,
         request: &str,
     ) -> Result<Option<String>, Error> {
-        if request != StateSpace::REQUEST {
+        if ![StateSpace::REQUEST, Motions::REQUEST].contains(&request) {
             return Ok(None);
         }
         let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
@@ -426,6 +427,9 @@ impl Model for GuidewayFmu {
         built.refresh(&inputs, state, values);
         built.hold(&inputs, values);
         let Built { guideway, work, loads, surfaces, .. } = built;
+        if request == Motions::REQUEST {
+            return linear::motions(guideway, work).map(Some);
+        }
         let handles = (&inputs, &outputs, &*points);
         linear::report(guideway, work, loads, surfaces, values, handles).map(Some)
     }

@@ -1,6 +1,6 @@
 //! The report `linear`: small motions about the current state, from forces to gaps.
 
-use fmi2_export::{Error, RealVars, StateSpace, Values};
+use fmi2_export::{Error, Motions, RealVars, StateSpace, Values};
 use multibody::math::Vec3;
 use multibody::{AppliedForces, Linearisation, MagnetSprings, VehicleModel};
 use nalgebra::{Cholesky, DMatrix, Dyn};
@@ -28,23 +28,9 @@ pub(crate) fn report(
     handles: &Handles,
 ) -> Result<String, Error> {
     let Handles { inputs, outputs, contact, external } = *handles;
+    let linear = linearised(model, state, values, handles)?;
     let (journey, state) = (state.journey, &state.vehicle);
     let track = contact.track(values, inputs, journey.speed);
-    check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
-    let failed = |e: multibody::Error| Error::caused(&e).context("the report linear");
-    let linear = model
-        .linearise_in_contact(
-            state,
-            AppliedForces {
-                magnets: inputs.loads(values),
-                external: external.memory().hold(external, values),
-                acceleration: journey.acceleration,
-            },
-            &MagnetSprings::default(),
-            track.as_ref(),
-            &mut model.workspace(),
-        )
-        .map_err(failed)?;
     let slopes: Vec<[Vec3; 2]> = model
         .magnets()
         .map(|k| track.map_or([Vec3::zeros(); 2], |track| model.contact_slopes(state, k, &track)))
@@ -57,6 +43,50 @@ pub(crate) fn report(
     let pushed = model.external_shapes(state, &linear);
     shapes.write_external(&mut system, external, &linear, &pushed, rows)?;
     system.to_json()
+}
+
+/// The equations of motion about the state.
+fn linearised(
+    model: &VehicleModel,
+    state: &State,
+    values: &Values,
+    handles: &Handles,
+) -> Result<Linearisation, Error> {
+    let Handles { inputs, contact, external, .. } = *handles;
+    let (journey, state) = (state.journey, &state.vehicle);
+    let track = contact.track(values, inputs, journey.speed);
+    check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
+    let forces = AppliedForces {
+        magnets: inputs.loads(values),
+        external: external.memory().hold(external, values),
+        acceleration: journey.acceleration,
+    };
+    let (springs, mut work) = (MagnetSprings::default(), model.workspace());
+    model
+        .linearise_in_contact(state, forces, &springs, track.as_ref(), &mut work)
+        .map_err(|e| Error::caused(&e).context("the report linear"))
+}
+
+/// The report `motions`: displacements of the bodies' centres of mass in world axes and rotations in
+/// body axes, by the states of the report `linear`.
+pub(crate) fn motions(
+    model: &VehicleModel,
+    state: &State,
+    values: &Values,
+    handles: &Handles,
+) -> Result<String, Error> {
+    let linear = linearised(model, state, values, handles)?;
+    let mut motions = Motions::default();
+    for (body, name) in model.body_names().enumerate() {
+        for (axis, direction) in ["x", "y", "z", "rx", "ry", "rz"].into_iter().enumerate() {
+            let unit = if axis < 3 { "m" } else { "rad" };
+            let motion = motions.motion(name, direction, None, unit);
+            for (state, &value) in linear.basis.row(6 * body + axis).iter().enumerate() {
+                motions.by(motion, state, value);
+            }
+        }
+    }
+    motions.to_json()
 }
 
 /// Indices of the magnets' accelerations among the outputs, and of the track among the inputs.

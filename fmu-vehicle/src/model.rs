@@ -1,8 +1,8 @@
 //! Maps the unit's variables to the physics.
 
 use fmi2_export::{
-    Error, Interface, Model, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace, Step,
-    Values,
+    Error, Interface, Model, Motions, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace,
+    Step, Values,
 };
 use multibody::{
     AppliedCourse, AppliedForces, Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex,
@@ -448,7 +448,8 @@ impl Model for VehicleFmu {
         Ok(true)
     }
 
-    /// Requests: `modes`, optionally followed by options as JSON, and `linear`.
+    /// Requests: `modes`, optionally followed by options as JSON, `linear` and
+    /// `motions`.
     fn report(
         &mut self,
         state: &State,
@@ -456,10 +457,12 @@ impl Model for VehicleFmu {
         request: &str,
     ) -> Result<Option<String>, Error> {
         self.use_vehicle_of(state, values)?;
-        if request == StateSpace::REQUEST {
+        if [StateSpace::REQUEST, Motions::REQUEST].contains(&request) {
             let Self { model, inputs, outputs, contact, external, .. } = self;
             let handles = linear::Handles { inputs, outputs, contact, external };
-            return linear::report(model, state, values, &handles).map(Some);
+            let report =
+                if request == StateSpace::REQUEST { linear::report } else { linear::motions };
+            return report(model, state, values, &handles).map(Some);
         }
         let (name, options) = request.split_once(' ').unwrap_or((request, ""));
         if name != "modes" {

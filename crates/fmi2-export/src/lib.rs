@@ -16,6 +16,7 @@ mod interface;
 mod location;
 mod logger;
 mod model;
+mod motions;
 mod panics;
 mod per_type;
 mod resources;
@@ -35,6 +36,7 @@ pub use interface::{
     Declaration, DefaultExperiment, DisplayUnit, Info, Interface, UnitOfMeasure, VariableRow,
 };
 pub use model::{Model, Seed, Sensitivity, Step};
+pub use motions::Motions;
 pub use resources::Resources;
 pub use state_space::StateSpace;
 pub use values::{

@@ -20,6 +20,32 @@ pub enum LinearError {
         #[source]
         source: FmuError,
     },
+    /// A unit reports no linearisation, and none can be identified.
+    #[error("{instance} reports no linearisation, and its steps cannot be used instead: {why}")]
+    Unidentified {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// What is missing.
+        why: String,
+    },
+    /// A step for an identification failed.
+    #[error("{instance} cannot be identified: a step from its saved state failed")]
+    Steps {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// The call that failed, and its status.
+        #[source]
+        source: FmuError,
+    },
+    /// A unit does not give the directional derivatives that it declares.
+    #[error("{instance} does not give the directional derivatives of its states")]
+    Derivatives {
+        /// The instance, by its name in the scenario.
+        instance: String,
+        /// The call that failed, and its status.
+        #[source]
+        source: FmuError,
+    },
     /// A unit does not step in every communication step.
     #[error(
         "{instance} does not step in every communication step (\"every\"), which is needed for the modes"

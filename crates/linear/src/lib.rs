@@ -28,15 +28,22 @@
 )]
 
 mod coupled;
+mod derivatives;
 pub mod eigen;
 mod error;
+mod files;
+mod identified;
+mod mat5;
 mod matching;
+mod model;
 pub mod modes;
 mod operating_point;
 mod report;
 mod rows;
+mod shapes;
 mod stepped;
 mod stepped_unit;
+mod steps;
 mod structure;
 mod system;
 #[cfg(test)]
@@ -48,7 +55,11 @@ pub use coupled::{Open, StateSpace};
 pub use eigen::{Eigen, eigen, eigenvalues};
 pub use error::LinearError;
 pub use report::Report;
+pub use identified::Identified;
+pub use model::{Model, Models, Source};
 pub use rows::{Entry, Rows};
+pub use shapes::Motions;
 pub use stepped::Stepped;
+pub use steps::UnitSteps;
 pub use system::{Connection, LinearSystem, Linearised, Port, Stepping};
 pub use unit::{LinearUnit, Quantity};

@@ -18,15 +18,15 @@ use faer::Mat;
 use faer::prelude::c64;
 use indexmap::IndexMap;
 use master::Setup;
-use results::modes::{CoupledMode, CoupledModes, Eigenvalue};
+use results::modes::{CoupledMode, CoupledModes, CoupledParts, Eigenvalue, ModeShapes};
 
-use super::eigen::eigen;
+use super::eigen::{self, eigen};
 use super::error::LinearError;
 use super::matching::{Matched, matched};
 use super::stepped::Stepped;
-use super::structure;
 use super::system::Linearised;
 use super::unit::LinearUnit;
+use super::{shapes, structure};
 
 /// Smaller shares are left out.
 const LEAST_SHARE: f64 = 1e-3;
@@ -55,39 +55,88 @@ pub fn find(setup: &Setup) -> Result<CoupledModes, LinearError> {
 /// # Errors
 /// The units cannot be coupled, or their eigenvalues cannot be found.
 pub fn of(linearised: &Linearised) -> Result<CoupledModes, LinearError> {
-    let Linearised { system, stepping } = linearised;
+    Ok(with_shapes(linearised)?.0)
+}
+
+/// The modes of linear units, and what moves in them. Only units that were asked move
+/// ([`Linearised::with_motions`]).
+///
+/// # Errors
+/// As for [`of`].
+pub fn with_shapes(linearised: &Linearised) -> Result<(CoupledModes, ModeShapes), LinearError> {
+    let Linearised { system, stepping, motions, .. } = linearised;
     let units = &system.units;
     let matrix: Mat<f64> = system.matrix()?;
-    let found = eigen(&matrix)?;
-    let multipliers = Stepped::new(units, stepping)?.multipliers()?;
+    // the two are independent, and take about equally long
+    let (found, multipliers) = std::thread::scope(|scope| {
+        let found = scope.spawn(|| eigen(&matrix));
+        let multipliers = Stepped::new(units, stepping).and_then(|it| it.multipliers());
+        (found.join().unwrap_or(Err(LinearError::Eigenvalues)), multipliers)
+    });
+    let (found, multipliers) = (found?, multipliers?);
     let values: Vec<c64> = found.iter().map(|eigen| eigen.value).collect();
     let Matched { stepped, own } = matched(&values, &multipliers, stepping.step);
-    let mut modes: Vec<CoupledMode> = found
+    let mut modes: Vec<(CoupledMode, &[c64])> = found
         .iter()
         .zip(stepped)
-        .map(|(eigen, stepped)| CoupledMode {
-            continuous: eigenvalue(eigen.value),
-            stepped: stepped.map(eigenvalue),
-            relative_error: stepped.map(|it| (it - eigen.value).norm() / eigen.value.norm()),
-            participation: participation(units, &eigen.shares),
+        .map(|(eigen, stepped)| {
+            let mode = CoupledMode {
+                continuous: eigenvalue(eigen.value),
+                stepped: stepped.map(eigenvalue),
+                relative_error: stepped.map(|it| (it - eigen.value).norm() / eigen.value.norm()),
+                participation: participation(units, &eigen.shares),
+            };
+            (mode, eigen.shape.as_slice())
         })
         .collect();
     modes.sort_by(|a, b| {
-        let key = |mode: &CoupledMode| mode.continuous.damping_ratio;
-        key(a)
-            .total_cmp(&key(b))
-            .then(a.continuous.frequency_hz.total_cmp(&b.continuous.frequency_hz))
+        let (a, b) = (a.0.continuous, b.0.continuous);
+        let by_damping = a.damping_ratio.total_cmp(&b.damping_ratio);
+        by_damping.then(a.frequency_hz.total_cmp(&b.frequency_hz))
     });
-    Ok(CoupledModes {
+    let shapes = shapes::shapes(units, motions, modes.iter().map(|(_, shape)| *shape));
+    let apart = structure::apart(&matrix, units);
+    let modes = CoupledModes {
         states: system.states(),
         step: stepping.step,
         coupling_multiplier: own,
-        apart: structure::apart(&matrix, units),
+        parts: structure::parts(units, &apart),
+        apart,
         operating_point: system.point.clone(),
         stable: values.iter().all(|value| value.re < 0.0),
         stepped_stable: multipliers.iter().all(|z| z.norm() < 1.0),
-        modes,
-    })
+        modes: modes.into_iter().map(|(mode, _)| mode).collect(),
+    };
+    Ok((modes, shapes))
+}
+
+/// The modes of the continuous system alone, least damped first, for many points: without those as stepped,
+/// which take most of the time.
+///
+/// # Errors
+/// The units cannot be coupled, or their eigenvalues cannot be found.
+pub fn continuous(linearised: &Linearised) -> Result<Continuous, LinearError> {
+    let units = &linearised.system.units;
+    let matrix = linearised.system.matrix()?;
+    let mode = |eigen: eigen::Eigen| CoupledMode {
+        continuous: eigenvalue(eigen.value),
+        participation: participation(units, &eigen.shares),
+        ..CoupledMode::default()
+    };
+    let mut modes: Vec<CoupledMode> = eigen(&matrix)?.into_iter().map(mode).collect();
+    let damping = |mode: &CoupledMode| mode.continuous.damping_ratio;
+    modes.sort_by(|a, b| damping(a).total_cmp(&damping(b)));
+    let parts = structure::parts(units, &structure::apart(&matrix, units));
+    Ok(Continuous { modes, parts })
+}
+
+/// Modes of the continuous system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Continuous {
+    /// Least damped first; nothing is known of them as stepped.
+    pub modes: Vec<CoupledMode>,
+    /// Units with named parts, and which of these are coupled.
+    pub parts: Vec<CoupledParts>,
 }
 
 /// Shares by instance, the largest first.

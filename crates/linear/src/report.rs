@@ -14,13 +14,13 @@ use master::system::VariableIndex;
 /// inputs and outputs, and the nonzero entries of the matrices.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Report {
-    states: Vec<String>,
-    inputs: Vec<u32>,
-    outputs: Vec<u32>,
-    a: Vec<Entry>,
-    b: Vec<Entry>,
-    c: Vec<Entry>,
-    d: Vec<Entry>,
+    pub(super) states: Vec<String>,
+    pub(super) inputs: Vec<u32>,
+    pub(super) outputs: Vec<u32>,
+    pub(super) a: Vec<Entry>,
+    pub(super) b: Vec<Entry>,
+    pub(super) c: Vec<Entry>,
+    pub(super) d: Vec<Entry>,
 }
 
 /// The report as written. JSON has no value that is not finite: units write null instead.

@@ -10,10 +10,11 @@ use std::sync::Arc;
 use faer::Mat;
 use faer::prelude::c64;
 
+use super::coupled::StateSpace;
 use super::eigen::eigenvalues;
 use super::error::LinearError;
 use super::stepped_unit::SteppedUnit;
-use super::system::Stepping;
+use super::system::{LinearSystem, Port, Stepping};
 use super::unit::LinearUnit;
 use super::unit_map::UnitMap;
 use coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
@@ -51,6 +52,25 @@ impl<'a> Stepped<'a> {
     /// # Errors
     /// A unit is too fast for the step, or its eigenvalues cannot be found.
     pub fn new(units: &'a [LinearUnit], stepping: &'a Stepping) -> Result<Self, LinearError> {
+        Self::with(units, stepping, false)
+    }
+
+    /// As [`Stepped::new`], for [`Stepped::open`] with inputs that are not connected.
+    ///
+    /// # Errors
+    /// As [`Stepped::new`].
+    pub fn with_free_inputs(
+        units: &'a [LinearUnit],
+        stepping: &'a Stepping,
+    ) -> Result<Self, LinearError> {
+        Self::with(units, stepping, true)
+    }
+
+    fn with(
+        units: &'a [LinearUnit],
+        stepping: &'a Stepping,
+        free: bool,
+    ) -> Result<Self, LinearError> {
         let mut links = stepping.links.clone();
         for link in links.iter_mut().flat_map(|unit| &mut unit.reals) {
             link.offset = 0.0;
@@ -64,7 +84,7 @@ impl<'a> Stepped<'a> {
             kind.push(match different.iter().position(alike) {
                 Some(place) => place,
                 None => {
-                    maps.push(UnitMap::new(unit, order, *step)?);
+                    maps.push(UnitMap::new(unit, order, *step, free)?);
                     different.push((unit, order));
                     maps.len() - 1
                 }
@@ -133,17 +153,80 @@ impl<'a> Stepped<'a> {
         let determined = self.determined();
         let memories = self.memories(&determined);
         let mut machine = Machine::new(self, &determined);
-        let columns: Vec<Vec<f64>> =
-            memories.iter().map(|memory| machine.step_from(*memory, &memories)).collect();
-        for column in &columns {
-            if let Some(row) = column.iter().position(|x| !x.is_finite()) {
-                let (Memory::State { unit, .. } | Memory::Point { unit, .. }) = memories[row];
-                let (instance, step) = (self.units[unit].name.clone(), self.size);
-                return Err(LinearError::Overflow { instance, step });
+        let columns: Vec<Vec<f64>> = memories
+            .iter()
+            .map(|memory| machine.step_from(Some(*memory), None, &memories))
+            .collect();
+        self.check(&columns, &memories)?;
+        let used = used(&columns, &[], &[]);
+        Ok(Mat::from_fn(used.len(), used.len(), |i, j| columns[used[j]][used[i]]))
+    }
+
+    fn check(&self, columns: &[Vec<f64>], memories: &[Memory]) -> Result<(), LinearError> {
+        let Some(row) = columns.iter().find_map(|it| it.iter().position(|x| !x.is_finite())) else {
+            return Ok(());
+        };
+        let (Memory::State { unit, .. } | Memory::Point { unit, .. }) = memories[row];
+        Err(LinearError::Overflow { instance: self.units[unit].name.clone(), step: self.size })
+    }
+
+    /// The map between communication points with inputs and outputs: everything that the system
+    /// remembers, the free inputs held over a step, and the outputs at its end.
+    ///
+    /// # Errors
+    /// A step gives values that are not finite.
+    pub fn open(
+        &self,
+        system: &LinearSystem,
+        inputs: &[Port],
+        outputs: &[Port],
+    ) -> Result<StateSpace, LinearError> {
+        let determined = self.determined();
+        let memories = self.memories(&determined);
+        let mut machine = Machine::new(self, &determined);
+        let seen = |machine: &Machine| -> Vec<f64> {
+            outputs.iter().map(|port| machine.output(*port)).collect()
+        };
+        let (mut columns, mut c) = (Vec::new(), Vec::new());
+        for memory in &memories {
+            columns.push(machine.step_from(Some(*memory), None, &memories));
+            c.push(seen(&machine));
+        }
+        let (mut forced, mut d) = (Vec::new(), Vec::new());
+        for port in inputs {
+            forced.push(machine.step_from(None, Some(*port), &memories));
+            d.push(seen(&machine));
+        }
+        self.check(&columns, &memories)?;
+        self.check(&forced, &memories)?;
+        let used = used(&columns, &c, &forced);
+        let (n, m, p) = (used.len(), inputs.len(), outputs.len());
+        Ok(StateSpace {
+            states: used.iter().map(|&k| self.name(memories[k])).collect(),
+            inputs: inputs.iter().map(|port| system.input_name(*port)).collect(),
+            outputs: outputs.iter().map(|port| system.output_name(*port)).collect(),
+            a: Mat::from_fn(n, n, |i, j| columns[used[j]][used[i]]),
+            b: Mat::from_fn(n, m, |i, j| forced[j][used[i]]),
+            c: Mat::from_fn(p, n, |i, j| c[used[j]][i]),
+            d: Mat::from_fn(p, m, |i, j| d[j][i]),
+        })
+    }
+
+    fn name(&self, memory: Memory) -> String {
+        match memory {
+            Memory::State { unit, state } => {
+                format!("{}.{}", self.units[unit].name, self.units[unit].states[state])
+            }
+            Memory::Point { unit, output, point, order } => {
+                let unit = &self.units[unit];
+                let derivative = match order {
+                    0 => String::new(),
+                    order => format!(", derivative {order}"),
+                };
+                let name = &unit.outputs[output].name;
+                format!("{}.{name}, {point} steps ago{derivative}", unit.name)
             }
         }
-        let used = used(&columns);
-        Ok(Mat::from_fn(used.len(), used.len(), |i, j| columns[used[j]][used[i]]))
     }
 
     /// Multipliers z of the map: a mode's signals grow by z from one communication point to the next.
@@ -156,14 +239,17 @@ impl<'a> Stepped<'a> {
     }
 }
 
-/// Memories that are both read and written, found by repeatedly leaving out the others.
-fn used(columns: &[Vec<f64>]) -> Vec<usize> {
+/// Memories that are both read and written, found by repeatedly leaving out the others. `outputs` read each of
+/// them, and `inputs` write to all.
+fn used(columns: &[Vec<f64>], outputs: &[Vec<f64>], inputs: &[Vec<f64>]) -> Vec<usize> {
+    let shown = |k: usize| outputs.get(k).is_some_and(|it| it.iter().any(|x| *x != 0.0));
+    let driven = |k: usize| inputs.iter().any(|it| it[k] != 0.0);
     let mut used: Vec<usize> = (0..columns.len()).collect();
     loop {
         let before = used.len();
-        let read = |&k: &usize| used.iter().any(|&i| columns[k][i] != 0.0);
+        let read = |&k: &usize| shown(k) || used.iter().any(|&i| columns[k][i] != 0.0);
         let kept: Vec<usize> = used.iter().copied().filter(read).collect();
-        let written = |&i: &usize| kept.iter().any(|&k| columns[k][i] != 0.0);
+        let written = |&i: &usize| driven(i) || kept.iter().any(|&k| columns[k][i] != 0.0);
         used = kept.iter().copied().filter(written).collect();
         if used.len() == before {
             return used;
@@ -187,14 +273,26 @@ impl<'a> Machine<'a> {
         Self { stepped, determined, units: stepped.units_at_rest(), exchange, coupling }
     }
 
-    /// The memory one step after `memory` was one and everything else zero.
-    fn step_from(&mut self, memory: Memory, all: &[Memory]) -> Vec<f64> {
+    /// An output now, connected or not.
+    fn output(&self, Port { unit, index }: Port) -> f64 {
+        let (linear, stepped) = (&self.stepped.units[unit], &self.units[unit]);
+        linear.c.times(index, |j| stepped.states[j])
+            + linear.d.times(index, |j| stepped.input(j, 0))
+    }
+
+    /// The memory one step after `memory` was one and everything else zero; `held` is one over the step.
+    fn step_from(
+        &mut self,
+        memory: Option<Memory>,
+        held: Option<Port>,
+        all: &[Memory],
+    ) -> Vec<f64> {
         self.units.iter_mut().for_each(SteppedUnit::clear);
         let nothing: Vec<Vec<Taylor>> =
             self.determined.iter().map(|outputs| vec![Taylor::ZERO; outputs.len()]).collect();
         let mut past = vec![nothing; POINTS];
         match memory {
-            Memory::State { unit, state } => {
+            Some(Memory::State { unit, state }) => {
                 self.units[unit].states[state] = 1.0;
                 let outputs = self.units[unit].outputs();
                 for ((point, now), &free) in
@@ -203,7 +301,10 @@ impl<'a> Machine<'a> {
                     point.0[..free.min(4)].copy_from_slice(&now.0[..free.min(4)]);
                 }
             }
-            Memory::Point { unit, output, point, order } => past[point][unit][output][order] = 1.0,
+            Some(Memory::Point { unit, output, point, order }) => {
+                past[point][unit][output][order] = 1.0;
+            }
+            None => {}
         }
         let size = self.stepped.size;
         for (point, outputs) in past.iter().enumerate().rev() {
@@ -217,6 +318,9 @@ impl<'a> Machine<'a> {
             };
         }
         self.units.iter_mut().for_each(|unit| unit.preset_outputs = None);
+        if let Some(Port { unit, index }) = held {
+            self.units[unit].held = Some((index, 1.0));
+        }
         let Ok(()) = self.coupling.step(&mut self.exchange, &mut self.units, 0.0, size);
         // earlier points move back by one
         past.rotate_right(1);

@@ -18,6 +18,8 @@ pub struct SteppedUnit<'a> {
     pub states: Vec<f64>,
     /// Inputs over the step; afterwards, from its end on.
     inputs: Vec<Taylor>,
+    /// An input to which a constant is added, and that constant.
+    pub held: Option<(usize, f64)>,
     /// What [`Unit::receive`] returns instead of the outputs, if set.
     pub preset_outputs: Option<Vec<Taylor>>,
     saved: [(Vec<f64>, Vec<Taylor>); PLACES],
@@ -26,7 +28,7 @@ pub struct SteppedUnit<'a> {
 impl<'a> SteppedUnit<'a> {
     /// At rest.
     pub fn new(map: &'a UnitMap, offered: &'a [usize]) -> Self {
-        let (states, inputs) = (map.by_state.nrows(), map.by_input[0].ncols());
+        let (states, inputs) = (map.by_state.nrows(), map.by_input[1].ncols());
         let nothing = || (vec![0.0; states], vec![Taylor::ZERO; inputs]);
         let (states, inputs) = nothing();
         Self {
@@ -34,6 +36,7 @@ impl<'a> SteppedUnit<'a> {
             offered,
             states,
             inputs,
+            held: None,
             preset_outputs: None,
             saved: std::array::from_fn(|_| nothing()),
         }
@@ -43,7 +46,14 @@ impl<'a> SteppedUnit<'a> {
     pub fn clear(&mut self) {
         self.states.fill(0.0);
         self.inputs.fill(Taylor::ZERO);
+        self.held = None;
         self.preset_outputs = None;
+    }
+
+    /// Derivative `order` of an input now.
+    pub fn input(&self, input: usize, order: usize) -> f64 {
+        let held = self.held.filter(|&(held, _)| order == 0 && held == input);
+        self.inputs.get(input).map_or(0.0, |it| it[order]) + held.map_or(0.0, |(_, value)| value)
     }
 
     /// Sets one input from now on.
@@ -55,7 +65,7 @@ impl<'a> SteppedUnit<'a> {
         let mut next = vec![0.0; self.states.len()];
         add(&mut next, &self.map.by_state, |j| self.states[j]);
         for (k, by_input) in self.map.by_input.iter().enumerate() {
-            add(&mut next, by_input, |j| self.inputs[j][k]);
+            add(&mut next, by_input, |j| self.input(j, k));
         }
         self.states = next;
         self.inputs.iter_mut().for_each(|u| *u = u.shifted(size));
@@ -69,7 +79,7 @@ impl<'a> SteppedUnit<'a> {
             values.fill(0.0);
             add(&mut values, by_state, |j| self.states[j]);
             for (d, by_input) in self.map.outputs_by_input[..=k].iter().enumerate() {
-                add(&mut values, by_input, |j| self.inputs[j][k - d]);
+                add(&mut values, by_input, |j| self.input(j, k - d));
             }
             for ((output, value), &offered) in outputs.iter_mut().zip(&values).zip(self.offered) {
                 if k <= offered {

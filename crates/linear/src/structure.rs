@@ -5,7 +5,8 @@
 //! components. A component with states of only one unit therefore has modes of that unit alone.
 
 use faer::Mat;
-use results::modes::UncoupledStates;
+use indexmap::IndexSet;
+use results::modes::{CoupledParts, UncoupledStates};
 
 use super::eigen::balanced;
 use super::unit::LinearUnit;
@@ -43,6 +44,35 @@ pub(super) fn apart(matrix: &Mat<f64>, units: &[LinearUnit]) -> Vec<UncoupledSta
         if !states.is_empty() {
             found.push(UncoupledStates { instance: unit.name.clone(), of, states });
         }
+    }
+    found
+}
+
+/// The named parts of units, and which of them are coupled. Only units all of whose states name a part
+/// have any.
+pub(super) fn parts(units: &[LinearUnit], apart: &[UncoupledStates]) -> Vec<CoupledParts> {
+    let part = |state: &str| state.split_once(", ").map(|(part, _)| part.to_owned());
+    let mut found = Vec::new();
+    if units.iter().filter(|unit| !unit.states.is_empty()).count() < 2 {
+        return found;
+    }
+    for unit in units.iter().filter(|unit| !unit.states.is_empty()) {
+        let Some(parts) = unit.states.iter().map(|it| part(it)).collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        let alone = apart.iter().find(|it| it.instance == unit.name);
+        let is_alone = |state: &String| alone.is_some_and(|it| it.states.contains(state));
+        let coupled: IndexSet<String> = unit
+            .states
+            .iter()
+            .zip(&parts)
+            .filter(|(state, _)| !is_alone(state))
+            .map(|(_, part)| part.clone())
+            .collect();
+        let all: IndexSet<String> = parts.into_iter().collect();
+        let rest = all.into_iter().filter(|part| !coupled.contains(part)).collect();
+        let instance = unit.name.clone();
+        found.push(CoupledParts { instance, coupled: coupled.into_iter().collect(), apart: rest });
     }
     found
 }

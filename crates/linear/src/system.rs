@@ -8,9 +8,13 @@ use master::Setup;
 use master::system::VariableIndex;
 use results::modes::OperatingPoint;
 
+use super::derivatives;
 use super::error::LinearError;
+use super::model::Source;
 use super::operating_point;
 use super::report::Report;
+use super::shapes::Motions;
+use super::steps::UnitSteps;
 use super::unit::{LinearUnit, Quantity};
 
 /// An input or output of a unit.
@@ -65,6 +69,21 @@ impl LinearSystem {
     /// There is none.
     pub fn output(&self, name: &str) -> Result<Port, LinearError> {
         self.port(name, "output", |unit| &unit.outputs)
+    }
+
+    /// Checks that a pattern names an input or output.
+    ///
+    /// # Errors
+    /// It names none.
+    pub fn check_pattern(&self, pattern: &str) -> Result<(), LinearError> {
+        let named = |unit: &LinearUnit| {
+            let mut all = unit.inputs.iter().chain(&unit.outputs);
+            all.any(|it| patterns::matches(pattern, &format!("{}.{}", unit.name, it.name)))
+        };
+        if self.units.iter().any(named) {
+            return Ok(());
+        }
+        Err(LinearError::NoPort { name: pattern.to_owned(), kind: "input or output" })
     }
 
     fn port(
@@ -151,6 +170,19 @@ pub struct Linearised {
     pub system: LinearSystem,
     /// How they are stepped.
     pub stepping: Stepping,
+    /// What moves in each unit, if it was asked for.
+    pub motions: Vec<Motions>,
+    /// Where the linearisation of each unit comes from.
+    pub sources: Vec<Source>,
+    /// Units without one, with models identified from their steps. Their linear units are empty.
+    pub unreported: Vec<(String, UnitSteps)>,
+}
+
+/// What to ask units for, in addition to their linearisation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Wanted {
+    motions: bool,
+    identified: bool,
 }
 
 impl Linearised {
@@ -159,6 +191,26 @@ impl Linearised {
     /// # Errors
     /// The scenario does not start, or a unit does not report its linearisation.
     pub fn at_start(setup: &Setup) -> Result<Self, LinearError> {
+        Self::started(setup, Wanted::default())
+    }
+
+    /// As [`Linearised::at_start`], and asks every unit what moves, for mode shapes.
+    ///
+    /// # Errors
+    /// As [`Linearised::at_start`], or a unit describes its motions in a way that cannot be used.
+    pub fn with_motions(setup: &Setup) -> Result<Self, LinearError> {
+        Self::started(setup, Wanted { motions: true, ..Wanted::default() })
+    }
+
+    /// As [`Linearised::at_start`]; units that report no linearisation are identified from steps instead.
+    ///
+    /// # Errors
+    /// As [`Linearised::at_start`], or a unit cannot be identified either.
+    pub fn with_identified(setup: &Setup) -> Result<Self, LinearError> {
+        Self::started(setup, Wanted { identified: true, ..Wanted::default() })
+    }
+
+    fn started(setup: &Setup, wanted: Wanted) -> Result<Self, LinearError> {
         let mut simulation = setup.start()?;
         let scenario = setup.scenario();
         let stepping = Stepping {
@@ -174,6 +226,7 @@ impl Linearised {
             point: OperatingPoint { time, inputs: IndexMap::new() },
         };
         // equal units at the same point give the same text: it is read once
+        let (mut motions, mut sources, mut unreported) = (Vec::new(), Vec::new(), Vec::new());
         let mut read: HashMap<String, Report> = HashMap::new();
         for participant in simulation.participants_mut() {
             let received = operating_point::inputs(participant)?;
@@ -184,21 +237,40 @@ impl Linearised {
             let (inputs, outputs) = (real(&variables.inputs.reals), real(&variables.outputs.reals));
             let instance = participant.instance_mut();
             let name = instance.name().to_owned();
-            let text = instance
-                .report("linear")
-                .map_err(|source| LinearError::Silent { instance: name.clone(), source })?;
-            let report = match read.get(&text) {
-                Some(report) => report.clone(),
-                None => {
-                    let report = Report::read(&name, &text)?;
-                    read.insert(text, report.clone());
-                    report
-                }
+            let (report, source) = match instance.report("linear") {
+                Ok(text) => match read.get(&text) {
+                    Some(report) => (report.clone(), Source::Reported),
+                    None => {
+                        let report = Report::read(&name, &text)?;
+                        read.insert(text, report.clone());
+                        (report, Source::Reported)
+                    }
+                },
+                Err(silent) => match derivatives::of(instance) {
+                    Ok(Some(report)) => (report, Source::Derivatives),
+                    _ if wanted.identified => {
+                        let steps = UnitSteps::of(instance, time, stepping.step)?;
+                        unreported.push((name.clone(), steps));
+                        sources.push(Source::Identified);
+                        system.units.push(LinearUnit { name: name.clone(), ..Default::default() });
+                        system.point.inputs.insert(name, received);
+                        continue;
+                    }
+                    Ok(None) => return Err(LinearError::Silent { instance: name, source: silent }),
+                    Err(source) => return Err(LinearError::Derivatives { instance: name, source }),
+                },
             };
-            let description = instance.package().description();
-            system.units.push(report.into_unit(&name, description, &inputs, &outputs)?);
+            sources.push(source);
+            let unit = {
+                let description = instance.package().description();
+                report.into_unit(&name, description, &inputs, &outputs)?
+            };
+            if wanted.motions {
+                motions.push(Motions::of(instance, unit.states.len())?);
+            }
+            system.units.push(unit);
             system.point.inputs.insert(name, received);
         }
-        Ok(Self { system, stepping })
+        Ok(Self { system, stepping, motions, sources, unreported })
     }
 }

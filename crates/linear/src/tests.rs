@@ -64,8 +64,8 @@ fn mass() -> LinearUnit {
 fn modes_of(mut units: Vec<LinearUnit>, step: f64) -> Result<CoupledModes, LinearError> {
     let count = units.len();
     if let [alone] = units.as_mut_slice() {
-        // inputs that are not connected are left out
-        alone.b = Rows::new(alone.states.len(), &[]);
+        // its input is not connected
+        alone.connected_inputs = 0;
     }
     let link = |unit| RealLink {
         input: InputIndex(0),
@@ -93,7 +93,13 @@ fn modes_of(mut units: Vec<LinearUnit>, step: f64) -> Result<CoupledModes, Linea
     };
     let connections = stepping.connections();
     let system = LinearSystem { units, connections, ..LinearSystem::default() };
-    modes::of(&Linearised { system, stepping })
+    modes::of(&Linearised {
+        system,
+        stepping,
+        motions: Vec::new(),
+        sources: Vec::new(),
+        unreported: Vec::new(),
+    })
 }
 
 /// A girder alone is stepped without error, so all its modes are found, with steps of 5 ms (three of them

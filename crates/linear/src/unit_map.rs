@@ -19,7 +19,8 @@ const MOST_TERMS: usize = 200;
 /// 1/k!.
 const INVERSE_FACTORIALS: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0];
 
-/// The matrices of one step, and of outputs with their derivatives. Only connected inputs and outputs.
+/// The matrices of one step, and of outputs with their derivatives. Only connected outputs. Columns of inputs
+/// that are not connected follow those of the others where only values are used, if they are wanted.
 #[derive(Debug, Clone)]
 pub struct UnitMap {
     /// x(h) by x.
@@ -33,21 +34,25 @@ pub struct UnitMap {
 }
 
 impl UnitMap {
-    /// The step of `size` of a unit whose outputs provide derivatives up to `order`.
+    /// The step of `size` of a unit whose outputs provide derivatives up to `order`, with all inputs or
+    /// the connected ones only.
     ///
     /// # Errors
     /// The unit is too fast for the step, or its eigenvalues cannot be found.
-    pub fn new(unit: &LinearUnit, order: usize, size: f64) -> Result<Self, LinearError> {
+    pub fn new(unit: &LinearUnit, order: usize, size: f64, all: bool) -> Result<Self, LinearError> {
         let parts = parts(unit, size)?;
         let phi = doubled(functions(&unit.a, size / parts), parts.log2() as usize);
-        let (m, p) = (unit.connected_inputs, unit.connected_outputs);
+        let connected = unit.connected_inputs;
+        let m = if all { unit.inputs.len() } else { connected };
+        let p = unit.connected_outputs;
         let b = dense(&unit.b, m);
         let (c, d) = (top(&unit.c, unit.states.len(), p), top(&unit.d, m, p));
         let mut factor = 1.0;
         let [by_state, rest @ ..] = phi;
         let by_input = rest.map(|phi| {
+            let columns = if factor == 1.0 { m } else { connected };
             factor *= size;
-            (&phi * &b) * faer::Scale(factor)
+            (&phi * b.subcols(0, columns)) * faer::Scale(factor)
         });
         let mut outputs_by_state = vec![c];
         let mut outputs_by_input = vec![d];

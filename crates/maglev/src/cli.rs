@@ -68,6 +68,9 @@ pub enum Command {
     /// Map the least damping of a coupled system over two parameters
     #[command(arg_required_else_help = true)]
     Map(commands::map::Arguments),
+    /// Write a coupled system and its units as state-space models: A, B, C, D with names
+    #[command(arg_required_else_help = true)]
+    Linearize(commands::linearize::Arguments),
     /// Check a unit against FMI 2.0
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),

@@ -29,15 +29,29 @@ pub enum Error {
     /// A study.
     #[error(transparent)]
     Study(#[from] StudyError),
-    /// The modes of the coupled system.
-    #[error("cannot find the modes of the system")]
-    Modes(#[source] LinearError),
     /// The stability of the moving train.
     #[error("cannot find the stability of the moving train")]
     Floquet(#[source] FloquetError),
     /// A stability map.
     #[error("cannot make the map")]
     Map(#[source] maps::Error),
+    /// The linearised system, or its modes.
+    #[error("cannot linearise the system")]
+    Modes(#[source] LinearError),
+    /// No parameter for `--positions`.
+    #[error(
+        "{found} a parameter initial_position: name one, as --positions INSTANCE.PARAMETER=FIRST:LAST:STEP"
+    )]
+    NoPosition {
+        /// Which units have it.
+        found: String,
+    },
+    /// A file name without a known ending.
+    #[error("cannot write {path}: the name must end with .json, .mat or .npz")]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
@@ -231,7 +245,11 @@ impl Error {
             }
             Self::Reference(error) => return error.help(),
             Self::Output { .. } => "choose another folder with --out, or free space on the disk",
-            Self::GivenUp | Self::Write { .. } | Self::Program(_) => return None,
+            Self::GivenUp
+            | Self::Write { .. }
+            | Self::Program(_)
+            | Self::NoPosition { .. }
+            | Self::UnknownFormat { .. } => return None,
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",
         })
     }

@@ -36,7 +36,7 @@ pub use growing::Position;
 pub use keeper::write_now;
 pub use metrics::write_metrics;
 pub use names::{
-    AS_RUN, CHECKPOINT, EVENTS, FILES, METRICS, MODES, PARQUET, REPORT, SUMMARY, TABLE,
+    AS_RUN, CHECKPOINT, EVENTS, FILES, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT, SUMMARY, TABLE,
 };
 pub use parquet::{ParquetError, copy_to_parquet};
 pub use read_error::ReadError;

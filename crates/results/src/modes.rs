@@ -33,6 +33,9 @@ pub struct CoupledModes {
     pub operating_point: OperatingPoint,
     /// Units with states that share no mode with another unit at this point.
     pub apart: Vec<UncoupledStates>,
+    /// Units whose states belong to named parts, such as the spans of a guideway, and which of these are
+    /// coupled.
+    pub parts: Vec<CoupledParts>,
     /// Whether all modes of the continuous system decay.
     pub stable: bool,
     /// Whether all modes of the stepped system decay.
@@ -105,10 +108,61 @@ pub struct UncoupledStates {
     pub states: Vec<String>,
 }
 
+/// The parts of a unit: what its states name before a comma, such as `span 2` in `span 2, mode 1`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CoupledParts {
+    /// The instance, by its name in the scenario.
+    pub instance: String,
+    /// Parts of which a state is coupled with another unit.
+    pub coupled: Vec<String>,
+    /// The other parts.
+    pub apart: Vec<String>,
+}
+
 impl UncoupledStates {
     /// Whether none of its states is coupled.
     #[must_use]
     pub fn entirely(&self) -> bool {
         self.states.len() == self.of
     }
+}
+
+/// The content of mode-shapes.json: how the parts of the units move in each mode.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ModeShapes {
+    /// What can move.
+    pub parts: Vec<MovingPart>,
+    /// The shapes, in the order of [`CoupledModes::modes`]. Modes in which no part moves are left out.
+    pub modes: Vec<ModeShape>,
+}
+
+/// One motion of one part of a unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MovingPart {
+    /// The instance, by its name in the scenario.
+    pub instance: String,
+    /// A body, or a span of a girder.
+    pub part: String,
+    /// `x`, `y`, `z` of the centre of mass in world axes; `rx`, `ry`, `rz` in the body's axes; or the name of
+    /// a coordinate, such as `mode 1`.
+    pub direction: String,
+    /// Where on the part, as a fraction of its length.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+    /// `m`, `rad`, or nothing for a modal coordinate.
+    pub unit: String,
+}
+
+/// The shape of one mode.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ModeShape {
+    /// Position of the mode in [`CoupledModes::modes`].
+    pub mode: usize,
+    /// Position of the part, and real and imaginary part of its amplitude. The largest displacement is 1;
+    /// amplitudes below a hundredth are left out.
+    pub moves: Vec<(usize, f64, f64)>,
 }

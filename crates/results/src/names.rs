@@ -16,6 +16,8 @@ pub const AS_RUN: &str = "scenario-as-run.json";
 pub const CHECKPOINT: &str = "checkpoint.bin";
 /// The modes of the coupled system.
 pub const MODES: &str = "modes.json";
+/// The shapes of these modes.
+pub const MODE_SHAPES: &str = "mode-shapes.json";
 /// The interactive report.
 pub const REPORT: &str = "report.html";
 /// The list of files that belong to the run.

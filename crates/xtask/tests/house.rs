@@ -57,7 +57,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "sources",
         ],
     ),
-    ("linear", &["coupling", "fmi2-import", "master", "results"]),
+    ("linear", &["coupling", "fmi2-import", "master", "patterns", "results"]),
     (
         "report",
         &[

@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use linear::LinearError;
+use linear::{LinearError, Linearised};
 use maglev::Error;
 use master::Setup;
 use master::system::InstanceSetup;
 use results::modes::{
-    CoupledMode, CoupledModes, Eigenvalue, InputFamily, ModesFile, UncoupledStates,
+    CoupledMode, CoupledModes, CoupledParts, Eigenvalue, InputFamily, ModeShapes, ModesFile,
+    UncoupledStates,
 };
 use results::write_whole;
 use scenario::{AlgorithmName, GivenTimes, Override, Scenario};
 
 use super::names;
+use super::positions::{self, Positions};
 use super::table::table;
 use super::unit_modes::{families, root, shown};
 
@@ -25,6 +27,7 @@ Examples:
   maglev modes scenarios/one-magnet.json --algorithm jacobi --extrapolation 0 --step 0.005
   maglev modes scenarios/low-speed.json --of guideway --set vehicle.travel_speed=0 \\
       --set vehicle.initial_position=37.5
+  maglev modes scenarios/standstill.json --positions 0:75:0.5 --out results/positions
 
 The result holds at one point, the start of the scenario. It names the units that are not
 coupled there. The exit status is 0 if all modes decay, both continuous and as stepped, and
@@ -48,6 +51,11 @@ pub struct Arguments {
     /// Degree of the extrapolation of inputs, 0 to 3, instead of the scenario's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
     extrapolation: Option<u8>,
+    /// Where the train may stand: the start, for each of these values of a parameter, by default the
+    /// parameter initial_position of the one unit that has it. Shows the least damping of the
+    /// continuous modes at each, and the worst. With --out, also as positions.json and positions.svg.
+    #[arg(long, value_name = "[INSTANCE.PARAMETER=]FIRST:LAST:STEP")]
+    positions: Option<Positions>,
     /// Show at most N modes, the least damped first. 0 shows all.
     #[arg(long, value_name = "N", default_value_t = 20)]
     count: usize,
@@ -62,6 +70,8 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
     /// Also write everything to DIR/modes.json, where `maglev report DIR` finds it.
+    ///
+    /// The shapes of the modes go to DIR/mode-shapes.json.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -74,10 +84,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let degree = scenario.algorithm.extrapolation;
     scenario.algorithm.extrapolation = arguments.extrapolation.or(degree);
     scenario.overrides.clone_from(&arguments.set);
-    let modes = find(&mut scenario, arguments.of.as_deref())?;
+    if let Some(positions) = &arguments.positions {
+        shorten(&mut scenario)?;
+        return positions::run(&mut scenario, positions, arguments.out.as_deref(), arguments.json);
+    }
+    let (modes, shapes) = find(&mut scenario, arguments.of.as_deref(), arguments.out.is_some())?;
     let algorithm = scenario.algorithm.name.as_str();
     if let Some(folder) = &arguments.out {
-        write(&modes, &scenario, folder)?;
+        write(&modes, &shapes, &scenario, folder)?;
     }
     if arguments.json {
         super::print(&as_json(&modes, &scenario))?;
@@ -88,8 +102,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(if all_decay { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The modes of a scenario at its start, if it has instances of that name.
-fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error> {
+/// Cuts a scenario down to its start.
+pub(super) fn shorten(scenario: &mut Scenario) -> Result<(), Error> {
     if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
         return Err(LinearError::Slow { instance: name.clone() }.into());
     }
@@ -97,6 +111,16 @@ fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error
     scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
     scenario.record.interval = None;
     scenario.checkpoint = None;
+    Ok(())
+}
+
+/// The modes of a scenario at its start, if it has instances of that name, and their shapes if wanted.
+fn find(
+    scenario: &mut Scenario,
+    of: Option<&str>,
+    shapes: bool,
+) -> Result<(CoupledModes, ModeShapes), Error> {
+    shorten(scenario)?;
     let setup = Setup::new(scenario)?;
     if let Some(name) = of {
         let named = |it: &InstanceSetup| patterns::matches(name, &it.name);
@@ -104,7 +128,10 @@ fn find(scenario: &mut Scenario, of: Option<&str>) -> Result<CoupledModes, Error
             return Err(master::Error::from(setup.system().unknown_instance("--of", name)).into());
         }
     }
-    Ok(super::at_home(|| linear::modes::find(&setup))?)
+    Ok(super::at_home(|| {
+        let start = if shapes { Linearised::with_motions } else { Linearised::at_start };
+        linear::modes::with_shapes(&start(&setup)?)
+    })?)
 }
 
 /// Computes the modes of the runs in results folders that have no modes.json yet. Folders without results are left to
@@ -119,16 +146,38 @@ pub(super) fn of_folders(folders: &[PathBuf]) -> Result<(), Error> {
 /// Computes the modes of the scenario that ran and writes them to its results folder.
 fn of_results(folder: &Path) -> Result<(), Error> {
     let mut scenario = Scenario::load(&folder.join(results::AS_RUN))?;
-    let modes = find(&mut scenario, None)?;
-    write(&modes, &scenario, folder)
+    let (modes, shapes) = find(&mut scenario, None, true)?;
+    write(&modes, &shapes, &scenario, folder)
 }
 
-fn write(modes: &CoupledModes, scenario: &Scenario, folder: &Path) -> Result<(), Error> {
-    let path = folder.join(results::MODES);
-    let written = std::fs::create_dir_all(folder)
-        .and_then(|()| write_whole(&path, as_json(modes, scenario).as_bytes()))
-        .and_then(|()| results::add_files(folder, [results::MODES]));
-    written.map_err(|source| Error::Write { path, source })
+fn write(
+    modes: &CoupledModes,
+    shapes: &ModeShapes,
+    scenario: &Scenario,
+    folder: &Path,
+) -> Result<(), Error> {
+    // plain data, which always prints
+    let shapes = serde_json::to_string(shapes).unwrap_or_default() + "\n";
+    write_files(
+        folder,
+        &[(results::MODES, as_json(modes, scenario)), (results::MODE_SHAPES, shapes)],
+    )
+}
+
+/// Writes files to a results folder and lists them there.
+pub(super) fn write_files(folder: &Path, files: &[(&'static str, String)]) -> Result<(), Error> {
+    let fail = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Error::Write { path, source }
+    };
+    std::fs::create_dir_all(folder).map_err(fail(folder))?;
+    for (name, text) in files {
+        let path = folder.join(name);
+        write_whole(&path, text.as_bytes())
+            .and_then(|()| results::add_files(folder, [*name]))
+            .map_err(fail(&path))?;
+    }
+    Ok(())
 }
 
 fn as_json(modes: &CoupledModes, scenario: &Scenario) -> String {
@@ -171,6 +220,9 @@ fn page(modes: &CoupledModes, algorithm: &str, arguments: &Arguments) -> String 
             if above == 1 { "mode is" } else { "modes are" }
         );
     }
+    for parts in &modes.parts {
+        let _ = writeln!(text, "coupled          {}", carriers(parts));
+    }
     for apart in &modes.apart {
         let _ = writeln!(text, "\n{}", uncoupled(apart));
         let received = modes.operating_point.inputs.get(&apart.instance);
@@ -192,6 +244,16 @@ fn verdict(stable: bool, apart: &[UncoupledStates]) -> String {
         (true, _) => {
             format!("stable at this operating point, WITHOUT {}", missing.join(", "))
         }
+    }
+}
+
+/// Which parts of a unit are coupled with others, such as the girders under the train.
+pub(super) fn carriers(parts: &CoupledParts) -> String {
+    let CoupledParts { instance, coupled, apart } = parts;
+    match (coupled.as_slice(), apart.as_slice()) {
+        ([], _) => format!("WARNING: no part of {instance} ({})", apart.join(", ")),
+        (_, []) => format!("{} of {instance}", coupled.join(", ")),
+        (_, _) => format!("{} of {instance}, not {}", coupled.join(", "), apart.join(", ")),
     }
 }
 
