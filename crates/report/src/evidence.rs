@@ -149,6 +149,10 @@ impl Evidence for RunEvidence<'_> {
             // NaN in rows at which it is not due
             return Ok(speeds.iter().fold(0.0, |most, speed| speed.abs().max(most)));
         }
+        if scenario.mentions(names::SPEED_CHANGE) {
+            let (speed, change) = (vehicle.variable(names::SPEED), names::SPEED_CHANGE);
+            return Err(format!("{speed} is not recorded, and {change} changes it"));
+        }
         vehicle
             .parameter(names::TRAVEL_SPEED)
             .map(f64::abs)

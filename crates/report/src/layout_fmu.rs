@@ -11,6 +11,7 @@ use crate::error::ReportError;
 /// An instance whose FMU contains a layout file.
 #[derive(Debug)]
 pub(crate) struct LayoutFmu<'a> {
+    scenario: &'a ScenarioAsRun,
     instance: InstanceAsRun<'a>,
     file: &'static str,
     layout: String,
@@ -34,11 +35,16 @@ impl<'a> LayoutFmu<'a> {
                 let description = fmi2_derive::describe(&unit).ok();
                 let parameters = description.map(|it| parameters(&instance, &it));
                 let parameters = parameters.unwrap_or_default();
-                return Ok(Some(Self { instance, file, layout, parameters }));
+                return Ok(Some(Self { scenario, instance, file, layout, parameters }));
             }
             seen.push(instance.unit().to_owned());
         }
         Ok(None)
+    }
+
+    /// Whether the scenario names a variable: as an input that is driven, or that an event changes.
+    pub(crate) fn is_mentioned(&self, variable: &str) -> bool {
+        self.scenario.mentions(variable)
     }
 
     /// The layout, parsed by `reader`.

@@ -15,6 +15,8 @@ pub(crate) const LATERAL_DISPLACEMENT: &str = "lateral_displacement";
 pub(crate) const ROLL: &str = "roll";
 pub(crate) const PITCH: &str = "pitch";
 pub(crate) const YAW: &str = "yaw";
+/// Input of the vehicle.
+pub(crate) const SPEED_CHANGE: &str = "speed_change";
 /// Parameters of the vehicle.
 pub(crate) const INITIAL_POSITION: &str = "initial_position";
 pub(crate) const TRAVEL_SPEED: &str = "travel_speed";
@@ -98,6 +100,7 @@ mod tests {
         let of_cars = of_cars.iter().flat_map(|car| observed.map(|what| format!("{car}_{what}")));
         assert_known("vehicle", Causality::Output, &of_cars.collect::<Vec<_>>());
         assert_known("vehicle", Causality::Output, &owned(&[SPEED]));
+        assert_known("vehicle", Causality::Input, &owned(&[SPEED_CHANGE]));
         assert_known("vehicle", Causality::Parameter, &owned(&[INITIAL_POSITION, TRAVEL_SPEED]));
         assert_known("guideway", Causality::Output, &of_row(&[MIDSPAN, QUARTER], 3));
         assert_known("guideway", Causality::Output, &of_row(&[IRREGULARITY], 64));

@@ -89,6 +89,12 @@ impl ScenarioAsRun {
         Ok(Self { text, content })
     }
 
+    /// Whether a name occurs anywhere in it.
+    #[must_use]
+    pub fn mentions(&self, name: &str) -> bool {
+        self.text.contains(name)
+    }
+
     /// The file's text.
     #[must_use]
     pub fn text(&self) -> &str {

@@ -163,9 +163,13 @@ fn travelled(
     }
     let start = vehicle.parameter(names::INITIAL_POSITION).unwrap_or(0.0);
     let speed = vehicle.parameter(names::TRAVEL_SPEED).unwrap_or(0.0);
-    if speed != 0.0 {
+    let changes = vehicle.is_mentioned(names::SPEED_CHANGE);
+    if speed != 0.0 || changes {
         let name = vehicle.variable(&format!("{}_NN", names::POSITION));
-        source.missing.push(format!("no {name} is recorded: the train moves with travel_speed"));
+        let though = if changes { ", though its speed changes" } else { "" };
+        source.missing.push(format!(
+            "no {name} is recorded: the train moves with travel_speed{though}"
+        ));
     }
     let begin = source.table.time.first().copied().unwrap_or(0.0);
     time.iter().map(|t| start + speed * (t - begin)).collect()
