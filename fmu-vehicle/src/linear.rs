@@ -56,9 +56,10 @@ fn linearised(
     let (journey, state) = (state.journey, &state.vehicle);
     let track = contact.track(values, inputs, journey.speed);
     check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
+    let mut memory = external.memory();
     let forces = AppliedForces {
         magnets: inputs.loads(values),
-        external: external.memory().hold(external, values),
+        external: memory.hold(external, values),
         acceleration: journey.acceleration,
     };
     let (springs, mut work) = (MagnetSprings::default(), model.workspace());
