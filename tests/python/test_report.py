@@ -322,7 +322,7 @@ def test_spectra_of_the_zoomed_window_are_those_of_its_points(visit, one, runs):
     page.locator(".chart .canvas").first.focus()
     page.keyboard.press("+")
     page.keyboard.press("+")
-    page.get_by_label("Time", exact=True).and_(page.locator("#spectra select")).select_option("zoomed")
+    page.get_by_label("Part", exact=True).select_option("zoomed")
     page.wait_for_timeout(300)
     view = "document.querySelector('#spectra').view"
     start, end = page.evaluate(f"{view}.charts.length && (() => {{ const text = document.querySelector('#spectra .note').textContent; return text.match(/of ([\\d.]+) s to ([\\d.]+) s/).slice(1).map(Number); }})()")
@@ -349,11 +349,12 @@ def test_spectra_of_the_zoomed_window_are_those_of_its_points(visit, one, runs):
 
 def test_labels_of_near_modes_do_not_overlap(visit, one):
     it = visit(one)
-    overlaps = it.page.evaluate("""() => {
+    overlaps = it.page.evaluate("""async () => {
         const chart = document.querySelector("#spectra .canvas").chart;
         const first = chart.marks[0];
         chart.marks = Array.from({ length: 7 }, (_, k) => ({ ...first, at: first.at * (1 + 0.002 * k), label: `a mode at about ${k} Hz` }));
         chart.plot.redraw();
+        await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
         const boxes = chart.places.taken;
         const over = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
         return [boxes.length, boxes.filter((a, k) => boxes.some((b, j) => j > k && over(a, b))).length];

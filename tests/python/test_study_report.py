@@ -82,7 +82,6 @@ def cells(page, selector):
 def test_the_head_counts_points(page):
     text = page.page.locator("main").inner_text()
     assert page.page.locator("h1").inner_text() == "Speed and gain"
-    assert "120 finished" in text and "24 failed" not in text.split("finished")[0]
     failed = sum(gain < 5.2 for gain in GAINS) * len(SPEEDS) * SEEDS
     assert f"{144 - failed} finished" in text and f"{failed} failed" in text
     assert "<img src=x" in text and page.page.evaluate("window.pwned === undefined")

@@ -107,7 +107,8 @@ fn issue_figures_take_size_limits_axes_and_titles() {
     bench.scenario(&row());
     bench.run(&["--no-report"]).succeeds();
     let figure = |options: &[&str]| {
-        bench.maglev(&[&["report", "out", "--format", "svg"], options].concat()).succeeds();
+        let command = ["report", "out", "--format", "svg"];
+        bench.maglev(&[command.as_slice(), options].concat()).succeeds();
         bench.result("figures/p.svg")
     };
     assert!(figure(&["--size", "90x60"]).contains("width=\"340\" height=\"227\""));
@@ -124,7 +125,8 @@ fn issue_figures_take_size_limits_axes_and_titles() {
         (vec!["--format", "svg", "--log", "time"], vec!["frequency", "amplitude"]),
         (vec!["--format", "svg", "--title", "a", "--no-title"], vec!["cannot be used with"]),
     ] {
-        bench.maglev(&[&["report", "out"], options.as_slice()].concat()).fails(2, &causes);
+        let command = ["report", "out"];
+        bench.maglev(&[command.as_slice(), options.as_slice()].concat()).fails(2, &causes);
     }
 }
 

@@ -73,7 +73,7 @@ class SpectraView {
       choose("Spectrum", [["amplitude", "amplitude"], ["density", "power spectral density (Welch)"]], this.kind, (value) => { this.kind = value; }),
       choose("Frequency", [["linear", "linear"], ["log", "logarithmic"]], "linear", (value) => { this.logX = value === "log"; }),
       choose("Values", [["log", "logarithmic"], ["linear", "linear"]], "log", (value) => { this.logY = value === "log"; }),
-      choose("Time", [["all", "whole run"], ["zoomed", "window of the time histories"]], "all", (value) => { this.zoomed = value === "zoomed"; })));
+      choose("Part", [["all", "whole run"], ["zoomed", "window of the time histories"]], "all", (value) => { this.zoomed = value === "zoomed"; })));
     timeAxis.watch(() => this.zoomed && this.draw());
     this.window = element("p", { class: "note" });
     this.plots = element("div");
