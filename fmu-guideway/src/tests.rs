@@ -468,3 +468,34 @@ fn invariant_a_step_that_cannot_be_resolved_is_discarded_unharmed() {
     unit.restore().unwrap();
     unit.step(0.0, 1e-3).unwrap();
 }
+
+/// The report `motions` draws what the outputs measure: the deflection at midspan of every span by the same
+/// states, which it names by their span; the ends rest on their supports.
+#[test]
+fn invariant_motions_agree_with_the_linearised_outputs() {
+    let mut unit = bogie(false, 0, 0.01);
+    let read = |text: String| -> serde_json::Value { serde_json::from_str(&text).unwrap() };
+    let (linear, motions) =
+        (read(unit.report("linear").unwrap()), read(unit.report("motions").unwrap()));
+    assert_eq!(linear["states"][0], "span 1, mode 1");
+    let row = |entries: &serde_json::Value, i: usize| -> Vec<(u64, f64)> {
+        let entries = entries.as_array().unwrap().iter();
+        let mine = entries
+            .filter(|it| it[0] == i)
+            .map(|it| (it[1].as_u64().unwrap(), it[2].as_f64().unwrap()));
+        mine.filter(|it| it.1.abs() > 1e-12).collect()
+    };
+    let parts = motions["parts"].as_array().unwrap();
+    let at =
+        |at: f64| parts.iter().position(|it| it["at"] == at && it["part"] == "span 1").unwrap();
+    let reference = unit.reference("midspan_displacement_01").unwrap();
+    let output = linear["outputs"].as_array().unwrap().iter().position(|it| *it == reference);
+    let measured = row(&linear["c"], output.unwrap());
+    assert_eq!(row(&motions["rows"], at(0.5)), measured);
+    assert!(!measured.is_empty());
+    for end in [0.0, 1.0] {
+        assert_eq!(row(&motions["rows"], at(end)), []);
+    }
+    let first = parts.iter().position(|it| it["direction"] == "mode 1").unwrap();
+    assert_eq!(row(&motions["rows"], first), [(0, 1.0)]);
+}

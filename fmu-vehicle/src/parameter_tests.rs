@@ -247,6 +247,15 @@ fn analytic_a_gust_over_a_step() {
         .find(|e| e[0].as_u64() == Some(output) && e[1].as_u64() == Some(input));
     let slope = entry.unwrap()[2].as_f64().unwrap();
     assert!((slope + 1.0 / 250.0).abs() < 1e-12, "{slope}");
+    // one body, which only heaves: the gap falls as it rises
+    let motions: serde_json::Value =
+        serde_json::from_str(&unit.report("motions").unwrap()).unwrap();
+    let gap = place("outputs", unit.reference("gap_01").unwrap());
+    let c = report["c"].as_array().unwrap().iter().find(|e| e[0].as_u64() == Some(gap)).unwrap();
+    let [row] = motions["rows"].as_array().unwrap().as_slice() else { panic!("{motions}") };
+    let moved = &motions["parts"][row[0].as_u64().unwrap() as usize];
+    assert_eq!((&moved["part"], &moved["direction"]), (&"mass".into(), &"z".into()), "{motions}");
+    assert_eq!(row[2].as_f64(), c[2].as_f64().map(|slope| -slope));
     unit.set_real("mass_external_force_z", f64::NAN)
         .and_then(|()| unit.step(0.1, 0.1))
         .map(|()| panic!("NaN is accepted"))

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 use faer::prelude::c64;
+use indexmap::IndexMap;
 
 use super::coupled::StateSpace;
 use super::eigen::eigenvalues;
@@ -31,6 +32,21 @@ enum Memory {
     State { unit: usize, state: usize },
     /// A derivative of an output (0: its value) at a past communication point (0: the latest).
     Point { unit: usize, output: usize, point: usize, order: usize },
+}
+
+/// A derivative of an output at a communication point.
+#[derive(Debug, Clone, Copy)]
+struct Remembered {
+    unit: usize,
+    output: usize,
+    point: usize,
+    order: usize,
+}
+
+impl From<Remembered> for Memory {
+    fn from(Remembered { unit, output, point, order }: Remembered) -> Self {
+        Self::Point { unit, output, point, order }
+    }
 }
 
 /// The stepped system.
@@ -124,25 +140,52 @@ impl<'a> Stepped<'a> {
         found
     }
 
-    /// Everything that the system may remember.
-    fn memories(&self, determined: &[Vec<usize>]) -> Vec<Memory> {
+    /// Everything that the system may remember. Of earlier points only what an algorithm uses.
+    fn memories(&self, machine: &mut Machine) -> Vec<Memory> {
         let mut memories = Vec::new();
         for (unit, linear) in self.units.iter().enumerate() {
             memories.extend((0..linear.states.len()).map(|state| Memory::State { unit, state }));
         }
         for (unit, links) in self.links.iter().enumerate() {
             for (output, &offered) in links.offered.iter().enumerate() {
-                for order in determined[unit][output]..=offered {
-                    memories.push(Memory::Point { unit, output, point: 0, order });
-                }
-                for point in 1..POINTS {
-                    for order in 0..=offered {
-                        memories.push(Memory::Point { unit, output, point, order });
-                    }
+                let latest = machine.determined[unit][output]..=offered;
+                let point = |order| Memory::Point { unit, output, point: 0, order };
+                memories.extend(latest.map(point));
+            }
+        }
+        for mut family in self.families() {
+            // a point that is used later is needed before
+            let mut needed = false;
+            for point in (1..POINTS).rev() {
+                family.iter_mut().for_each(|memory| memory.0.point = point);
+                needed |= machine.acts(&family);
+                if needed {
+                    memories.extend(family.iter().map(|it| Memory::from(it.0)));
                 }
             }
         }
         memories
+    }
+
+    /// The derivatives of outputs that are alike: of one order, in units and variables whose names differ in
+    /// their numbers only. Each with a value of its own, so that no sum of them vanishes.
+    fn families(&self) -> Vec<Vec<(Remembered, f64)>> {
+        let stem = |name: &str| name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
+        let mut families: IndexMap<_, Vec<(Remembered, f64)>> = IndexMap::new();
+        let mut value: f64 = 0.0;
+        for (unit, links) in self.links.iter().enumerate() {
+            for (output, &offered) in links.offered.iter().enumerate() {
+                let LinearUnit { name, outputs, .. } = &self.units[unit];
+                let names = (stem(name), stem(&outputs[output].name));
+                for order in 0..=offered {
+                    value = (value + 0.618_033_988_749_895).fract();
+                    let remembered = Remembered { unit, output, point: 0, order };
+                    let family = families.entry((names.clone(), order)).or_default();
+                    family.push((remembered, 1.0 + value));
+                }
+            }
+        }
+        families.into_values().collect()
     }
 
     /// The map between communication points.
@@ -151,11 +194,11 @@ impl<'a> Stepped<'a> {
     /// A step gives values that are not finite.
     pub fn map(&self) -> Result<Mat<f64>, LinearError> {
         let determined = self.determined();
-        let memories = self.memories(&determined);
         let mut machine = Machine::new(self, &determined);
+        let memories = self.memories(&mut machine);
         let columns: Vec<Vec<f64>> = memories
             .iter()
-            .map(|memory| machine.step_from(Some(*memory), None, &memories))
+            .map(|memory| machine.step_from(&[(*memory, 1.0)], None, &memories))
             .collect();
         self.check(&columns, &memories)?;
         let used = used(&columns, &[], &[]);
@@ -182,19 +225,19 @@ impl<'a> Stepped<'a> {
         outputs: &[Port],
     ) -> Result<StateSpace, LinearError> {
         let determined = self.determined();
-        let memories = self.memories(&determined);
         let mut machine = Machine::new(self, &determined);
+        let memories = self.memories(&mut machine);
         let seen = |machine: &Machine| -> Vec<f64> {
             outputs.iter().map(|port| machine.output(*port)).collect()
         };
         let (mut columns, mut c) = (Vec::new(), Vec::new());
         for memory in &memories {
-            columns.push(machine.step_from(Some(*memory), None, &memories));
+            columns.push(machine.step_from(&[(*memory, 1.0)], None, &memories));
             c.push(seen(&machine));
         }
         let (mut forced, mut d) = (Vec::new(), Vec::new());
         for port in inputs {
-            forced.push(machine.step_from(None, Some(*port), &memories));
+            forced.push(machine.step_from(&[], Some(*port), &memories));
             d.push(seen(&machine));
         }
         self.check(&columns, &memories)?;
@@ -280,10 +323,21 @@ impl<'a> Machine<'a> {
             + linear.d.times(index, |j| stepped.input(j, 0))
     }
 
-    /// The memory one step after `memory` was one and everything else zero; `held` is one over the step.
+    /// Whether earlier points change a step.
+    fn acts(&mut self, points: &[(Remembered, f64)]) -> bool {
+        let start: Vec<(Memory, f64)> =
+            points.iter().map(|&(point, value)| (point.into(), value)).collect();
+        self.step_from(&start, None, &[]);
+        let outputs =
+            |k| self.exchange.outputs(UnitIndex(k)).reals.iter().flat_map(|it| it.0.iter());
+        (0..self.units.len())
+            .any(|k| self.units[k].states.iter().chain(outputs(k)).any(|x| *x != 0.0))
+    }
+
+    /// The memory one step after these values, and everything else zero; `held` is one over the step.
     fn step_from(
         &mut self,
-        memory: Option<Memory>,
+        start: &[(Memory, f64)],
         held: Option<Port>,
         all: &[Memory],
     ) -> Vec<f64> {
@@ -291,20 +345,21 @@ impl<'a> Machine<'a> {
         let nothing: Vec<Vec<Taylor>> =
             self.determined.iter().map(|outputs| vec![Taylor::ZERO; outputs.len()]).collect();
         let mut past = vec![nothing; POINTS];
-        match memory {
-            Some(Memory::State { unit, state }) => {
-                self.units[unit].states[state] = 1.0;
-                let outputs = self.units[unit].outputs();
-                for ((point, now), &free) in
-                    past[0][unit].iter_mut().zip(outputs).zip(&self.determined[unit])
-                {
-                    point.0[..free.min(4)].copy_from_slice(&now.0[..free.min(4)]);
+        for &(memory, value) in start {
+            match memory {
+                Memory::State { unit, state } => {
+                    self.units[unit].states[state] = value;
+                    let outputs = self.units[unit].outputs();
+                    for ((point, now), &free) in
+                        past[0][unit].iter_mut().zip(outputs).zip(&self.determined[unit])
+                    {
+                        point.0[..free.min(4)].copy_from_slice(&now.0[..free.min(4)]);
+                    }
+                }
+                Memory::Point { unit, output, point, order } => {
+                    past[point][unit][output][order] = value;
                 }
             }
-            Some(Memory::Point { unit, output, point, order }) => {
-                past[point][unit][output][order] = 1.0;
-            }
-            None => {}
         }
         let size = self.stepped.size;
         for (point, outputs) in past.iter().enumerate().rev() {

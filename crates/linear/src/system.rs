@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use coupling::{Links, Schedule};
+use fmi2_import::instance::Instance;
 use indexmap::IndexMap;
 use master::Setup;
 use master::system::VariableIndex;
@@ -179,10 +180,11 @@ pub struct Linearised {
 }
 
 /// What to ask units for, in addition to their linearisation.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-struct Wanted {
+#[derive(Clone, Copy, Default)]
+struct Wanted<'a> {
     motions: bool,
-    identified: bool,
+    /// Identifies units without a linearisation, and those of which this is true in any case.
+    identify: Option<&'a dyn Fn(&str) -> bool>,
 }
 
 impl Linearised {
@@ -202,15 +204,19 @@ impl Linearised {
         Self::started(setup, Wanted { motions: true, ..Wanted::default() })
     }
 
-    /// As [`Linearised::at_start`]; units that report no linearisation are identified from steps instead.
+    /// As [`Linearised::at_start`]; units that report no linearisation are identified from steps instead, and
+    /// so are those of which `forced` is true.
     ///
     /// # Errors
     /// As [`Linearised::at_start`], or a unit cannot be identified either.
-    pub fn with_identified(setup: &Setup) -> Result<Self, LinearError> {
-        Self::started(setup, Wanted { identified: true, ..Wanted::default() })
+    pub fn with_identified(
+        setup: &Setup,
+        forced: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, LinearError> {
+        Self::started(setup, Wanted { identify: Some(forced), ..Wanted::default() })
     }
 
-    fn started(setup: &Setup, wanted: Wanted) -> Result<Self, LinearError> {
+    fn started(setup: &Setup, wanted: Wanted<'_>) -> Result<Self, LinearError> {
         let mut simulation = setup.start()?;
         let scenario = setup.scenario();
         let stepping = Stepping {
@@ -237,28 +243,16 @@ impl Linearised {
             let (inputs, outputs) = (real(&variables.inputs.reals), real(&variables.outputs.reals));
             let instance = participant.instance_mut();
             let name = instance.name().to_owned();
-            let (report, source) = match instance.report("linear") {
-                Ok(text) => match read.get(&text) {
-                    Some(report) => (report.clone(), Source::Reported),
-                    None => {
-                        let report = Report::read(&name, &text)?;
-                        read.insert(text, report.clone());
-                        (report, Source::Reported)
-                    }
-                },
-                Err(silent) => match derivatives::of(instance) {
-                    Ok(Some(report)) => (report, Source::Derivatives),
-                    _ if wanted.identified => {
-                        let steps = UnitSteps::of(instance, time, stepping.step)?;
-                        unreported.push((name.clone(), steps));
-                        sources.push(Source::Identified);
-                        system.units.push(LinearUnit { name: name.clone(), ..Default::default() });
-                        system.point.inputs.insert(name, received);
-                        continue;
-                    }
-                    Ok(None) => return Err(LinearError::Silent { instance: name, source: silent }),
-                    Err(source) => return Err(LinearError::Derivatives { instance: name, source }),
-                },
+            let (report, source) = match asked(instance, wanted, &mut read, time, stepping.step)? {
+                Answer::Report(report, source) => (report, source),
+                Answer::Steps(steps) => {
+                    sources.push(Source::Identified);
+                    motions.push(Motions::default());
+                    system.units.push(LinearUnit { name: name.clone(), ..Default::default() });
+                    system.point.inputs.insert(name.clone(), received);
+                    unreported.push((name, *steps));
+                    continue;
+                }
             };
             sources.push(source);
             let unit = {
@@ -272,5 +266,45 @@ impl Linearised {
             system.point.inputs.insert(name, received);
         }
         Ok(Self { system, stepping, motions, sources, unreported })
+    }
+}
+
+/// What a unit says of itself, or what its steps say.
+enum Answer {
+    Report(Report, Source),
+    Steps(Box<UnitSteps>),
+}
+
+/// Asks a unit for its linearisation. `read` has the reports that were read before.
+fn asked(
+    instance: &mut Instance,
+    wanted: Wanted<'_>,
+    read: &mut HashMap<String, Report>,
+    time: f64,
+    step: f64,
+) -> Result<Answer, LinearError> {
+    let name = instance.name().to_owned();
+    let identified = |instance: &mut Instance| {
+        UnitSteps::of(instance, time, step).map(|it| Answer::Steps(Box::new(it)))
+    };
+    if wanted.identify.is_some_and(|forced| forced(&name)) {
+        return identified(instance);
+    }
+    let silent = match instance.report("linear") {
+        Ok(text) => {
+            if let Some(report) = read.get(&text) {
+                return Ok(Answer::Report(report.clone(), Source::Reported));
+            }
+            let report = Report::read(&name, &text)?;
+            read.insert(text, report.clone());
+            return Ok(Answer::Report(report, Source::Reported));
+        }
+        Err(silent) => silent,
+    };
+    match derivatives::of(instance) {
+        Ok(Some(report)) => Ok(Answer::Report(report, Source::Derivatives)),
+        _ if wanted.identify.is_some() => identified(instance),
+        Ok(None) => Err(LinearError::Silent { instance: name, source: silent }),
+        Err(source) => Err(LinearError::Derivatives { instance: name, source }),
     }
 }

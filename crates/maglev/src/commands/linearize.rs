@@ -38,6 +38,10 @@ pub struct Arguments {
     /// Communication step (s), instead of the scenario's.
     #[arg(long, value_name = "H")]
     step: Option<f64>,
+    /// Identify instances of this name from steps even if they report their linearisation, for a
+    /// comparison.
+    #[arg(long, value_name = "INSTANCE")]
+    identify: Vec<String>,
     /// Free inputs of the coupled system; `*` stands for any text. By default all that are not
     /// connected. To an input that is connected the free one is added.
     #[arg(long, value_name = "INSTANCE.VARIABLE")]
@@ -75,10 +79,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     super::modes::shorten(&mut scenario)?;
     let setup = Setup::new(&scenario)?;
     let models = super::at_home(|| {
-        let linearised = Linearised::with_identified(&setup)?;
         let named = |patterns: &[String], name: &str| {
             patterns.iter().any(|pattern| patterns::matches(pattern, name))
         };
+        let forced = |name: &str| named(&arguments.identify, name);
+        let linearised = Linearised::with_identified(&setup, &forced)?;
         for pattern in arguments.inputs.iter().chain(&arguments.outputs) {
             linearised.system.check_pattern(pattern)?;
         }
