@@ -26,17 +26,23 @@ impl Identified {
     /// columns must be scaled to about equal size. Directions whose singular value is below `noise` times the
     /// largest are left out.
     ///
+    /// Row block r and column block c of the Hankel matrix hold the response of step 1 + r + c, for all r and c
+    /// among the `offsets`, the first of which is zero. They need not be neighbours: far ones show slow motions. The last response that is used
+    /// is that of step 2 + 2 · the largest offset.
+    ///
     /// # Errors
     /// The singular values cannot be found.
-    pub fn new(responses: &[Mat<f64>], noise: f64) -> Result<Self, LinearError> {
+    pub fn new(
+        responses: &[Mat<f64>],
+        offsets: &[usize],
+        noise: f64,
+    ) -> Result<Self, LinearError> {
         let d = responses.first().cloned().unwrap_or_else(Mat::new);
         let (p, m) = (d.nrows(), d.ncols());
-        // blocks of rows and of columns; the shifted matrix needs one response more
-        let rows = responses.len().saturating_sub(1) / 2;
-        let columns = responses.len().saturating_sub(1) - rows;
         let hankel = |shift: usize| {
-            Mat::from_fn(rows * p, columns * m, |i, j| {
-                responses.get(1 + i / p + j / m + shift).map_or(0.0, |it| it[(i % p, j % m)])
+            Mat::from_fn(offsets.len() * p, offsets.len() * m, |i, j| {
+                let step = 1 + offsets[i / p] + offsets[j / m] + shift;
+                responses.get(step).map_or(0.0, |it| it[(i % p, j % m)])
             })
         };
         let first = hankel(0);
@@ -52,13 +58,14 @@ impl Identified {
         let shifted = u.transpose() * hankel(1) * v;
         Ok(Self {
             a: Mat::from_fn(n, n, |i, j| shifted[(i, j)] / (root(i) * root(j))),
+            // the first blocks have offset zero
             b: Mat::from_fn(n, m, |i, j| root(i) * v[(j, i)]),
             c: Mat::from_fn(p, n, |i, j| u[(i, j)] * root(j)),
             d,
         })
     }
 
-    /// The response of step `k` to an impulse in step 0.
+    /// The responses of the first `count` steps to an impulse in step 0.
     #[must_use]
     pub fn responses(&self, count: usize) -> Vec<Mat<f64>> {
         let mut state = self.b.clone();
@@ -86,7 +93,7 @@ mod tests {
             c: Mat::from_fn(1, 3, |_, j| [1.0, 0.0, 2.0][j]),
             d: Mat::from_fn(1, 2, |_, j| [0.25, 0.0][j]),
         };
-        let found = Identified::new(&known.responses(21), 1e-10).unwrap();
+        let found = Identified::new(&known.responses(33), &[0, 1, 2, 3, 5, 9, 15], 1e-10).unwrap();
         let sorted = |a: &Mat<f64>| {
             let mut all: Vec<(f64, f64)> =
                 a.eigenvalues().unwrap().iter().map(|z| (z.re, z.im)).collect();

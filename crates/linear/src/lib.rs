@@ -60,6 +60,6 @@ pub use model::{Model, Models, Source};
 pub use rows::{Entry, Rows};
 pub use shapes::Motions;
 pub use stepped::Stepped;
-pub use steps::UnitSteps;
+pub use steps::{IDENTIFYING_STEPS, UnitSteps};
 pub use system::{Connection, LinearSystem, Linearised, Port, Stepping};
 pub use unit::{LinearUnit, Quantity};

@@ -10,7 +10,14 @@ use super::identified::Identified;
 use super::unit::Quantity;
 
 /// Steps of each response.
-const STEPS: usize = 61;
+const STEPS: usize = 1001;
+/// Which responses are compared: close ones for fast motions, far ones for slow motions.
+const OFFSETS: [usize; 27] = [
+    0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 13, 16, 20, 25, 31, 39, 49, 61, 76, 95, 119, 149, 186, 233, 291, 364,
+    455,
+];
+/// Steps after which the inputs of the comparison change, in its second half.
+const SLOW: usize = 50;
 /// Change of an input, as a share of its size.
 const SMALL: f64 = 1e-4;
 /// Singular values below this share of the largest are noise.
@@ -19,6 +26,8 @@ const NOISE: f64 = 1e-7;
 const CLOSE: f64 = 1e-4;
 /// Multiples of the communication step that are tried: a sampled unit repeats itself after some steps.
 const MULTIPLES: [usize; 7] = [1, 2, 3, 4, 5, 8, 10];
+/// Communication steps that an identification may make from the start.
+pub const IDENTIFYING_STEPS: u32 = STEPS as u32 * 10;
 /// Most rows or columns of the Hankel matrix.
 const LARGEST: usize = 2000;
 
@@ -55,7 +64,7 @@ impl UnitSteps {
         if inputs.is_empty() || outputs.is_empty() {
             return Err(refused("it has no Real inputs, or no Real outputs".to_owned()));
         }
-        let blocks = STEPS / 2;
+        let blocks = OFFSETS.len();
         if inputs.len().max(outputs.len()) * blocks > LARGEST {
             return Err(refused(format!(
                 "it has {} inputs and {} outputs; at most {} of each are identified",
@@ -188,7 +197,7 @@ impl Rig<'_> {
                 response.row_mut(i).iter_mut().for_each(|x| *x /= sizes[i]);
             }
         }
-        let mut model = Identified::new(&responses, NOISE).map_err(Failure::Linear)?;
+        let mut model = Identified::new(&responses, &OFFSETS, NOISE).map_err(Failure::Linear)?;
         let error = self.error(&model, multiple, &sizes)?;
         for j in 0..m {
             let small = self.small(j);
@@ -227,7 +236,7 @@ impl Rig<'_> {
         Ok(all)
     }
 
-    /// Compares model and unit for inputs that jump at random in every step.
+    /// Compares model and unit for inputs that jump at random, first in every step, then rarely.
     fn error(
         &mut self,
         model: &Identified,
@@ -238,6 +247,7 @@ impl Rig<'_> {
         let small: Vec<f64> = (0..m).map(|j| self.small(j)).collect();
         // a fixed sequence between -1 and 1
         let random = |k: usize, j: usize| {
+            let k = if k < STEPS / 2 { k } else { STEPS + k / SLOW };
             let x = (12.9898 * (k + 1) as f64 + 78.233 * (j + 1) as f64).sin() * 43_758.545;
             2.0 * (x - x.floor()) - 1.0
         };

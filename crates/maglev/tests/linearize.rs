@@ -40,7 +40,8 @@ fn bench(capabilities: &str, defines: &[&str]) -> Bench {
     let description = OSCILLATOR.replace("CAPABILITIES", capabilities);
     bench.source("oscillator.fmu", "oscillator.c", &description, defines);
     bench.scenario(&json!({
-        "instances": {"o": {"fmu": "oscillator.fmu"}},
+        "units": {"oscillator": "oscillator.fmu"},
+        "instances": {"o": {"unit": "oscillator"}},
         "connections": [],
         "experiment": {"stop": 1.0, "step": STEP},
         "record": {"signals": ["o.y"]},

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use linear::{Linearised, Model, Models};
+use linear::{IDENTIFYING_STEPS, Linearised, Model, Models};
 use maglev::Error;
 use master::Setup;
 use results::write_whole;
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let given = GivenTimes { step: arguments.step, ..GivenTimes::default() };
     let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
     scenario.overrides.clone_from(&arguments.set);
-    super::modes::shorten(&mut scenario)?;
+    super::modes::shorten(&mut scenario, IDENTIFYING_STEPS)?;
     let setup = Setup::new(&scenario)?;
     let models = super::at_home(|| {
         let named = |patterns: &[String], name: &str| {

@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     scenario.algorithm.extrapolation = arguments.extrapolation.or(degree);
     scenario.overrides.clone_from(&arguments.set);
     if let Some(positions) = &arguments.positions {
-        shorten(&mut scenario)?;
+        shorten(&mut scenario, 1)?;
         return positions::run(&mut scenario, positions, arguments.out.as_deref(), arguments.json);
     }
     let (modes, shapes) = find(&mut scenario, arguments.of.as_deref(), arguments.out.is_some())?;
@@ -102,13 +102,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(if all_decay { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Cuts a scenario down to its start.
-pub(super) fn shorten(scenario: &mut Scenario) -> Result<(), Error> {
+/// Cuts a scenario down to so many steps after its start.
+pub(super) fn shorten(scenario: &mut Scenario, steps: u32) -> Result<(), Error> {
     if let Some((name, _)) = scenario.instances.iter().find(|(_, instance)| instance.every > 1) {
         return Err(LinearError::Slow { instance: name.clone() }.into());
     }
-    // one step is enough, so the step need not divide the scenario's time
-    scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
+    // few steps are enough, so the step need not divide the scenario's time
+    let time = f64::from(steps) * scenario.experiment.step;
+    scenario.experiment.stop = scenario.experiment.start + time;
     scenario.record.interval = None;
     scenario.checkpoint = None;
     Ok(())
@@ -120,7 +121,7 @@ fn find(
     of: Option<&str>,
     shapes: bool,
 ) -> Result<(CoupledModes, ModeShapes), Error> {
-    shorten(scenario)?;
+    shorten(scenario, 1)?;
     let setup = Setup::new(scenario)?;
     if let Some(name) = of {
         let named = |it: &InstanceSetup| patterns::matches(name, &it.name);
