@@ -72,8 +72,10 @@ pub fn draw_marked_map(map: &MarkedMap) -> Result<String, PlotError> {
     text(&mut svg, (LEFT + PLOT.0 / 2.0, 32.0), 20.0, "middle", &map.title);
     let scale = Scale::new(map);
     let frame = Frame { x: edges(&map.x), y: edges(&map.y) };
+    svg.push_str("<g shape-rendering=\"crispEdges\">\n");
     cells(&mut svg, map, &frame, &scale);
-    boundary(&mut svg, map, &frame);
+    svg.push_str("</g>\n");
+    boundary(&mut svg, map, &frame, &scale);
     axes(&mut svg, map, &frame);
     scale.draw(&mut svg, &map.legend);
     marks(&mut svg, map, &frame);
@@ -196,13 +198,14 @@ fn cells(svg: &mut String, map: &MarkedMap, frame: &Frame, scale: &Scale) {
 }
 
 /// The line of value zero, by linear interpolation between the centres of cells (marching squares).
-fn boundary(svg: &mut String, map: &MarkedMap, frame: &Frame) {
+fn boundary(svg: &mut String, map: &MarkedMap, frame: &Frame, scale: &Scale) {
     let mut path = String::new();
     for r in 1..map.y.len() {
         for c in 1..map.x.len() {
             let corner = |dr: usize, dc: usize| {
                 let (r, c) = (r - 1 + dr, c - 1 + dc);
-                (map.x[c], map.y[r], map.values[r][c])
+                // values far beyond the colours would draw the line to their neighbours
+                (map.x[c], map.y[r], map.values[r][c].clamp(-scale.below, scale.above))
             };
             let around = [corner(0, 0), corner(0, 1), corner(1, 1), corner(1, 0)];
             let mut crossings = Vec::new();

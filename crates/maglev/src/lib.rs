@@ -19,6 +19,7 @@
 //! | | [`in_memory`](../in_memory/index.html) | a run without files, and its figures |
 //! | | [`study`](../study/index.html) | many variants of a scenario |
 //! | | [`linear`](../linear/index.html) | state-space models of coupled systems, their modes |
+//! | | [`maps`](../maps/index.html) | stability maps over two parameters |
 //! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |

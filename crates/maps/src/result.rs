@@ -44,6 +44,8 @@ pub enum ModeKind {
 pub enum Known {
     /// Modes are followed, and the count shows that there is none with less damping.
     Counted,
+    /// No mode is in the region of the count. The mode shown is the least damped of those that are followed.
+    Beyond,
     /// A mode grows for certain; not all growing ones were identified.
     Growing,
     /// All eigenvalues of the reduced or of the whole system.

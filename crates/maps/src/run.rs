@@ -21,8 +21,8 @@ use crate::twin::{changed, twins};
 
 /// Points at which the system is also started anew.
 const RESTARTS: usize = 3;
-/// Feedthrough of controllers that counts as unchanged.
-const UNCHANGED: f64 = 1e-9;
+/// Relative change of the feedthrough of controllers up to which it is due to their operating point, and left out.
+const UNCHANGED: f64 = 0.01;
 
 /// What to map.
 #[derive(Debug, Clone)]
@@ -35,6 +35,8 @@ pub struct Request {
     pub y: Option<Axis>,
     /// A parameter over which the worst is taken.
     pub over: Option<Axis>,
+    /// Only modes up to this frequency (Hz) are shown.
+    pub below: Option<f64>,
     /// Threads of the survey.
     pub threads: usize,
     /// Random points that are compared with all eigenvalues.
@@ -73,6 +75,9 @@ pub fn map(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resul
     let all = nx * ny * scenes.iter().map(|it| it.over).collect::<HashSet<_>>().len();
     let state = Mutex::new(Collected { done: 0, cells: vec![vec![None; nx]; ny] });
     let mut notes = axes.notes();
+    if let Some(below) = request.below {
+        notes.push(format!("Only modes up to {below} Hz are shown."));
+    }
     let surveyed = Instant::now();
     for (number, it) in scenes.iter().enumerate() {
         let plan = axes.plan(it, request.threads);
@@ -111,7 +116,7 @@ pub fn map(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resul
         };
         let reduced = if columns * rows > 1 {
             watch.stage("linearising the units");
-            Reduced::new(setup_here, scene_here, plan)?
+            Reduced::new(setup_here, scene_here, plan, request.below)?
         } else {
             Err("each point needs a start of its own".to_owned())
         };
@@ -131,8 +136,8 @@ pub fn map(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resul
                 for row in (0..rows).filter(|row| !done.contains(row)) {
                     let points: Vec<(usize, usize)> = (0..columns).map(|c| (c, row)).collect();
                     let mut cells = Vec::new();
-                    system_at(setup_here, scene_here, &plan, &points, |_, system| {
-                        cells.push(by_eigenvalues(system)?.0);
+                    system_at(setup_here, scene_here, &plan, &points, false, |_, system| {
+                        cells.push(by_eigenvalues(system, request.below)?.0);
                         Ok(())
                     })?;
                     finished(row, cells)?;
@@ -175,6 +180,12 @@ fn evidence(cells: &[Vec<MapCell>]) -> Vec<String> {
             "At {growing} points a mode grows for certain, but not all growing modes were identified: another may grow faster."
         ));
     }
+    let beyond = count(Known::Beyond);
+    if beyond > 0 {
+        notes.push(format!(
+            "At {beyond} points no mode is in the region of the count: the damping shown is that of the least damped mode that is followed, and all others are damped more than the region's limit."
+        ));
+    }
     if all > 0 && all < cells.iter().map(Vec::len).sum() {
         notes.push(format!(
             "At {all} points the count was uncertain or a mode was missing: all eigenvalues of the reduced system were computed there."
@@ -190,7 +201,7 @@ fn task(request: &Request) -> String {
     let axis = |it: &Axis| (it.target.clone(), it.values.clone());
     let axes: Vec<(String, Vec<f64>)> =
         [Some(&request.x), request.y.as_ref(), request.over.as_ref()].into_iter().flatten().map(axis).collect();
-    serde_json::to_string(&(text, overrides, axes)).unwrap_or_default()
+    serde_json::to_string(&(text, overrides, axes, request.below)).unwrap_or_default()
 }
 
 struct Collected {
@@ -367,7 +378,10 @@ impl Axes {
         for it in [Some(&self.x), self.y.as_ref(), self.over.as_ref()].into_iter().flatten() {
             let target = &it.axis.target;
             notes.push(match it.enters {
-                Enters::Controllers => format!("{target} enters the controllers ({}).", self.kinds[2]),
+                Enters::Controllers => format!(
+                    "{target} enters the controllers ({}) only. What they pass on without states, such as a lateral stiffness, is that of the scenario's own start.",
+                    self.kinds[2]
+                ),
                 Enters::Attached => format!(
                     "{target} enters {} only. All other units are linearised at the scenario's own start, so the change of their operating point with it is left out; the points started anew show how much that is.",
                     self.kinds[1]
@@ -422,7 +436,7 @@ impl Axes {
         let mut checks = Vec::new();
         let mut check = |(column, row): (usize, usize), system: &linear::LinearSystem| -> Result<(), Error> {
             let cell = &cells[row][column];
-            let (least, values) = by_eigenvalues(system)?;
+            let (least, values) = by_eigenvalues(system, request.below)?;
             let s = |v: &faer::prelude::c64| (v.re - cell.real).hypot(v.im - cell.imaginary);
             let distance = values.iter().map(s).fold(f64::INFINITY, f64::min)
                 / cell.real.hypot(cell.imaginary).max(1e-9);
@@ -432,7 +446,7 @@ impl Axes {
             Ok(())
         };
         if simple {
-            system_at(base, scene, &plan, &points, &mut check)?;
+            system_at(base, scene, &plan, &points, true, &mut check)?;
         }
         let restarts = if simple { RESTARTS.min(points.len()) } else { 0 };
         for (k, &(column, row)) in points.iter().take(restarts).enumerate() {
@@ -440,7 +454,7 @@ impl Axes {
             given.extend(self.y.as_ref().map(|it| (it.axis.target.as_str(), it.axis.values[row])));
             let other = setup(scenario, &given)?;
             let fresh = Scene::start(&other)?;
-            checks[k].restarted = Some(by_eigenvalues(&fresh.system)?.0.damping);
+            checks[k].restarted = Some(by_eigenvalues(&fresh.system, request.below)?.0.damping);
         }
         Ok(checks)
     }

@@ -124,7 +124,9 @@ impl<'a> Reduced<'a> {
         setup: &Setup,
         scene: &Scene,
         plan: Plan<'a>,
+        below: Option<f64>,
     ) -> Result<Result<Self, Reason>, Error> {
+        let below = rate(below);
         let named: Vec<usize> = [plan.columns, plan.rows]
             .into_iter()
             .flatten()
@@ -176,14 +178,16 @@ impl<'a> Reduced<'a> {
             .whole(level, &start)?
             .eigenvalues()
             .map_err(|_| stability_map::MapError::Eigenvalues { what: "the whole system" })?;
-        let region = region(&values);
+        let region = region(&values, below);
         let known = |all: &stability_map::Followed| -> Vec<c64> {
             all.active.iter().map(|it| it.s).collect()
         };
         let first_contour = Contour::new(region, point, &[])?;
         let followed = first_contour.start(point)?;
-        let contour = Contour::new(region, point, &known(&followed))?;
-        if contour.count(point, &known(&followed))? != Count::Unknown(0) {
+        let mut contour = Contour::new(region, point, &known(&followed))?;
+        contour.below = below;
+        let grows = followed.active.iter().any(|it| it.s.re > 0.0);
+        if contour.count(point, &known(&followed))? != Count::Unknown(0) && !grows {
             return Ok(Err(
                 "the count of modes by the argument principle does not agree with all eigenvalues at the first point"
                     .to_owned(),
@@ -272,6 +276,7 @@ fn map_cell(cell: &Cell) -> MapCell {
         ModeKind::Controllers
     };
     let evidence = match cell.evidence {
+        Evidence::Counted if !cell.inside => Known::Beyond,
         Evidence::Counted => Known::Counted,
         Evidence::Growing => Known::Growing,
         Evidence::Eigenvalues => Known::Eigenvalues,
@@ -376,8 +381,13 @@ fn controllers_at(
     Controllers::Each(numbers.chunks(n * n + n * channels + n).map(of).collect())
 }
 
+/// A frequency limit (Hz) in rad/s.
+fn rate(below: Option<f64>) -> f64 {
+    below.map_or(f64::INFINITY, |hz| hz * std::f64::consts::TAU)
+}
+
 /// The region to count in: its rays in the widest gap between the modes, with at least one mode inside.
-fn region(values: &[c64]) -> Region {
+fn region(values: &[c64], below: f64) -> Region {
     let sizes = || values.iter().map(|s| s.norm()).filter(|it| *it > 1e-3);
     let slowest = sizes().fold(f64::INFINITY, f64::min);
     let fastest = sizes().fold(1.0, f64::max);
@@ -385,7 +395,7 @@ fn region(values: &[c64]) -> Region {
     // the rays start at −σ
     let slope = |s: &c64| (-s.re - sigma) / s.im;
     let mut slopes: Vec<f64> =
-        values.iter().filter(|s| s.im > 1e-6 * s.norm()).map(slope).collect();
+        values.iter().filter(|s| s.im > 1e-6 * s.norm() && s.norm() <= below).map(slope).collect();
     slopes.sort_by(f64::total_cmp);
     let least = slopes.first().copied().unwrap_or(0.1).max(0.02);
     let (low, high) = (1.1 * least, (3.0 * least).clamp(0.08, 0.5));
@@ -399,7 +409,11 @@ fn region(values: &[c64]) -> Region {
 }
 
 /// All eigenvalues of the states that are in a loop with another unit, as a cell.
-pub(crate) fn by_eigenvalues(system: &LinearSystem) -> Result<(MapCell, Vec<c64>), Error> {
+pub(crate) fn by_eigenvalues(
+    system: &LinearSystem,
+    below: Option<f64>,
+) -> Result<(MapCell, Vec<c64>), Error> {
+    let below = rate(below);
     let matrix = system.matrix()?;
     let owners: Vec<usize> =
         system.units.iter().enumerate().flat_map(|(k, unit)| vec![k; unit.states.len()]).collect();
@@ -419,19 +433,21 @@ pub(crate) fn by_eigenvalues(system: &LinearSystem) -> Result<(MapCell, Vec<c64>
     }
     let small = Mat::from_fn(kept.len(), kept.len(), |i, j| matrix[(kept[i], kept[j])]);
     let values = linear::eigenvalues(&small)?;
-    let upper = || values.iter().filter(|s| s.im >= 0.0 && s.norm() > 0.0);
+    let upper = || values.iter().filter(|s| s.im >= 0.0 && s.norm() > 0.0 && s.norm() <= below);
     let least = upper().min_by(|a, b| damping(**a).total_cmp(&damping(**b))).copied();
     let s = least.unwrap_or(c64::new(-1.0, 0.0));
     let growing = upper().filter(|s| s.re > 0.0).count();
     Ok((of_value(s, growing, ModeKind::Unknown, Known::Eigenvalues), values))
 }
 
-/// The system at a column and row, with units replaced by their twins'.
+/// The system at each point, with units replaced by their twins'. `frozen`: what units pass on without states is that of
+/// the start, as in the reduced computation.
 pub(crate) fn system_at(
     setup: &Setup,
     scene: &Scene,
     plan: &Plan<'_>,
     points: &[(usize, usize)],
+    frozen: bool,
     mut each: impl FnMut((usize, usize), &LinearSystem) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut changed: Vec<usize> = [plan.columns, plan.rows]
@@ -445,7 +461,11 @@ pub(crate) fn system_at(
     let mut system = scene.system.clone();
     for &(column, row) in points {
         for (twin, &k) in twins.iter().zip(&changed) {
-            system.units[k] = twin.linear(&plan.given(k, column, row))?;
+            let mut unit = twin.linear(&plan.given(k, column, row))?;
+            if frozen {
+                unit.d.clone_from(&scene.system.units[k].d);
+            }
+            system.units[k] = unit;
         }
         each((column, row), &system)?;
     }

@@ -30,6 +30,8 @@ const PROPORTIONAL: f64 = 0.01;
 pub struct Contour {
     /// The region.
     pub region: Region,
+    /// Modes above this frequency |s| (rad/s) are counted and followed, but not looked at for the least damping.
+    pub below: f64,
     nodes: RwLock<Arc<Vec<Arc<Node>>>>,
     /// The plant's poles inside.
     poles: Vec<c64>,
@@ -60,6 +62,7 @@ impl Contour {
         let equal = matches!(point.controllers, Controllers::Equal(..));
         let mut contour = Self {
             region,
+            below: f64::INFINITY,
             nodes: RwLock::new(Arc::new(Vec::new())),
             poles,
             equal,
@@ -204,6 +207,37 @@ impl Contour {
             });
             self.add(added.collect::<Result<Vec<_>, _>>()?);
         }
+    }
+
+    /// Where zeros of single factors may be, inside and near the boundary, by the secant through neighbouring nodes. The
+    /// least damped first.
+    pub(crate) fn candidates(&self, point: Point<'_>) -> Vec<c64> {
+        let rational = if self.equal { Rational::new(point.controllers) } else { None };
+        let nodes = self.snapshot();
+        let both = (point.controllers, rational.as_ref());
+        let mut before: Option<(c64, Vec<c64>)> = None;
+        let mut found: Vec<c64> = Vec::new();
+        for node in nodes.iter() {
+            let mut factors = Vec::with_capacity(node.factors());
+            node.determinant(point.space, point.level, both, self.anchor(), &mut factors);
+            if let Some((s, earlier)) = &before {
+                for (a, b) in earlier.iter().zip(&factors) {
+                    let zero = s - a * (node.s - s) / (b - a);
+                    let reach = 0.3 * s.norm().max(8.0 * self.region.sigma);
+                    let upper = if zero.im < 0.0 { zero.conj() } else { zero };
+                    let fresh = |it: &c64| (it - upper).norm() > 1e-2 * upper.norm();
+                    if (zero - s).norm() < reach
+                        && self.region.contains(upper)
+                        && found.iter().all(fresh)
+                    {
+                        found.push(upper);
+                    }
+                }
+            }
+            before = Some((node.s, factors));
+        }
+        found.sort_by(|a, b| crate::branch::damping(*a).total_cmp(&crate::branch::damping(*b)));
+        found
     }
 
     fn add(&self, added: Vec<Arc<Node>>) {

@@ -10,6 +10,8 @@ use crate::error::MapError;
 pub const MARGIN: f64 = 0.02;
 /// Zeros up to this damping ratio beyond the region's are remembered when all eigenvalues are computed.
 const REMEMBERED: f64 = 0.06;
+/// Places near the boundary at which missing zeros are looked for.
+const HUNTED: usize = 6;
 /// Growing zeros that are followed where not all are known.
 const GROWING: usize = 6;
 /// Imaginary parts below this fraction are rounding errors.
@@ -125,8 +127,10 @@ impl Contour {
             self.recall(point, followed, lost);
             if self.complete(point, followed)? {
                 Evidence::Counted
-            } else if grows(followed) {
+            } else if grows(followed) || (self.hunt(point, followed) && grows(followed)) {
                 Evidence::Growing
+            } else if self.complete(point, followed)? {
+                Evidence::Counted
             } else {
                 self.all(point, followed)?;
                 Evidence::Eigenvalues
@@ -144,7 +148,7 @@ impl Contour {
             .partition(|branch| region.near(branch.s, MARGIN));
         followed.active = near;
         let least = |all: &[Branch]| -> Option<(c64, usize)> {
-            let of = all.iter().filter(|it| it.s.norm() > 0.0);
+            let of = all.iter().filter(|it| it.s.norm() > 0.0 && it.s.norm() <= self.below);
             of.map(|it| (it.s, it.id)).min_by(|a, b| damping(a.0).total_cmp(&damping(b.0)))
         };
         let found = least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
@@ -163,7 +167,7 @@ impl Contour {
         Ok(Cell {
             s,
             branch,
-            growing: followed.active.iter().filter(|it| it.s.re > 0.0).count(),
+            growing: followed.active.iter().filter(|it| it.s.re > 0.0 && it.s.norm() <= self.below).count(),
             inside: region.contains(s),
             evidence,
             shares: shares.1,
@@ -185,6 +189,19 @@ impl Contour {
                 followed.away.push(branch);
             }
         }
+    }
+
+    /// Looks for zeros near the boundary. Whether there are new ones.
+    fn hunt(&self, point: Point<'_>, followed: &mut Followed) -> bool {
+        let mut any = false;
+        for s in self.candidates(point).into_iter().take(HUNTED) {
+            let Some(branch) = Branch::near(followed.next, s, point) else { continue };
+            if self.region.near(branch.s, MARGIN) && followed.add(branch) {
+                followed.next += 1;
+                any = true;
+            }
+        }
+        any
     }
 
     /// All eigenvalues of the reduced system; those in and near the region become branches, with the numbers of known

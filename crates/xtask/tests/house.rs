@@ -58,6 +58,20 @@ const PLAN: &[(&str, &[&str])] = &[
         ],
     ),
     ("linear", &["coupling", "fmi2-import", "master", "patterns", "results"]),
+    ("stability-map", &[]),
+    (
+        "maps",
+        &[
+            "figure",
+            "fmi2-import",
+            "linear",
+            "master",
+            "patterns",
+            "results",
+            "scenario",
+            "stability-map",
+        ],
+    ),
     (
         "report",
         &[
@@ -98,6 +112,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "fmi2-package",
             "in-memory",
             "linear",
+            "maps",
             "master",
             "patterns",
             "report",

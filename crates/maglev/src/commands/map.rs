@@ -39,6 +39,9 @@ pub struct Arguments {
     /// anew for each value.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUES")]
     over: Option<Axis>,
+    /// Show only modes up to this frequency.
+    #[arg(long, value_name = "HZ")]
+    below: Option<f64>,
     /// Set a parameter or start value, as for `maglev run`.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE")]
     set: Vec<Override>,
@@ -66,6 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         x: arguments.x.clone(),
         y: arguments.y.clone(),
         over: arguments.over.clone(),
+        below: arguments.below,
         threads: arguments.threads.map_or_else(cores, usize::from),
         checks: arguments.check,
     };
