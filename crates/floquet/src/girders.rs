@@ -3,6 +3,7 @@
 use faer::Mat;
 use nalgebra::DMatrix;
 
+use crate::balance::scales;
 use crate::collocation::{NODES, derivatives, nodes};
 
 /// ẋ = A x + B f for several equal blocks, one after the other: the periods of a row of spans that the train touches
@@ -137,22 +138,4 @@ fn response(girders: &Girders, h: f64, c: f64) -> (DMatrix<f64>, [DMatrix<f64>; 
         })
     });
     (free, forced)
-}
-
-/// Powers of two by which the states are divided so that rows and columns of A have similar sizes (Osborne 1960):
-/// places and rates differ by their frequency.
-fn scales(a: &Mat<f64>) -> Vec<f64> {
-    let n = a.nrows();
-    let mut scale = vec![1.0; n];
-    for _ in 0..10 {
-        for k in 0..n {
-            let others = || (0..n).filter(move |&j| j != k);
-            let row: f64 = others().map(|j| (a[(k, j)] * scale[j] / scale[k]).abs()).sum();
-            let column: f64 = others().map(|j| (a[(j, k)] * scale[k] / scale[j]).abs()).sum();
-            if row > 0.0 && column > 0.0 {
-                scale[k] *= (0.5 * (row / column).log2()).round().exp2();
-            }
-        }
-    }
-    scale
 }

@@ -26,6 +26,7 @@
     reason = "errors have the detailed one of the master; they end a command"
 )]
 
+mod balance;
 pub mod collocation;
 mod error;
 mod girders;

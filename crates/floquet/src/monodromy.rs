@@ -17,8 +17,8 @@ pub struct Monodromy {
     pub steps: usize,
     /// The map. Rows and columns: Re z, Im z, carried states of the girders.
     pub matrix: Mat<f64>,
-    /// Forces on the girders in the middle of each step, per state at the beginning.
-    pub forces: Vec<Mat<f64>>,
+    /// Watched sums of outputs of the constant part in the middle of each step, per state at the beginning.
+    pub watched: Vec<Mat<f64>>,
 }
 
 /// dst = lhs · rhs, or added to it.
@@ -32,7 +32,7 @@ impl Monodromy {
     ///
     /// In each step the constant part and the girders are exact for what acts on them, taken as polynomials through
     /// the values at the Gauss nodes. The forces at the nodes follow from one small linear system, which is the same
-    /// for all columns.
+    /// for all columns. `watch` (sums × outputs of the constant part) shows how the motion turns.
     ///
     /// # Errors
     /// The motion overflows.
@@ -40,11 +40,12 @@ impl Monodromy {
         train: &Modal,
         girders: &Girders,
         passage: &dyn Passage,
+        watch: &Mat<f64>,
         speed: f64,
         steps: usize,
     ) -> Result<Self, FloquetError> {
         let period = passage.period() / speed;
-        let mut machine = Machine::new(train, girders, period / steps as f64);
+        let mut machine = Machine::new(train, girders, watch, period / steps as f64);
         let (n2, carried) = (2 * train.modes(), &girders.carried);
         let columns = n2 + carried.len();
         let mut z = Mat::from_fn(n2, columns, |i, j| f64::from(u8::from(i == j)));
@@ -52,14 +53,14 @@ impl Monodromy {
         for (k, &(start, _)) in carried.iter().enumerate() {
             x[(start, n2 + k)] = 1.0;
         }
-        let mut forces = Vec::with_capacity(steps);
+        let mut watched = Vec::with_capacity(steps);
         let length = passage.period() / steps as f64;
         for step in 0..steps {
             for (k, c) in nodes().into_iter().enumerate() {
                 let place = (step as f64 + c) * length;
                 passage.at(place, &mut machine.see[k], &mut machine.press[k]);
             }
-            forces.push(machine.step(&mut z, &mut x));
+            watched.push(machine.step(&mut z, &mut x));
         }
         let matrix = Mat::from_fn(columns, columns, |i, j| {
             if i < n2 { z[(i, j)] } else { x[(carried[i - n2].1, j)] }
@@ -67,9 +68,12 @@ impl Monodromy {
         if !matrix.col_iter().all(|column| column.iter().all(|value| value.is_finite())) {
             return Err(FloquetError::Overflow { period });
         }
-        Ok(Self { period, steps, matrix, forces })
+        Ok(Self { period, steps, matrix, watched })
     }
 }
+
+/// The node in the middle of a step.
+const MIDDLE: usize = NODES / 2;
 
 /// Everything that is constant for one step size, and room for one step.
 struct Machine<'a> {
@@ -91,16 +95,30 @@ struct Machine<'a> {
     /// Forces at the nodes per state of the constant part, and per state of the girders.
     by_train: Mat<f64>,
     by_girders: Mat<f64>,
+    /// Watched sums at the middle node per state of the constant part, and per input at each node.
+    watch_train: Mat<f64>,
+    watch_input: [Mat<f64>; NODES],
 }
 
 impl<'a> Machine<'a> {
-    fn new(train: &'a Modal, girders: &Girders, h: f64) -> Self {
+    fn new(train: &'a Modal, girders: &Girders, watch: &Mat<f64>, h: f64) -> Self {
         let (n2, forces, seen) = (2 * train.modes(), girders.forces(), girders.seen());
+        let coefficients: Vec<Coefficients> =
+            train.values.iter().map(|&value| Coefficients::new(value, h)).collect();
+        let (output, mut turned_g) = (watch * &train.h, Mat::zeros(n2, train.inputs()));
+        let mut watch_train = Mat::zeros(watch.nrows(), n2);
+        decayed(&mut watch_train, 0, &output, &coefficients, MIDDLE);
+        let watch_input = std::array::from_fn(|j| {
+            turned(&mut turned_g, 0, &train.g, &coefficients, |it| it.inner[MIDDLE][j]);
+            let through = &output * &turned_g;
+            let direct = watch * &train.d;
+            if j == MIDDLE { through + direct } else { through }
+        });
         let see = || Mat::zeros(train.inputs(), seen);
         let press = || Mat::zeros(forces, train.outputs());
         Self {
             train,
-            coefficients: train.values.iter().map(|&value| Coefficients::new(value, h)).collect(),
+            coefficients,
             girders: GirderStep::new(girders, h),
             see: std::array::from_fn(|_| see()),
             press: std::array::from_fn(|_| press()),
@@ -111,10 +129,12 @@ impl<'a> Machine<'a> {
             stiffness: Mat::zeros(NODES * forces, NODES * seen),
             by_train: Mat::zeros(NODES * forces, n2),
             by_girders: Mat::zeros(NODES * forces, girders.states()),
+            watch_train,
+            watch_input,
         }
     }
 
-    /// One step of all columns; returns the forces at the middle node.
+    /// One step of all columns; returns the watched sums at the middle node.
     fn step(&mut self, z: &mut Mat<f64>, x: &mut Mat<f64>) -> Mat<f64> {
         self.connect();
         let (nf, columns) = (self.forces, z.ncols());
@@ -136,6 +156,12 @@ impl<'a> Machine<'a> {
         let mut seen = Mat::zeros(NODES * self.seen, columns);
         product(&mut seen, false, girders.seen_by_state.as_ref(), x.as_ref());
         product(&mut seen, true, girders.seen_by_force.as_ref(), forces.as_ref());
+        let mut watched = &self.watch_train * &*z;
+        for (j, by_input) in self.watch_input.iter().enumerate() {
+            let by_seen = by_input * &self.see[j];
+            let now = seen.get(j * self.seen..(j + 1) * self.seen, ..);
+            product(&mut watched, true, by_seen.as_ref(), now);
+        }
         let mut end = Mat::zeros(x.nrows(), columns);
         product(&mut end, false, girders.end_by_state.as_ref(), x.as_ref());
         product(&mut end, true, girders.end_by_force.as_ref(), forces.as_ref());
@@ -149,13 +175,12 @@ impl<'a> Machine<'a> {
             }
         }
         product(z, true, self.weights.as_ref(), seen.as_ref());
-        let middle = NODES / 2 * nf;
-        forces.get(middle..middle + nf, ..).to_owned()
+        watched
     }
 
     /// The matrices of one step from P and Q at its nodes.
     fn connect(&mut self) {
-        let (n, nf, ns) = (self.train.modes(), self.forces, self.seen);
+        let (nf, ns) = (self.forces, self.seen);
         let pressed: [Mat<f64>; NODES] = std::array::from_fn(|i| &self.press[i] * &self.train.h);
         let moved: [Mat<f64>; NODES] = std::array::from_fn(|j| &self.train.g * &self.see[j]);
         for (j, moved) in moved.iter().enumerate() {
@@ -185,14 +210,26 @@ impl<'a> Machine<'a> {
                 1.0,
                 Par::Seq,
             );
-            for (k, it) in self.coefficients.iter().enumerate() {
-                let e = it.decay[i];
-                for row in 0..nf {
-                    let (re, im) = (pressed[(row, k)], pressed[(row, n + k)]);
-                    self.by_train[(rows.start + row, k)] = re * e.re + im * e.im;
-                    self.by_train[(rows.start + row, n + k)] = im * e.re - re * e.im;
-                }
-            }
+            decayed(&mut self.by_train, rows.start, pressed, &self.coefficients, i);
+        }
+    }
+}
+
+/// Rows of `into` from `first` on: outputs at a node per state at the beginning of the step.
+fn decayed(
+    into: &mut Mat<f64>,
+    first: usize,
+    outputs: &Mat<f64>,
+    coefficients: &[Coefficients],
+    node: usize,
+) {
+    let n = coefficients.len();
+    for (k, it) in coefficients.iter().enumerate() {
+        let e = it.decay[node];
+        for row in 0..outputs.nrows() {
+            let (re, im) = (outputs[(row, k)], outputs[(row, n + k)]);
+            into[(first + row, k)] = re * e.re + im * e.im;
+            into[(first + row, n + k)] = im * e.re - re * e.im;
         }
     }
 }

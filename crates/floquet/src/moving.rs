@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use faer::Mat;
+use faer::prelude::c64;
 use rayon::prelude::*;
 use scenario::Scenario;
 
@@ -19,6 +20,8 @@ const FEWEST: usize = 48;
 const DOUBLINGS: u32 = 7;
 /// A train with at most so many states is not reduced.
 const SMALL: usize = 100;
+/// Sums of forces that are watched.
+const WATCHED: usize = 6;
 /// Places at which shapes are sampled for the reduction.
 const PLACES: usize = 100;
 
@@ -35,7 +38,7 @@ pub struct Accuracy {
 
 impl Default for Accuracy {
     fn default() -> Self {
-        Self { tolerance: 1e-3, reduction: 1e-4, above: 0.0 }
+        Self { tolerance: 1e-3, reduction: 1e-6, above: 0.0 }
     }
 }
 
@@ -148,7 +151,8 @@ impl MovingTrain {
     /// The integration overflows or does not converge.
     pub fn at(&self, speed: f64) -> Result<Motion, FloquetError> {
         let girders = self.row.girders(self.train.length());
-        let compute = |steps: usize| self.multipliers(self.modal(), &girders, speed, steps);
+        let compute =
+            |steps: usize| multipliers(&self.monodromy(self.modal(), &girders, speed, steps)?);
         let growth = |it: &Multipliers| {
             it.critical(self.accuracy.above).map_or(it.floor, |critical| critical.growth)
         };
@@ -170,26 +174,39 @@ impl MovingTrain {
         Err(FloquetError::Tolerance { speed, error, steps })
     }
 
-    /// The same without reduction, with the steps of a result.
+    /// The growth rate (1/s) without reduction, with the steps of a result: of the multiplier that is nearest to
+    /// `value`.
     ///
     /// # Errors
     /// The integration overflows.
-    pub fn unreduced(&self, motion: &Motion) -> Result<Motion, FloquetError> {
+    pub fn unreduced(&self, motion: &Motion, value: c64) -> Result<f64, FloquetError> {
         let girders = self.row.girders(self.train.length());
-        let found = self.multipliers(&self.train.modal, &girders, motion.speed, motion.steps)?;
-        Ok(Motion { multipliers: found, ..motion.clone() })
+        let modal = &self.train.modal;
+        let found = self.monodromy(modal, &girders, motion.speed, motion.steps)?.matrix;
+        let all = found.eigenvalues().map_err(|_| FloquetError::Eigenvalues("Floquet multipliers"))?;
+        let nearest = all.iter().min_by(|a, b| (*a - value).norm().total_cmp(&(*b - value).norm()));
+        Ok(nearest.map_or(f64::NEG_INFINITY, |it| it.norm().ln() / motion.period))
     }
 
-    fn multipliers(
+    fn monodromy(
         &self,
         modal: &Modal,
         girders: &Girders,
         speed: f64,
         steps: usize,
-    ) -> Result<Multipliers, FloquetError> {
+    ) -> Result<Monodromy, FloquetError> {
         let magnets =
             Magnets { row: &self.row, places: &self.train.places, blocks: girders.blocks };
-        multipliers(&Monodromy::new(modal, girders, &magnets, speed, steps)?)
+        Monodromy::new(modal, girders, &magnets, &self.watch(), speed, steps)
+    }
+
+    /// Sums of the magnets' forces by which the frequency of a motion is found: weighted by powers of the place.
+    fn watch(&self) -> Mat<f64> {
+        let (count, half) = (self.train.places.len(), 0.5 * self.train.length().max(1e-9));
+        Mat::from_fn(count.min(WATCHED), self.train.modal.outputs(), |i, j| {
+            let place = self.train.places.get(j).map_or(0.0, |place| place / half + 1.0);
+            if j < count { place.powi(i32::try_from(i).unwrap_or(0)) } else { 0.0 }
+        })
     }
 
     /// The coupled system at standstill: the matrix of all states with the magnets at a place of the period.

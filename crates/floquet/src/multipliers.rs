@@ -9,8 +9,10 @@ use crate::{FloquetError, Monodromy};
 
 /// Sizes of multipliers below this share of the monodromy matrix are rounding errors.
 const NOISE: f64 = 1e-12;
+/// Motions whose watched signals have less than this share of the energy of the largest are not seen.
+const UNSEEN: f64 = 1e-16;
 /// Most multipliers that are listed.
-const MOST: usize = 24;
+const MOST: usize = 250;
 
 /// One Floquet multiplier, or a conjugate pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,8 +21,7 @@ pub struct Multiplier {
     pub value: c64,
     /// ln|μ|/T (1/s): positive if the motion grows.
     pub growth: f64,
-    /// Frequency of the motion (Hz), by the turns of the forces on the girders. μ alone shows it only up to multiples
-    /// of 1/T.
+    /// Frequency of the motion (Hz), by the turns of the watched signals. μ alone shows it only up to multiples of 1/T.
     pub frequency: f64,
 }
 
@@ -56,7 +57,7 @@ impl Multipliers {
 /// # Errors
 /// The eigenvalues cannot be found.
 pub fn multipliers(monodromy: &Monodromy) -> Result<Multipliers, FloquetError> {
-    let Monodromy { period, matrix, forces, .. } = monodromy;
+    let Monodromy { period, matrix, watched, .. } = monodromy;
     let eigen = matrix.eigen().map_err(|_| FloquetError::Eigenvalues("Floquet multipliers"))?;
     let size = matrix.norm_l2();
     let floor = (NOISE * size).ln() / period;
@@ -69,7 +70,7 @@ pub fn multipliers(monodromy: &Monodromy) -> Result<Multipliers, FloquetError> {
         let value = eigen.U()[(i, found[j / 2])];
         if j % 2 == 0 { value.re } else { value.im }
     });
-    let all = found.iter().zip(turns(forces, &shapes)).map(|(&k, turns)| {
+    let all = found.iter().zip(turns(watched, &shapes)).map(|(&k, turns)| {
         let value = eigen.S()[k];
         let whole = ((turns - value.arg()) / TAU).round();
         let frequency = ((value.arg() + TAU * whole) / period / TAU).abs();
@@ -78,12 +79,13 @@ pub fn multipliers(monodromy: &Monodromy) -> Result<Multipliers, FloquetError> {
     Ok(Multipliers { all: all.collect(), floor })
 }
 
-/// Angles (rad) by which the forces turn in the complex plane over a period, for motions with these initial states,
+/// Angles (rad) by which the watched signals turn in the complex plane over a period, for motions with these initial states,
 /// whose real and imaginary parts are neighbouring columns.
-fn turns(forces: &[Mat<f64>], shapes: &Mat<f64>) -> Vec<f64> {
+fn turns(watched: &[Mat<f64>], shapes: &Mat<f64>) -> Vec<f64> {
     let mut angles = vec![0.0; shapes.ncols() / 2];
+    let mut sizes = angles.clone();
     let mut last: Option<Mat<f64>> = None;
-    for map in forces {
+    for map in watched {
         let now = map * shapes;
         for (k, angle) in angles.iter_mut().enumerate() {
             let Some(last) = &last else { break };
@@ -91,6 +93,7 @@ fn turns(forces: &[Mat<f64>], shapes: &Mat<f64>) -> Vec<f64> {
             for i in 0..now.nrows() {
                 let value = |it: &Mat<f64>| c64::new(it[(i, 2 * k)], it[(i, 2 * k + 1)]);
                 sum += value(last).conj() * value(&now);
+                sizes[k] += value(&now).norm_sqr();
             }
             // a real motion that changes its sign has made half a turn
             *angle += if sum.im == 0.0 && sum.re < 0.0 { PI } else { sum.arg() };
@@ -98,7 +101,10 @@ fn turns(forces: &[Mat<f64>], shapes: &Mat<f64>) -> Vec<f64> {
         last = Some(now);
     }
     // from the middle of the first step to that of the last
-    let steps = forces.len() as f64;
+    let steps = watched.len() as f64;
     let whole = if steps > 1.0 { steps / (steps - 1.0) } else { 0.0 };
-    angles.into_iter().map(|angle| angle * whole).collect()
+    // what is hardly seen only turns by rounding errors
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let seen = |size: f64| size > UNSEEN * largest;
+    angles.into_iter().zip(sizes).map(|(it, size)| if seen(size) { it * whole } else { 0.0 }).collect()
 }

@@ -1,12 +1,13 @@
 //! A smaller constant part with nearly the same response: balanced truncation.
 
-use faer::Mat;
 use faer::linalg::solvers::Svd;
+use faer::prelude::c64;
+use faer::{Mat, Side};
 
 use crate::{FloquetError, Modal};
 
-/// Frequencies of the quadrature.
-const FREQUENCIES: usize = 80;
+/// Decay rate (1/s) that every mode has at least while Gramians are computed.
+const LEAST_DECAY: f64 = 0.05;
 
 /// A reduced system, and how well it represents the full one.
 #[derive(Debug, Clone)]
@@ -22,10 +23,9 @@ pub struct Reduction {
 /// Truncates the balanced system to states with Hankel singular values above `tolerance` of the largest.
 ///
 /// `inputs` (inputs × directions) and `outputs` (outputs × directions) weigh what occurs: the response that is
-/// approximated is outputsᵀ·(response)·inputs. The Gramians are integrals over the frequency, so that their factors
-/// follow from the response at some frequencies (Phillips and Silveira 2005, "Poor man's TBR"), without forming
-/// products that would lose half of the digits. `band` is the range of circular frequencies (rad/s) in which the error
-/// is measured.
+/// approximated is outputsᵀ·(response)·inputs (Moore 1981; square-root method of Tombs and Postlethwaite 1987). Singular
+/// values below some 1e-8 of the largest are rounding errors. `band` is the range of circular frequencies (rad/s) in
+/// which the error is measured.
 ///
 /// # Errors
 /// Singular values or eigenvalues cannot be found.
@@ -41,8 +41,9 @@ pub fn reduced(
         g: &full.g * inputs,
         h: outputs.transpose() * &full.h,
         d: outputs.transpose() * &full.d * inputs,
+        growth: full.growth,
     };
-    let (controllable, observable) = factors(&weighted);
+    let (controllable, observable) = factors(&weighted)?;
     let svd = singular(&(&observable * controllable.transpose()))?;
     let values: Vec<f64> = (0..svd.S().column_vector().nrows()).map(|k| svd.S()[k]).collect();
     let largest = values.first().copied().unwrap_or(0.0);
@@ -79,36 +80,52 @@ fn derivative(modal: &Modal, x: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Factors L with LᵀL the Gramian, of the inputs and of the outputs.
-fn factors(modal: &Modal) -> (Mat<f64>, Mat<f64>) {
-    let sizes = || modal.values.iter().map(|value| value.norm());
-    let fastest = sizes().fold(0.0, f64::max);
-    let slowest = sizes().filter(|&it| it > 1e-6 * fastest).fold(fastest, f64::min);
-    let (low, high) = (0.2 * slowest, 4.0 * fastest);
-    let ratio = (high / low).powf(1.0 / (FREQUENCIES - 1) as f64);
-    let mut omegas = vec![0.0];
-    omegas.extend((0..FREQUENCIES).map(|k| low * ratio.powf(k as f64)));
-    let n2 = 2 * modal.modes();
-    let (m, p, count) = (modal.inputs(), modal.outputs(), omegas.len());
-    let mut by_input = Mat::zeros(2 * m * count, n2);
-    let mut of_output = Mat::zeros(2 * p * count, n2);
-    for (k, &omega) in omegas.iter().enumerate() {
-        // trapezoidal rule
-        let before = if k > 0 { omega - omegas[k - 1] } else { 0.0 };
-        let after = if k + 1 < count { omegas[k + 1] - omega } else { 0.0 };
-        let weight = (0.5 * (before + after)).sqrt();
-        let (x, y) = (modal.by_input(omega), modal.of_output(omega));
-        for i in 0..n2 {
-            for j in 0..m {
-                by_input[(2 * (k * m + j), i)] = weight * x[(i, j)].re;
-                by_input[(2 * (k * m + j) + 1, i)] = weight * x[(i, j)].im;
+///
+/// In the modes the integrals over time have closed forms, ∫ e^{λₐt} e^{λ̄ᵦt} dt = −1/(λₐ + λ̄ᵦ). Modes that do not
+/// decay are treated as if all decayed faster.
+fn factors(modal: &Modal) -> Result<(Mat<f64>, Mat<f64>), FloquetError> {
+    let growth = modal.values.iter().map(|value| value.re).fold(f64::NEG_INFINITY, f64::max);
+    let shift = (growth + LEAST_DECAY).max(0.0);
+    let values: Vec<c64> = modal.values.iter().map(|value| value - shift).collect();
+    let n = values.len();
+    let g: Vec<Vec<c64>> = (0..n)
+        .map(|k| (0..modal.inputs()).map(|j| c64::new(modal.g[(k, j)], modal.g[(n + k, j)])).collect())
+        .collect();
+    let h: Vec<Vec<c64>> = (0..n)
+        .map(|k| (0..modal.outputs()).map(|i| c64::new(modal.h[(i, k)], -modal.h[(i, n + k)])).collect())
+        .collect();
+    // e^{Λt} G has the parts Re and Im of z; y = Re(h z) has h on Re z, and its imaginary part negative on Im z
+    Ok((root(&gramian(&values, &g, 1.0))?, root(&gramian(&values, &h, -1.0))?))
+}
+
+/// ∫ w wᵀ dt for w = (Re v, sign·Im v) with v = e^{λt} times these rows.
+fn gramian(values: &[c64], rows: &[Vec<c64>], sign: f64) -> Mat<f64> {
+    let n = values.len();
+    let mut gramian = Mat::zeros(2 * n, 2 * n);
+    for a in 0..n {
+        for b in 0..n {
+            let (mut s, mut t) = (c64::new(0.0, 0.0), c64::new(0.0, 0.0));
+            for (x, y) in rows[a].iter().zip(&rows[b]) {
+                s += x * y.conj();
+                t += x * y;
             }
-            for j in 0..p {
-                of_output[(2 * (k * p + j), i)] = weight * y[(j, i)].re;
-                of_output[(2 * (k * p + j) + 1, i)] = weight * y[(j, i)].im;
-            }
+            let (s, t) = (-s / (values[a] + values[b].conj()), -t / (values[a] + values[b]));
+            gramian[(a, b)] = 0.5 * (s + t).re;
+            gramian[(n + a, n + b)] = 0.5 * (s - t).re;
+            gramian[(a, n + b)] = 0.5 * sign * (t - s).im;
+            gramian[(n + a, b)] = 0.5 * sign * (t + s).im;
         }
     }
-    (by_input.qr().thin_R().to_owned(), of_output.qr().thin_R().to_owned())
+    gramian
+}
+
+/// L with LᵀL = a symmetric matrix without negative eigenvalues.
+fn root(matrix: &Mat<f64>) -> Result<Mat<f64>, FloquetError> {
+    let n = matrix.nrows();
+    let eigen = matrix
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| FloquetError::Eigenvalues("eigenvalues of the Gramian"))?;
+    Ok(Mat::from_fn(n, n, |i, j| eigen.S()[i].max(0.0).sqrt() * eigen.U()[(j, i)]))
 }
 
 fn singular(matrix: &Mat<f64>) -> Result<Svd<f64>, FloquetError> {
@@ -124,7 +141,7 @@ fn error(
     band: (f64, f64),
 ) -> f64 {
     let complex = |m: &Mat<f64>| {
-        Mat::from_fn(m.nrows(), m.ncols(), |i, j| faer::prelude::c64::new(m[(i, j)], 0.0))
+        Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0))
     };
     let (u, y) = (complex(inputs), complex(&outputs.transpose().to_owned()));
     let points = 16;

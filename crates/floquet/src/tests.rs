@@ -34,7 +34,7 @@ fn hill(a: f64, period: f64, k: impl Fn(f64) -> f64 + Sync, steps: usize) -> Mon
     let rule = |t: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| {
         (p[(0, 0)], q[(0, 0)]) = (1.0, -k(t));
     };
-    Monodromy::new(&train, &oscillator, &Rule { period, rule }, 1.0, steps).unwrap()
+    Monodromy::new(&train, &oscillator, &Rule { period, rule }, &Mat::identity(1, 1), 1.0, steps).unwrap()
 }
 
 fn trace(monodromy: &Monodromy) -> f64 {
@@ -110,7 +110,7 @@ fn analytic_combination_resonance_of_two_modes() {
             q.copy_from(matrix([[0.0, k], [k, 0.0]]));
         };
         let passage = Rule { period: TAU / excitation, rule };
-        let found = Monodromy::new(&modes_train(train), &modes, &passage, 1.0, 40).unwrap();
+        let found = Monodromy::new(&train, &modes, &passage, &Mat::identity(2, 2), 1.0, 40).unwrap();
         multipliers(&found).unwrap().all[0].growth
     };
     for part in [0.0, 0.5, 0.9] {
@@ -121,10 +121,6 @@ fn analytic_combination_resonance_of_two_modes() {
         assert!((growth(-detuning) - expected).abs() < 2e-2 * g, "{part}: {}", growth(-detuning));
     }
     assert!(growth(2.2 * g).abs() < 1e-8 && growth(-2.2 * g).abs() < 1e-8);
-}
-
-fn modes_train(train: Modal) -> Modal {
-    train
 }
 
 /// A sprung mass with two wheels on a row of spans with two modes each.
@@ -208,8 +204,7 @@ impl Case {
     fn monodromy(&self, steps: usize) -> Monodromy {
         let train = Modal::new(&self.a, &self.b, &self.c, self.d.clone()).unwrap();
         let rule = |x: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| self.connection(x, p, q);
-        Monodromy::new(&train, &self.girders, &Rule { period: SPAN, rule }, self.speed, steps)
-            .unwrap()
+        Monodromy::new(&train, &self.girders, &Rule { period: SPAN, rule }, &Mat::identity(2, 2), self.speed, steps).unwrap()
     }
 
     /// All states: z, both spans. The coupled matrix at a place.
@@ -315,7 +310,7 @@ fn analytic_at_standstill_multipliers_are_those_of_the_coupled_modes() {
     let girders = Girders { carried: (0..8).map(|k| (k, k)).collect(), ..Case::girders() };
     let (place, time) = (4.0, 0.3);
     let rule = |_: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| case.connection(place, p, q);
-    let found = Monodromy::new(&train, &girders, &Rule { period: time, rule }, 1.0, 400).unwrap();
+    let found = Monodromy::new(&train, &girders, &Rule { period: time, rule }, &Mat::identity(2, 2), 1.0, 400).unwrap();
     let mut found: Vec<_> = found.matrix.eigenvalues().unwrap();
     for lambda in case.coupled(place).eigenvalues().unwrap() {
         let wanted = (lambda * time).exp();
@@ -349,5 +344,28 @@ fn analytic_reduction_keeps_the_response() {
     let tight = reduced(&full, &all, &all, 1e-7, (0.5, 40.0)).unwrap();
     assert!(loose.states.1 < tight.states.1 && tight.states.1 <= 60, "{loose:?}");
     assert!(loose.error < 1e-2 && tight.error < 1e-5, "{} {}", loose.error, tight.error);
-    assert!(loose.modal.growth() < 0.0 && tight.modal.growth() < 0.0);
+    assert!(loose.modal.growth < 0.0 && tight.modal.growth < 0.0);
+}
+
+/// Eight equal controllers under one body: their own modes have eightfold eigenvalues, and are separated.
+#[test]
+fn issue_equal_magnets_are_separated() {
+    let (n, count) = (2 + 8 * 3, 8);
+    let mut a = Mat::<f64>::zeros(n, n);
+    (a[(0, 1)], a[(1, 0)], a[(1, 1)]) = (1.0, -300.0, -2.0);
+    let (mut b, mut c) = (Mat::<f64>::zeros(n, count), Mat::<f64>::zeros(count, n));
+    for k in 0..count {
+        let i = 2 + 3 * k;
+        for (row, column, value) in [(0, 1, 100.0), (1, 0, -1e4), (1, 1, -1e3), (2, 0, 5.0), (2, 2, -10.0)] {
+            a[(i + row, i + column)] = value;
+        }
+        a[(i + 1, 0)] = -1e4;
+        a[(1, i + 2)] = 40.0;
+        b[(i + 1, k)] = 1e4;
+        c[(k, i + 2)] = 1e3;
+    }
+    let modal = Modal::new(&a, &b, &c, Mat::zeros(count, count)).unwrap();
+    // the force follows the third state of each controller, and all others act on it
+    let states: usize = modal.values.iter().map(|it| if it.im > 0.0 { 2 } else { 1 }).sum();
+    assert_eq!(states, n);
 }

@@ -94,7 +94,7 @@ impl Train {
     /// Distance between the outermost magnets (m).
     #[must_use]
     pub fn length(&self) -> f64 {
-        -self.places.iter().copied().fold(0.0, f64::min)
+        self.places.iter().map(|place| place.abs()).fold(0.0, f64::max)
     }
 }
 

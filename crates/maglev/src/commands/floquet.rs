@@ -130,7 +130,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RATE", default_value = "0.001", value_parser = positive)]
     tolerance: f64,
     /// Leave out states of a large train whose share in its response is below this. 0 keeps all.
-    #[arg(long, value_name = "SHARE", default_value = "0.0001", value_parser = not_negative)]
+    #[arg(long, value_name = "SHARE", default_value = "0.000001", value_parser = not_negative)]
     reduction: f64,
     /// Print everything as JSON.
     #[arg(long)]
@@ -249,7 +249,7 @@ fn compute(
     bar.finish_and_clear();
     let check = check(&trains, &found, arguments)?;
     let first = &trains[0];
-    let growth = trains.iter().map(|it| it.train.modal.growth()).fold(f64::NEG_INFINITY, f64::max);
+    let growth = trains.iter().map(|it| it.train.modal.growth).fold(f64::NEG_INFINITY, f64::max);
     let report = Report {
         magnets: first.train.magnets,
         states: first.train.states,
@@ -285,10 +285,6 @@ fn bar(count: usize, what: &'static str) -> ProgressBar {
     bar
 }
 
-fn growth(motion: &Motion, above: f64) -> Option<f64> {
-    motion.multipliers.critical(above).map(|it| it.growth)
-}
-
 /// Computes the fastest growing point of a reduced train again with all states.
 fn check(
     trains: &[MovingTrain],
@@ -300,18 +296,17 @@ fn check(
         .iter()
         .enumerate()
         .flat_map(|(k, row)| row.iter().flatten().map(move |motion| (k, motion)))
-        .filter_map(|(k, motion)| Some((k, motion, growth(motion, above)?)))
-        .max_by(|a, b| a.2.total_cmp(&b.2));
-    let Some((k, motion, reduced)) = worst else { return Ok(None) };
+        .filter_map(|(k, motion)| Some((k, motion, motion.multipliers.critical(above)?)))
+        .max_by(|a, b| a.2.growth.total_cmp(&b.2.growth));
+    let Some((k, motion, critical)) = worst else { return Ok(None) };
     if trains[k].reduction.is_none() {
         return Ok(None);
     }
-    let full = trains[k].unreduced(motion)?;
-    Ok(growth(&full, above).map(|growth| Check {
+    Ok(Some(Check {
         speed: motion.speed,
         y: arguments.y.as_ref().map(|axis| axis.values[k]),
-        growth,
-        growth_reduced: reduced,
+        growth: trains[k].unreduced(motion, critical.value)?,
+        growth_reduced: critical.growth,
     }))
 }
 
