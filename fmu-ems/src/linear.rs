@@ -9,7 +9,8 @@ use crate::{
 };
 
 /// x = (x₁ … x₅, Δλ), or Δλ alone with an external controller. Exact for the linear law; the
-/// nonlinear one is linearised about its operating point.
+/// nonlinear one is linearised about its operating point. The voltage is an output and also an input:
+/// what adds to it.
 pub(crate) fn report(
     parameters: &MagnetParameters,
     state: &State,
@@ -39,10 +40,11 @@ pub(crate) fn report(
     let magnet = Magnet::new(operating).map_err(|error| Error::caused(&error))?;
     let mut system = StateSpace::default();
     let gap = system.input(inputs.gap);
+    let voltage = (system.input(outputs.voltage), system.output(outputs.voltage));
     let force_by_state = if parameters.external_controller {
-        coil(&magnet, &mut system, gap, command)
+        coil(&magnet, &mut system, gap, command, voltage)
     } else {
-        controlled(&magnet, &mut system, gap, inputs)
+        controlled(&magnet, &mut system, gap, inputs, voltage)
     };
     let partials = magnet.partials(state, now).map_err(|error| Error::caused(&error))?;
     let values = magnet.outputs(state, now).map_err(|error| Error::caused(&error))?;
@@ -67,12 +69,13 @@ pub(crate) fn report(
     system.to_json()
 }
 
-/// States, A and B of eqs 1-5; returns the force per state.
+/// States, A and B of eqs 1-5, and the voltage (its input and output); returns the force per state.
 fn controlled(
     magnet: &Magnet,
     system: &mut StateSpace,
     gap: usize,
     inputs: &InputHandles,
+    (added, voltage): (usize, usize),
 ) -> Vec<f64> {
     for name in ["x1", "x2", "x3", "x4", "x5", "flux_deviation"] {
         system.state(name);
@@ -86,21 +89,31 @@ fn controlled(
         system.b(i, gap, b[0]);
         system.b(i, acceleration, b[1]);
     }
+    // the flux is the integral of the voltage
+    let flux = linear.a.len() - 1;
+    system.b(flux, added, 1.0);
+    for (j, &by_state) in linear.a[flux][..flux].iter().enumerate() {
+        system.c(voltage, j, by_state);
+    }
+    system.d(voltage, acceleration, linear.b[flux][1]);
     linear.force_by_state.to_vec()
 }
 
-/// State, A and B of eqs 1 and 2 alone; returns the force per state.
+/// State, A and B of eqs 1 and 2 alone, and the voltage; returns the force per state.
 fn coil(
     magnet: &Magnet,
     system: &mut StateSpace,
     gap: usize,
     command: &CommandHandles,
+    (added, voltage): (usize, usize),
 ) -> Vec<f64> {
     let linear = magnet.coil_system();
     let flux = system.state("flux_deviation");
-    let voltage = system.input(command.voltage_command);
+    let commanded = system.input(command.voltage_command);
     system.a(flux, flux, linear.a);
     system.b(flux, gap, linear.b[0]);
-    system.b(flux, voltage, linear.b[1]);
+    system.b(flux, commanded, linear.b[1]);
+    system.b(flux, added, linear.b[1]);
+    system.d(voltage, commanded, 1.0);
     vec![linear.force_by_flux]
 }

@@ -13,7 +13,8 @@ struct Observed {
     shape: Vec<f64>,
 }
 
-/// x = (q, q̇) of all modes. For moving magnets it is the system of the instant.
+/// x = (q, q̇) of all modes. For moving magnets it is the system of the instant. The chirp force, with
+/// where it acts (m), is an input too, whether it is on or not: what adds to it.
 pub(crate) fn report(
     guideway: &Guideway,
     work: &mut Workspace,
@@ -21,6 +22,7 @@ pub(crate) fn report(
     now: &[Surface],
     values: &Values,
     (inputs, outputs, points): (&InputHandles, &OutputHandles, &[PointHandles]),
+    (chirp_force, chirp_position): (RealVar, f64),
 ) -> Result<String, Error> {
     let speed = values.real(inputs.speed);
     let mut system = StateSpace::default();
@@ -56,6 +58,9 @@ pub(crate) fn report(
             of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, input, value)));
         }
     }
+    let chirp = system.input(chirp_force);
+    guideway.acceleration_under(work, chirp_position, 1.0, &mut change);
+    of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, chirp, value)));
     for &(i, column, value) in &of_state {
         system.a(modes + i, column, value);
     }

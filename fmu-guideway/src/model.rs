@@ -26,6 +26,7 @@ pub struct GuidewayFmu {
     outputs: OutputHandles,
     /// Shared, so that a step that changes the cache can use them.
     points: Arc<[PointHandles]>,
+    chirp_force: RealVar,
     derived: DerivedHandles,
     parameters: ParameterHandles,
     /// A cache: rebuilt if a state belongs to other parameters.
@@ -243,9 +244,21 @@ impl Model for GuidewayFmu {
             DerivedHandles::declare(interface, &layout, &guideway, &prefixes, &parameters);
         outputs.declare_dependencies(interface, &inputs, &parameters);
         let points = PointHandles::declare(interface, &guideway, &inputs).into();
+        // last, so that the variables before it keep their value references
+        let chirp_force = parameters.declare_chirp_force(interface);
         let resources = resources.path().to_path_buf();
         let built = None;
-        Ok(Self { layout, resources, inputs, outputs, points, derived, parameters, built })
+        Ok(Self {
+            layout,
+            resources,
+            inputs,
+            outputs,
+            points,
+            chirp_force,
+            derived,
+            parameters,
+            built,
+        })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
@@ -266,10 +279,13 @@ impl Model for GuidewayFmu {
         Ok(state)
     }
 
-    fn outputs(&mut self, state: &State, values: &mut Values, _time: f64) -> Result<(), Error> {
+    fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
         let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
+        let chirp_force = self.chirp_force;
         let built = self.built_for(state, values)?;
         built.refresh(&inputs, state, values);
+        let force = built.guideway.chirp().map_or(0.0, |chirp| chirp.at(time));
+        values.set_real(chirp_force, force);
         let speed = values.real(inputs.speed);
         let mut write = |row, of: &dyn Fn(&Surface) -> f64| {
             for (value, surface) in values.reals_mut(row).iter_mut().zip(&built.surfaces) {
@@ -423,6 +439,7 @@ impl Model for GuidewayFmu {
             return Ok(None);
         }
         let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
+        let chirp = (self.chirp_force, self.parameters.chirp_position(values));
         let built = self.built_for(state, values)?;
         built.refresh(&inputs, state, values);
         built.hold(&inputs, values);
@@ -431,6 +448,6 @@ impl Model for GuidewayFmu {
             return linear::motions(guideway, work).map(Some);
         }
         let handles = (&inputs, &outputs, &*points);
-        linear::report(guideway, work, loads, surfaces, values, handles).map(Some)
+        linear::report(guideway, work, loads, surfaces, values, handles, chirp).map(Some)
     }
 }

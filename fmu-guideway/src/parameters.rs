@@ -132,6 +132,25 @@ impl ParameterHandles {
         rows
     }
 
+    /// Where the chirp force acts (m), whether it is on or not.
+    pub(crate) fn chirp_position(&self, values: &Values) -> f64 {
+        values.real(self.chirp.position)
+    }
+
+    /// Declares the chirp force as an output.
+    pub(crate) fn declare_chirp_force(&self, interface: &mut Interface) -> RealVar {
+        let force = interface
+            .real("chirp_force")
+            .output()
+            .unit(UnitOfMeasure::NEWTON)
+            .nominal(1e4)
+            .description("Chirp force now, down positive; 0 while it is off")
+            .done();
+        interface.independent(force);
+        interface.initially_depends(force, &self.chirp.of_force());
+        force
+    }
+
     pub(crate) fn position_from_speed(&self, values: &Values) -> bool {
         values.boolean(self.position_from_speed)
     }
@@ -331,6 +350,11 @@ impl ChirpHandles {
                 .description("Frequency at which the chirp ends, at the last zero before")
                 .done(),
         }
+    }
+
+    /// What the force depends on, apart from time.
+    fn of_force(&self) -> [VariableRow; 4] {
+        [self.on.row(), self.amplitude.row(), self.start.row(), self.end_frequency.row()]
     }
 
     fn apply(&self, d: &mut GuidewayDescription, values: &Values) {

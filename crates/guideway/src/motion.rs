@@ -364,6 +364,23 @@ impl Guideway {
         }
     }
 
+    /// How the modal accelerations change with a force (N, down positive) at one point of the track,
+    /// into `change`: −M⁻¹·F·φ(x).
+    pub fn acceleration_under(
+        &self,
+        work: &mut Workspace,
+        position: f64,
+        force: f64,
+        change: &mut [f64],
+    ) {
+        change.fill(0.0);
+        self.under_point(position, &mut work.row, |span, row| {
+            for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                change[span.first_mode + n] -= force * row.value[n] / mode.mass;
+            }
+        });
+    }
+
     /// The surface at a magnet centred at x; `accelerations` is the result of
     /// [`accelerations`](Self::accelerations).
     pub fn surface(
