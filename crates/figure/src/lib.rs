@@ -4,6 +4,7 @@ mod axis;
 mod clip;
 mod heat;
 mod marked;
+mod plane;
 mod style;
 
 use std::ops::Range;
@@ -16,6 +17,7 @@ use thiserror::Error;
 use axis::Axis;
 pub use heat::{HeatMap, draw_map};
 pub use marked::{HeatMark, MarkedMap, draw_marked_map};
+pub use plane::{PlaneLine, PlaneMark, PlanePanel, draw_plane};
 pub use style::FigureStyle;
 use style::Layout;
 
