@@ -13,14 +13,15 @@ use serde_json::Value;
 
 use crate::file::{Fingerprint, fingerprint, partial, write_whole};
 use crate::{
-    AS_RUN, CHECKPOINT, EVENTS, FILES, MODE_SHAPES, MODES, PARQUET, REPORT, SUMMARY, TABLE,
+    AS_RUN, CHECKPOINT, EVENTS, FILES, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE, SUMMARY, TABLE,
 };
 
 /// Files that every run writes, or that are made from its results. A run that is asked for Parquet only
 /// has a table as text until it ends.
 pub(crate) const ALWAYS: [&str; 6] = [SUMMARY, TABLE, EVENTS, AS_RUN, CHECKPOINT, REPORT];
 /// Files that a resumed run continues, or that are still valid for it.
-pub(crate) const CONTINUED: [&str; 6] = [TABLE, EVENTS, AS_RUN, CHECKPOINT, MODES, MODE_SHAPES];
+pub(crate) const CONTINUED: [&str; 7] =
+    [TABLE, EVENTS, AS_RUN, CHECKPOINT, MODES, MODE_SHAPES, RESPONSE];
 /// Files that versions without a list wrote, in addition to those that summary.json or the scenario
 /// names.
 const UNLISTED: [&str; 3] = [PARQUET, MODES, FILES];

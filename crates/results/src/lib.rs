@@ -19,6 +19,7 @@ mod parquet;
 mod read;
 mod read_error;
 mod recorder;
+pub mod response;
 mod run_results;
 mod scenario_as_run;
 mod spool;
@@ -36,7 +37,8 @@ pub use growing::Position;
 pub use keeper::write_now;
 pub use metrics::write_metrics;
 pub use names::{
-    AS_RUN, CHECKPOINT, EVENTS, FILES, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT, SUMMARY, TABLE,
+    AS_RUN, CHECKPOINT, EVENTS, FILES, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE,
+    SUMMARY, TABLE,
 };
 pub use parquet::{ParquetError, copy_to_parquet};
 pub use read_error::ReadError;

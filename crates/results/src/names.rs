@@ -18,6 +18,8 @@ pub const CHECKPOINT: &str = "checkpoint.bin";
 pub const MODES: &str = "modes.json";
 /// The shapes of these modes.
 pub const MODE_SHAPES: &str = "mode-shapes.json";
+/// Frequency responses and margins.
+pub const RESPONSE: &str = "response.json";
 /// The interactive report.
 pub const REPORT: &str = "report.html";
 /// The list of files that belong to the run.

@@ -8,10 +8,11 @@ use serde::Deserialize as _;
 use serde_json::Value;
 
 use crate::modes::{CoupledModes, ModesFile};
+use crate::response::ResponseFile;
 use crate::read::{damaged, json, text};
 use crate::scenario_as_run::ScenarioAsRun;
 use crate::summary::SignalSummary;
-use crate::{AS_RUN, MODES, PARQUET, ReadError, SUMMARY, TABLE, Table, file, verify};
+use crate::{AS_RUN, MODES, PARQUET, RESPONSE, ReadError, SUMMARY, TABLE, Table, file, verify};
 
 /// The results of one run, as far as it got.
 ///
@@ -29,6 +30,8 @@ pub struct RunResults {
     pub scenario: Option<ScenarioAsRun>,
     /// Modes of the coupled system, if `maglev modes` was run for the folder.
     pub modes: Option<CoupledModes>,
+    /// Frequency responses and margins, if `maglev response` was run for the folder.
+    pub response: Option<ResponseFile>,
     /// Verdicts by the limits of the scenario, from summary.json.
     pub verdicts: Vec<Verdict>,
     /// Recorded signals over time.
@@ -73,6 +76,7 @@ impl RunResults {
             scenario: scenario.map_err(|error| damaged(&path, &error))?,
             verdicts,
             modes: json(&folder.join(MODES))?.map(|file: ModesFile| file.modes),
+            response: json(&folder.join(RESPONSE))?,
             table: table.unwrap_or_default(),
         })
     }

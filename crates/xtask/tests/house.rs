@@ -72,6 +72,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "stability-map",
         ],
     ),
+    ("response", &["linear", "patterns", "results"]),
     (
         "report",
         &[
@@ -116,6 +117,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "master",
             "patterns",
             "report",
+            "response",
             "results",
             "scenario",
             "shared-features",

@@ -71,6 +71,7 @@ fn run_on(
         signals: Default::default(),
         scenario: Some(ScenarioAsRun::parse(scenario.to_string()).unwrap()),
         modes: None,
+        response: None,
         table,
     }
 }
