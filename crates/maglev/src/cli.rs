@@ -13,7 +13,8 @@ Examples:
 
 Exit statuses:
   0  success: the run reached its stop time, a stop condition ended it, or a
-     unit ended it with fmi2Terminated; all modes decay; check finds no limit
+     unit ended it with fmi2Terminated; all modes decay, for response those
+     of the closed system; check finds no limit
      exceeded; validate finds no error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a unit refuses to start with its parameters; a mode
@@ -71,6 +72,9 @@ pub enum Command {
     /// Write a coupled system and its units as state-space models: A, B, C, D with names
     #[command(arg_required_else_help = true)]
     Linearize(commands::linearize::Arguments),
+    /// Show frequency responses and stability margins of a coupled system, without a run
+    #[command(arg_required_else_help = true)]
+    Response(commands::response::Arguments),
     /// Check a unit against FMI 2.0
     #[command(arg_required_else_help = true)]
     Validate(commands::validate::Arguments),

@@ -13,6 +13,7 @@ use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
 use floquet::FloquetError;
 use linear::LinearError;
+use response::ResponseError;
 use results::ParquetError;
 use scenario::ScenarioError;
 use study::StudyError;
@@ -52,6 +53,15 @@ pub enum Error {
         /// The file.
         path: PathBuf,
     },
+    /// Frequency responses and margins.
+    #[error("cannot compute the response of the system")]
+    Response(#[source] ResponseError),
+    /// `maglev response` without anything to compute.
+    #[error("nothing to compute: neither --from and --to, nor --loop, nor --root-locus is given")]
+    NothingAsked,
+    /// A root locus over the gain of loops that are not broken.
+    #[error("a root locus over the gain of loops needs --loop, which says where they are broken")]
+    NoLoop,
     /// A unit's archive or description.
     #[error("cannot use the unit")]
     Package(#[from] PackageError),
@@ -135,6 +145,14 @@ pub enum Error {
         #[source]
         source: PlotError,
     },
+    /// A picture cannot be rendered.
+    #[error("cannot draw {file}: {message}")]
+    Pixels {
+        /// Its file.
+        file: String,
+        /// The reason, in words.
+        message: String,
+    },
 }
 
 impl From<ScenarioError> for Error {
@@ -172,6 +190,15 @@ impl From<FloquetError> for Error {
     }
 }
 
+impl From<ResponseError> for Error {
+    fn from(error: ResponseError) -> Self {
+        match error {
+            ResponseError::Linear(error) => error.into(),
+            error => Self::Response(error),
+        }
+    }
+}
+
 impl Error {
     /// The fault of a unit whose call was given up because the user ended a hanging step.
     #[must_use]
@@ -188,7 +215,7 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Master(error) if error.is_failed_run() => 1,
-            Self::Plot { .. } | Self::GivenUp => 1,
+            Self::Plot { .. } | Self::Pixels { .. } | Self::GivenUp => 1,
             Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
@@ -225,6 +252,8 @@ impl Error {
             Self::Modes(error) => return error.help(),
             Self::Floquet(error) => return error.help(),
             Self::Map(error) => return error.help(),
+            Self::Response(error) => return error.help(),
+            Self::NothingAsked | Self::NoLoop => "see `maglev response --help` for examples",
             Self::Package(error) => return error.help(),
             Self::Derive(error) => return error.help(),
             Self::Library(error) => error.help(),
@@ -248,6 +277,7 @@ impl Error {
             Self::GivenUp
             | Self::Write { .. }
             | Self::Program(_)
+            | Self::Pixels { .. }
             | Self::NoPosition { .. }
             | Self::UnknownFormat { .. } => return None,
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",

@@ -20,6 +20,7 @@
 //! | | [`study`](../study/index.html) | many variants of a scenario |
 //! | | [`linear`](../linear/index.html) | state-space models of coupled systems, their modes |
 //! | | [`maps`](../maps/index.html) | stability maps over two parameters |
+//! | | [`response`](../response/index.html) | frequency responses, margins, root loci |
 //! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |

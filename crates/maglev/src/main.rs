@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Command::Resume(arguments) => commands::resume::run(&arguments),
         Command::Report(arguments) => commands::report::run(&arguments),
         Command::Check(arguments) => commands::check::run(&arguments),
+        Command::Response(arguments) => commands::response::run(&arguments),
         Command::Modes(arguments) => commands::modes::run(&arguments),
         Command::Floquet(arguments) => commands::floquet::run(&arguments),
         Command::Map(arguments) => commands::map::run(&arguments),

@@ -51,7 +51,7 @@ function svg(tag, attributes, ...children) {
 const main = document.getElementById("main");
 
 /** Short names in the list of sections. */
-const SHORT = { limits: "Limits", view: "3D", modes: "Modes", irregularity: "Irregularity", statistics: "Statistics" };
+const SHORT = { limits: "Limits", view: "3D", modes: "Modes", margins: "Margins", irregularity: "Irregularity", statistics: "Statistics" };
 
 /** Adds a section with its heading to the page and to the list of sections. */
 function section(id, title, ...children) {

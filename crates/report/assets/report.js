@@ -10,6 +10,7 @@ historySection();
 spectraSection();
 spectrogramSection();
 modesSection();
+responseSection();
 irregularitySection();
 rideSection();
 statisticsSection();

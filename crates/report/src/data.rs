@@ -14,6 +14,7 @@ use crate::irregularity::RecordedIrregularity;
 use crate::knowledge::{GuidewayFacts, KeyFigure, SignalRole, figures, role};
 use crate::layout_fmu::{InstanceParameters, all_parameters};
 use crate::modes::{least_damped, of_girders};
+use crate::response_section::ResponseSection;
 use crate::scene::{self, Scene};
 use crate::series::{EmbeddedSeries, SignalClock, SignalClocks};
 use crate::spectra::{self, Frequencies, Spectra, Thinning};
@@ -47,6 +48,7 @@ pub(crate) struct RunData<'a> {
     coupled: Vec<Eigenvalue>,
     /// for each of the modes, whether it is that of a girder without train, if the girders are known
     empty_girders: Option<Vec<bool>>,
+    response: Option<ResponseSection<'a>>,
     least_damped: Option<&'a CoupledMode>,
     clocks: Vec<SignalClock>,
     frequencies: Frequencies,
@@ -129,6 +131,7 @@ impl<'a> RunData<'a> {
             coupled: modes.zip(girders).map(|(it, name)| of_girders(it, name)).unwrap_or_default(),
             least_damped: modes.and_then(|it| least_damped(it, own.as_ref())),
             modes,
+            response: run.response.as_ref().map(ResponseSection::new),
             clocks: clocks.into_list(),
             frequencies,
             signals,

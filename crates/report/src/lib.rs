@@ -26,6 +26,8 @@ mod names;
 mod order;
 pub mod page;
 pub mod pictures;
+mod response_section;
+mod responses;
 mod scene;
 pub mod series;
 mod spectra;
@@ -37,6 +39,7 @@ use std::path::Path;
 use results::RunResults;
 
 pub use error::ReportError;
+pub use responses::response_figures;
 pub use evidence::{RunEvidence, judge, own_metrics};
 pub use order::{natural, order};
 

@@ -17,7 +17,7 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Scripts in the order in which they run, in one scope.
-const SCRIPTS: [&str; 21] = [
+const SCRIPTS: [&str; 22] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/print.js"),
     include_str!("../assets/axis.js"),
@@ -29,6 +29,7 @@ const SCRIPTS: [&str; 21] = [
     include_str!("../assets/compared.js"),
     include_str!("../assets/verdicts.js"),
     include_str!("../assets/fourier.js"),
+    include_str!("../assets/responses.js"),
     include_str!("../assets/spectra.js"),
     include_str!("../assets/spectrogram.js"),
     include_str!("../assets/track.js"),

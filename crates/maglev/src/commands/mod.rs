@@ -18,6 +18,8 @@ pub mod positions;
 pub mod reference;
 pub mod report;
 pub mod report_figures;
+pub mod response;
+mod response_page;
 pub mod resume;
 pub mod run;
 pub mod schema;
