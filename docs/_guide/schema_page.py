@@ -78,6 +78,20 @@ An unknown key or a duplicate key is an error that names its place and the neare
     [(None, "The file")],
 )
 
+STUDY = File(
+    "examples/studies/schema.json",
+    """# Every key of a study file
+
+All keys of the files of `maglev study`, from [examples/studies/schema.json](../../examples/studies/schema.json), which
+`maglev schema study` prints. Editors that support JSON Schema complete and explain the keys if the file begins with
+`"$schema": "schema.json"`. The page [how do I compute many variants?](../studies.md) explains how they work.
+
+`scenario` and `factors` are required, unless the file `extends` one that has them. An unknown key or a duplicate key is an error
+that names its place and the nearest known key. **Bold** keys are required.
+""",
+    [(None, "The file")],
+)
+
 # In all objects alike, so described once.
 REMARK = "$comment"
 REMARKED = f"Every object may have a `{REMARK}` too, which is ignored.\n"
@@ -172,6 +186,8 @@ def kind(value):
 def named(name, value):
     if name == "array":
         return "list of " + kind(value["items"]) if "items" in value else "list"
+    if name == "object" and value.get("properties"):
+        return "object with " + ", ".join(f"`{key}`: {kind(inner)}" for key, inner in value["properties"].items() if key != REMARK)
     if name == "object":
         inner = value.get("additionalProperties")
         return "object of names to " + kind(inner) if isinstance(inner, dict) else "object"

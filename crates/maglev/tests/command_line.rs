@@ -58,7 +58,7 @@ fn golden_exit_statuses_of_help_and_guide_agree() {
     let help = unwrapped(&Bench::new().maglev(&["--help"]).stdout());
     let rows: Vec<&str> =
         section.lines().skip(3).take_while(|line| line.starts_with("| ")).collect();
-    assert_eq!(rows.len(), 3);
+    assert_eq!(rows.len(), 4);
     for row in rows {
         let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
         let text = format!("{} {}: {}", cells[0], cells[1], cells[2]).replace('`', "");

@@ -14,7 +14,7 @@ use crate::folder::{self, Counts, journals};
 use crate::journal::{Entry, Journal, JournalError, Rows, adopt};
 use crate::queue::{Loss, Queue};
 use crate::worker::{Answer, Task, timed_out};
-use crate::{Row, Runner, Status, Study, StudyError};
+use crate::{Design, Row, Runner, Status, Study, StudyError};
 
 /// Time between two looks at signals and time-outs.
 const LOOK: Duration = Duration::from_millis(50);
@@ -107,8 +107,14 @@ pub fn coordinate(
         .filter(|point| queue.is_open(&point.name))
         .count() as u64;
     watcher.begin(to_do, ordered - to_do);
+    // a unit may change the working directory of its process
+    let mut file = study.file().clone();
+    file.scenario = std::path::absolute(&file.scenario).map_err(failed)?;
+    if let Design::Table { file: path } = &mut file.design {
+        *path = std::path::absolute(&*path).map_err(failed)?;
+    }
     let task = Task {
-        study: study.file().clone(),
+        study: file,
         path: study.path().to_owned(),
         folder: folder.clone(),
         identity: study.identity().to_owned(),

@@ -119,6 +119,10 @@ impl StudyFile {
             map.insert("then".to_owned(), json!({ "required": required }));
         }
         allow_comments(&mut schema);
+        schema["$defs"]["Comment"] = json!({
+            "description": "A comment, ignored: a text, or a list of lines.",
+            "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
+        });
         // a schema is a plain JSON value, which always prints
         serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n"
     }
@@ -132,10 +136,7 @@ fn allow_comments(schema: &mut Value) {
             map.values_mut().for_each(allow_comments);
             if map.get("type").is_some_and(|it| it == "object") {
                 let members = map.entry("properties").or_insert_with(|| json!({}));
-                members["$comment"] = json!({
-                    "description": "A comment, ignored: a text, or a list of lines.",
-                    "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
-                });
+                members["$comment"] = json!({ "$ref": "#/$defs/Comment" });
             }
         }
         _ => {}
@@ -155,5 +156,18 @@ fn locate(value: &mut Value, folder: &Path) {
     }
     if let Some(path) = value.get_mut("design").and_then(|it| it.get_mut("file")) {
         join(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn golden_published_schema_is_current() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/studies/schema.json");
+        let published = std::fs::read_to_string(path).unwrap_or_default();
+        let current = published == StudyFile::json_schema();
+        assert!(current, "stale; run: maglev schema study > examples/studies/schema.json");
     }
 }

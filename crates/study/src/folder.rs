@@ -209,7 +209,10 @@ pub(crate) fn write_study_alone(
     if folder.join(STUDY).exists() {
         return Ok(());
     }
-    write_study(study, units, folder, Counts { points: study.count(), ..Counts::default() })
+    let counts = Counts { points: study.count(), ..Counts::default() };
+    let written = write_study(study, units, folder, counts);
+    // tasks of an array start together: another one has written the same
+    if folder.join(STUDY).exists() { Ok(()) } else { written }
 }
 
 /// Writes the study as run: a study file with absolute paths, and what readers of the results need to know.
