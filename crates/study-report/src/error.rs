@@ -46,8 +46,12 @@ impl StudyReportError {
     #[must_use]
     pub fn help(&self) -> &'static str {
         match self {
-            Self::Read { .. } => "give the results folder of a study, which `maglev study run` writes",
-            Self::Damaged { .. } => "run `maglev study run` again: it completes the files of a study",
+            Self::Read { .. } => {
+                "give the results folder of a study, which `maglev study run` writes"
+            }
+            Self::Damaged { .. } => {
+                "run `maglev study run` again: it completes the files of a study"
+            }
             Self::Write { .. } => "choose another file with --out",
         }
     }

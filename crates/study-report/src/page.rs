@@ -199,9 +199,8 @@ fn effects(study: &StudyResults, settings: &Settings) -> Vec<Effects> {
         let main = main.collect();
         let (indices, method) = match sensitivity::indices(study, settings, &values) {
             Ok(Indices { factors, method, seeds }) => {
-                let index = |it: Index| {
-                    ([it.first, it.total], [it.first_interval, it.total_interval])
-                };
+                let index =
+                    |it: Index| ([it.first, it.total], [it.first_interval, it.total_interval]);
                 let factors = factors.into_iter().map(index).collect();
                 (Some(IndexData { factors, seeds }), method)
             }
@@ -220,8 +219,10 @@ mod tests {
     #[test]
     fn issue_hostile_names_add_no_elements() {
         let hostile = "</script><script>alert(1)</script><!-- {{data}} {{scripts}}";
-        let json = serde_json::json!({"title": hostile, "description": hostile, "factors": {hostile: {}}});
-        let table = format!("point,\"{hostile}\",status,f\n1,{hostile},finished,2\n2,b,{hostile},3\n");
+        let json =
+            serde_json::json!({"title": hostile, "description": hostile, "factors": {hostile: {}}});
+        let table =
+            format!("point,\"{hostile}\",status,f\n1,{hostile},finished,2\n2,b,{hostile},3\n");
         let (folder, evil) = study(&json.to_string(), &table);
         let evil = super::html(&evil, None, &folder.path().join("r.html"));
         let (_folder, plain) = study("{}", "point,x,status,f\n1,1,finished,2\n");
@@ -235,7 +236,9 @@ mod tests {
 
     #[test]
     fn issue_studies_without_points_factors_or_figures_have_a_page() {
-        for table in ["point,status\n", "point,x,status\n1,2,failed\n", "point,s,status,f\n1,2,finished,\n"] {
+        for table in
+            ["point,status\n", "point,x,status\n1,2,failed\n", "point,s,status,f\n1,2,finished,\n"]
+        {
             let (folder, it) = study("{}", table);
             assert!(super::html(&it, Some("T"), folder.path()).ends_with("</html>\n"), "{table}");
         }

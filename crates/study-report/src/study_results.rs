@@ -169,8 +169,11 @@ fn columns(study: &Value, table: &Csv) -> Vec<Column> {
         if [POINT, STATUS, LIMITS, REACHED, RUN].contains(&name) {
             continue;
         }
-        let known = described.into_iter().flatten().find(|it| it.get("name").is_some_and(|it| it == name));
-        let text = |key: &str| known.and_then(|it| it.get(key)).and_then(Value::as_str).unwrap_or_default();
+        let known =
+            described.into_iter().flatten().find(|it| it.get("name").is_some_and(|it| it == name));
+        let text = |key: &str| {
+            known.and_then(|it| it.get(key)).and_then(Value::as_str).unwrap_or_default()
+        };
         let seeds = known.and_then(|it| it.get("seeds")).and_then(Value::as_bool) == Some(true);
         let kind = match text("kind") {
             "factor" if seeds => ColumnKind::Seeds,
@@ -181,7 +184,11 @@ fn columns(study: &Value, table: &Csv) -> Vec<Column> {
         let metric = study.get("limits").and_then(|it| it.get(name));
         let limit = |key: &str| metric.and_then(|it| it.get(key)).and_then(bound);
         columns.push(Column {
-            title: if text("title").is_empty() { name.to_owned() } else { text("title").to_owned() },
+            title: if text("title").is_empty() {
+                name.to_owned()
+            } else {
+                text("title").to_owned()
+            },
             unit: text("unit").to_owned(),
             kind,
             limits: [limit("min"), limit("max")],
@@ -229,7 +236,10 @@ pub(crate) mod tests {
         let (folder, it) = study(json, table);
         let kinds: Vec<ColumnKind> = it.columns.iter().map(|it| it.kind).collect();
         assert_eq!(kinds, [ColumnKind::Factor, ColumnKind::Seeds, ColumnKind::Figure]);
-        assert_eq!((it.columns[0].title.as_str(), it.columns[2].limits[1]), ("stiffness", Some(0.25)));
+        assert_eq!(
+            (it.columns[0].title.as_str(), it.columns[2].limits[1]),
+            ("stiffness", Some(0.25))
+        );
         assert!(it.columns[2].values.number(1).is_nan() && !it.ended_well(1) && it.ended_well(0));
         assert_eq!((it.title().as_str(), it.design()), ("T", "grid"));
         assert_eq!(it.reports, [None, None]);
@@ -243,7 +253,9 @@ pub(crate) mod tests {
     fn refusal_a_folder_without_a_study_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let error = StudyResults::read(folder.path()).unwrap_err();
-        assert!(error.to_string().contains("study.json") && error.help().contains("maglev study run"));
+        assert!(
+            error.to_string().contains("study.json") && error.help().contains("maglev study run")
+        );
         std::fs::write(folder.path().join(STUDY), "{").unwrap();
         let error = StudyResults::read(folder.path()).unwrap_err();
         assert!(error.to_string().contains("study.json is damaged"), "{error}");

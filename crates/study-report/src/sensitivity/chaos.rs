@@ -59,7 +59,9 @@ impl Fit {
             if powers.len() > TERMS || powers.len() * PER_TERM > known.len() {
                 break;
             }
-            let Some((coefficients, error)) = least_squares(&columns, &powers, &values) else { break };
+            let Some((coefficients, error)) = least_squares(&columns, &powers, &values) else {
+                break;
+            };
             let predicted = 1.0 - error / spread;
             if best.as_ref().is_none_or(|it| predicted > it.predicted) {
                 let terms = powers.into_iter().zip(coefficients).collect();
@@ -172,7 +174,8 @@ fn least_squares(
     let rows = values.len();
     let mut matrix = DMatrix::zeros(rows, powers.len());
     for row in 0..rows {
-        let polynomials: Vec<Vec<f64>> = columns.iter().map(|it| legendre(it[row], degree)).collect();
+        let polynomials: Vec<Vec<f64>> =
+            columns.iter().map(|it| legendre(it[row], degree)).collect();
         for (term, powers) in powers.iter().enumerate() {
             let factors = powers.iter().zip(&polynomials).map(|(power, it)| it[*power]);
             matrix[(row, term)] = factors.product();
@@ -190,7 +193,8 @@ fn least_squares(
     let residuals = values - &matrix * &coefficients;
     let solved = cholesky.solve(&matrix.transpose());
     let error = |row: usize| {
-        let own: f64 = matrix.row(row).iter().zip(solved.column(row).iter()).map(|(a, b)| a * b).sum();
+        let own: f64 =
+            matrix.row(row).iter().zip(solved.column(row).iter()).map(|(a, b)| a * b).sum();
         (residuals[row] / (1.0 - own).max(1e-9)).powi(2)
     };
     let error = (0..rows).map(error).sum::<f64>() / rows as f64;
@@ -223,7 +227,12 @@ mod tests {
         let settings: Vec<Vec<f64>> = (0..1000).map(|k| even(k, 3)).collect();
         let figure: Vec<f64> = settings.iter().map(|it| ishigami(it)).collect();
         let fit = Fit::new(&settings, &figure).unwrap();
-        assert!(fit.predicted > 0.99 && fit.caveat().is_empty(), "{} {}", fit.predicted, fit.degree);
+        assert!(
+            fit.predicted > 0.99 && fit.caveat().is_empty(),
+            "{} {}",
+            fit.predicted,
+            fit.degree
+        );
         for (found, [first, total]) in fit.indices().iter().zip(closed_form()) {
             // degree 8 or 9 leaves below 0.1 % of the variance
             assert!((found.first - first).abs() < 0.01, "{found:?} {first}");
@@ -246,7 +255,8 @@ mod tests {
         let settings: Vec<Vec<f64>> = (0..60).map(|k| even(k, 3)).collect();
         let rough: Vec<f64> = settings.iter().map(|it| (300.0 * it[0]).sin()).collect();
         assert!(Fit::new(&settings, &rough).unwrap().caveat().contains("POOR"));
-        let same: Vec<Vec<f64>> = settings.iter().map(|it| vec![it[0], it[0] + 0.3 * it[1]]).collect();
+        let same: Vec<Vec<f64>> =
+            settings.iter().map(|it| vec![it[0], it[0] + 0.3 * it[1]]).collect();
         let figure: Vec<f64> = settings.iter().map(|it| it[0]).collect();
         assert!(Fit::new(&same, &figure).unwrap().caveat().contains("correlated"));
         assert!(Fit::new(&settings[..5], &figure[..5]).unwrap_err().contains("too few"));

@@ -64,7 +64,8 @@ mod tests {
 
     fn cube(count: usize) -> Vec<Vec<f64>> {
         let at = |k: usize| (k as f64 + 0.5) / count as f64;
-        let all = (0..count.pow(3)).map(|k| vec![at(k / count / count), at(k / count % count), at(k % count)]);
+        let all = (0..count.pow(3))
+            .map(|k| vec![at(k / count / count), at(k / count % count), at(k % count)]);
         all.collect()
     }
 
@@ -73,9 +74,14 @@ mod tests {
     fn analytic_the_indices_of_ishigami_are_those_of_a_fine_grid() {
         let settings = cube(40);
         let figure: Vec<f64> = settings.iter().map(|it| ishigami(it)).collect();
-        for (found, [first, total]) in decompose(&settings, &figure).unwrap().iter().zip(closed_form()) {
+        for (found, [first, total]) in
+            decompose(&settings, &figure).unwrap().iter().zip(closed_form())
+        {
             // (π/40)²·4²/24: the error of the midpoint rule for x⁴
-            assert!((found.first - first).abs() < 5e-3 && (found.total - total).abs() < 5e-3, "{found:?}");
+            assert!(
+                (found.first - first).abs() < 5e-3 && (found.total - total).abs() < 5e-3,
+                "{found:?}"
+            );
         }
     }
 

@@ -68,7 +68,8 @@ fn of_rows(rows: &[&[f64]], factors: usize) -> Option<Vec<[f64; 2]>> {
     let count = rows.len() as f64;
     let mean = rows.iter().map(|row| row[0] + row[1]).sum::<f64>() / (2.0 * count);
     let square = |it: f64| (it - mean) * (it - mean);
-    let variance = rows.iter().map(|row| square(row[0]) + square(row[1])).sum::<f64>() / (2.0 * count);
+    let variance =
+        rows.iter().map(|row| square(row[0]) + square(row[1])).sum::<f64>() / (2.0 * count);
     let of = |j: usize| {
         let first = rows.iter().map(|row| (row[1] - mean) * (row[2 + j] - row[0])).sum::<f64>();
         let total = rows.iter().map(|row| (row[0] - row[2 + j]).powi(2)).sum::<f64>();
