@@ -36,11 +36,11 @@ fn analytic_every_point_of_a_map_is_that_of_the_modes() {
     for (row, f) in [5.0, 7.0, 9.0].into_iter().enumerate() {
         for column in 0..4 {
             let gain = map["x"]["values"][column].as_f64().unwrap();
-            let settings =
-                [format!("ems_*.gain_gap={gain}"), format!("guideway.frequency_01={f}")];
+            let settings = [format!("ems_*.gain_gap={gain}"), format!("guideway.frequency_01={f}")];
             let (damping, frequency) = least("one-magnet.json", &settings);
             let cell = &map["cells"][row][column];
-            let (d, hz) = (cell["damping"].as_f64().unwrap(), cell["frequency_hz"].as_f64().unwrap());
+            let (d, hz) =
+                (cell["damping"].as_f64().unwrap(), cell["frequency_hz"].as_f64().unwrap());
             assert!((d - damping).abs() < 1e-6, "{settings:?}: {d} {damping}");
             assert!((hz - frequency).abs() < 1e-6 * frequency, "{settings:?}: {hz} {frequency}");
         }
@@ -90,7 +90,8 @@ fn refusal_wrong_axes_are_named() {
 fn issue_a_map_continues_from_its_journal() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().display().to_string();
-    let options = ["--x", "ems_*.gain_gap=5:9:3", "--y", "guideway.frequency_01=5:9:3", "--out", &out];
+    let options =
+        ["--x", "ems_*.gain_gap=5:9:3", "--y", "guideway.frequency_01=5:9:3", "--out", &out];
     let map = mapped("one-magnet.json", &options);
     for name in ["map.json", "map.parquet", "map.svg", "map.png"] {
         assert!(folder.path().join(name).exists(), "{name}");

@@ -94,7 +94,8 @@ pub fn draw_map(map: &HeatMap) -> Result<String, PlotError> {
             .label_style(("sans-serif", 13))
             .draw()
             .map_err(|e| fail(&e))?;
-        let cell = |i: usize, j: usize| map.values.get(j).and_then(|row| row.get(i)).copied().flatten();
+        let cell =
+            |i: usize, j: usize| map.values.get(j).and_then(|row| row.get(i)).copied().flatten();
         for j in 0..map.y.len() {
             for i in 0..map.x.len() {
                 let fill = match cell(i, j) {
@@ -102,12 +103,15 @@ pub fn draw_map(map: &HeatMap) -> Result<String, PlotError> {
                     None => RGBColor(200, 200, 200),
                 };
                 let corners = [(x[i], y[j]), (x[i + 1], y[j + 1])];
-                chart.draw_series([Rectangle::new(corners, fill.filled())]).map_err(|e| fail(&e))?;
+                chart
+                    .draw_series([Rectangle::new(corners, fill.filled())])
+                    .map_err(|e| fail(&e))?;
             }
         }
         // the boundary: borders between cells of different sign
         let grows = |i: usize, j: usize| cell(i, j).map(|value| value > 0.0);
-        let differ = |a: Option<bool>, b: Option<bool>| matches!((a, b), (Some(a), Some(b)) if a != b);
+        let differ =
+            |a: Option<bool>, b: Option<bool>| matches!((a, b), (Some(a), Some(b)) if a != b);
         for j in 0..map.y.len() {
             for i in 0..map.x.len() {
                 let mut edges = Vec::new();

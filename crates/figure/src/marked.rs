@@ -58,7 +58,8 @@ const LARGEST: f64 = 0.2;
 /// There are no values, or rows of different length.
 pub fn draw_marked_map(map: &MarkedMap) -> Result<String, PlotError> {
     let (nx, ny) = (map.x.len(), map.y.len());
-    if nx == 0 || ny == 0 || map.values.len() != ny || map.values.iter().any(|row| row.len() != nx) {
+    if nx == 0 || ny == 0 || map.values.len() != ny || map.values.iter().any(|row| row.len() != nx)
+    {
         return Err(PlotError("the heat map's rows and columns do not fit its axes".to_owned()));
     }
     let mut svg = String::new();
@@ -134,8 +135,13 @@ impl Scale {
 
     /// Steps from zero, negative below it.
     fn step(&self, value: f64) -> i32 {
-        let steps = |size: f64| ((size * STEPS as f64).floor() as i32).clamp(0, STEPS as i32 - 1) + 1;
-        if value >= 0.0 { steps(value / self.above) } else { -steps(-value / self.below.max(1e-12)) }
+        let steps =
+            |size: f64| ((size * STEPS as f64).floor() as i32).clamp(0, STEPS as i32 - 1) + 1;
+        if value >= 0.0 {
+            steps(value / self.above)
+        } else {
+            -steps(-value / self.below.max(1e-12))
+        }
     }
 
     fn colour(step: i32) -> String {
@@ -151,13 +157,18 @@ impl Scale {
 
     fn draw(&self, svg: &mut String, legend: &str) {
         let left = LEFT + PLOT.0 + 28.0;
-        let all: Vec<i32> = (1..=STEPS as i32).rev().chain((1..=STEPS as i32).map(|k| -k)).collect();
+        let all: Vec<i32> =
+            (1..=STEPS as i32).rev().chain((1..=STEPS as i32).map(|k| -k)).collect();
         let all: Vec<i32> = all.into_iter().filter(|k| *k > 0 || self.below > 0.0).collect();
         let height = PLOT.1 / all.len() as f64;
         for (k, step) in all.iter().enumerate() {
             let y = TOP + height * k as f64;
             let colour = Self::colour(*step);
-            let _ = writeln!(svg, "<rect x=\"{left}\" y=\"{y:.2}\" width=\"24\" height=\"{:.2}\" fill=\"{colour}\"/>", height + 0.3);
+            let _ = writeln!(
+                svg,
+                "<rect x=\"{left}\" y=\"{y:.2}\" width=\"24\" height=\"{:.2}\" fill=\"{colour}\"/>",
+                height + 0.3
+            );
             let edge = f64::from(step.abs()) / STEPS as f64;
             let value = if *step > 0 { edge * self.above } else { -edge * self.below };
             // the upper edge of steps above zero, the lower one of those below
@@ -217,13 +228,17 @@ fn boundary(svg: &mut String, map: &MarkedMap, frame: &Frame, scale: &Scale) {
                 }
             }
             for pair in crossings.chunks_exact(2) {
-                let [(ax, ay), (bx, by)] = [pair[0], pair[1]].map(|(x, y)| (frame.across(x), frame.up(y)));
+                let [(ax, ay), (bx, by)] =
+                    [pair[0], pair[1]].map(|(x, y)| (frame.across(x), frame.up(y)));
                 let _ = write!(path, "M{ax:.1} {ay:.1}L{bx:.1} {by:.1}");
             }
         }
     }
     if !path.is_empty() {
-        let _ = writeln!(svg, "<path d=\"{path}\" stroke=\"black\" stroke-width=\"2\" stroke-linecap=\"round\" fill=\"none\"/>");
+        let _ = writeln!(
+            svg,
+            "<path d=\"{path}\" stroke=\"black\" stroke-width=\"2\" stroke-linecap=\"round\" fill=\"none\"/>"
+        );
     }
 }
 
@@ -272,9 +287,13 @@ fn marks(svg: &mut String, map: &MarkedMap, frame: &Frame) {
         let k = kinds.iter().position(|kind| *kind == mark.kind).unwrap_or(0);
         let (x, y) = (frame.across(mark.x), frame.up(mark.y));
         let colour = KINDS[k % KINDS.len()];
-        let _ = writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"{colour}\" stroke=\"white\" stroke-width=\"1.5\"/>");
+        let _ = writeln!(
+            svg,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"{colour}\" stroke=\"white\" stroke-width=\"1.5\"/>"
+        );
         // labels stay inside the frame
-        let (at, anchor) = if x > LEFT + 0.8 * PLOT.0 { (x - 9.0, "end") } else { (x + 9.0, "start") };
+        let (at, anchor) =
+            if x > LEFT + 0.8 * PLOT.0 { (x - 9.0, "end") } else { (x + 9.0, "start") };
         halo(svg, (at, y + 4.0), anchor, &mark.label);
     }
     if let Some((x, y)) = map.own {
@@ -293,14 +312,23 @@ fn marks(svg: &mut String, map: &MarkedMap, frame: &Frame) {
 
 fn halo(svg: &mut String, (x, y): (f64, f64), anchor: &str, label: &str) {
     let label = escaped(label);
-    for style in ["stroke=\"white\" stroke-width=\"3\" stroke-linejoin=\"round\" fill=\"white\"", "fill=\"black\""] {
-        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"13\" text-anchor=\"{anchor}\" {style}>{label}</text>");
+    for style in [
+        "stroke=\"white\" stroke-width=\"3\" stroke-linejoin=\"round\" fill=\"white\"",
+        "fill=\"black\"",
+    ] {
+        let _ = writeln!(
+            svg,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"13\" text-anchor=\"{anchor}\" {style}>{label}</text>"
+        );
     }
 }
 
 fn text(svg: &mut String, (x, y): (f64, f64), size: f64, anchor: &str, text: &str) {
     let text = escaped(text);
-    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\">{text}</text>");
+    let _ = writeln!(
+        svg,
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\">{text}</text>"
+    );
 }
 
 fn escaped(text: &str) -> String {
@@ -333,7 +361,8 @@ mod tests {
         let svg = draw_marked_map(&map(41)).unwrap();
         let path = svg.lines().find(|line| line.contains("stroke-linecap")).unwrap();
         let path = path.split('"').nth(1).unwrap();
-        let numbers = path.split(|c: char| "ML ".contains(c)).filter_map(|it| it.parse::<f64>().ok());
+        let numbers =
+            path.split(|c: char| "ML ".contains(c)).filter_map(|it| it.parse::<f64>().ok());
         let numbers: Vec<f64> = numbers.collect();
         assert!(numbers.len() > 40);
         let half = 0.5 / 40.0;

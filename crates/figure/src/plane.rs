@@ -231,7 +231,11 @@ fn even(range: &Range<f64>) -> (Vec<f64>, usize) {
     let rough = (range.end - range.start) / TICKS;
     let power = 10_f64.powf(rough.log10().floor());
     // phases in steps of 45° or 90°
-    let steps = if rough > 20.0 && rough < 150.0 { [45.0, 90.0, 180.0] } else { [2.0, 5.0, 10.0].map(|it| it * power) };
+    let steps = if rough > 20.0 && rough < 150.0 {
+        [45.0, 90.0, 180.0]
+    } else {
+        [2.0, 5.0, 10.0].map(|it| it * power)
+    };
     let step = steps.into_iter().find(|it| *it >= rough).unwrap_or(10.0 * power);
     let first = (range.start / step).ceil() as i64;
     let last = (range.end / step).floor() as i64;
@@ -372,8 +376,7 @@ fn segment(
         1.0 => b,
         _ => (a.0 + share * dx, a.1 + share * dy),
     };
-    (first < last || (first == last && first == 0.0 && last == 1.0))
-        .then(|| (at(first), at(last)))
+    (first < last || (first == last && first == 0.0 && last == 1.0)).then(|| (at(first), at(last)))
 }
 
 #[cfg(test)]

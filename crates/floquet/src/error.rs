@@ -23,10 +23,14 @@ pub enum FloquetError {
         source: FmuError,
     },
     /// The scenario has nothing to move over.
-    #[error("no unit of the scenario has inputs position_NN and outputs displacement_NN, as a guideway has")]
+    #[error(
+        "no unit of the scenario has inputs position_NN and outputs displacement_NN, as a guideway has"
+    )]
     NoGuideway,
     /// The guideway is not of the known kind.
-    #[error("{instance} has no {variable}, so that it cannot be continued as an endless row of spans")]
+    #[error(
+        "{instance} has no {variable}, so that it cannot be continued as an endless row of spans"
+    )]
     Lacks {
         /// The instance, by its name in the scenario.
         instance: String,
@@ -34,7 +38,9 @@ pub enum FloquetError {
         variable: String,
     },
     /// The guideway's states are not modes of spans.
-    #[error("the states that {instance} reports are not modal displacements and their rates, equally many for each span")]
+    #[error(
+        "the states that {instance} reports are not modal displacements and their rates, equally many for each span"
+    )]
     NoModes {
         /// The instance, by its name in the scenario.
         instance: String,
@@ -92,9 +98,11 @@ impl FloquetError {
         match self {
             Self::Start(error) => error.help(),
             Self::Linear(error) => error.help(),
-            Self::NoGuideway | Self::Lacks { .. } | Self::NoModes { .. } | Self::Feeds { .. } => Some(
-                "the guideway must have the variables of guideway.fmu (docs/reference/guideway.md)",
-            ),
+            Self::NoGuideway | Self::Lacks { .. } | Self::NoModes { .. } | Self::Feeds { .. } => {
+                Some(
+                    "the guideway must have the variables of guideway.fmu (docs/reference/guideway.md)",
+                )
+            }
             Self::Rate { .. } => Some("start the scenario with all magnets levitated"),
             Self::Defective { .. } => Some("change a parameter of the train slightly"),
             Self::Tolerance { .. } => Some("allow a larger --tolerance"),

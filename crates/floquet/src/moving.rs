@@ -157,7 +157,11 @@ impl MovingTrain {
             it.critical(self.accuracy.above).map_or(it.floor, |critical| critical.growth)
         };
         let period = self.row.period / speed;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded below")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "bounded below"
+        )]
         let wanted = (self.row.fastest * period / PHASE).ceil() as usize;
         let mut steps = wanted.max(FEWEST);
         let mut before = compute(steps)?;
@@ -183,7 +187,8 @@ impl MovingTrain {
         let girders = self.row.girders(self.train.length());
         let modal = &self.train.modal;
         let found = self.monodromy(modal, &girders, motion.speed, motion.steps)?.matrix;
-        let all = found.eigenvalues().map_err(|_| FloquetError::Eigenvalues("Floquet multipliers"))?;
+        let all =
+            found.eigenvalues().map_err(|_| FloquetError::Eigenvalues("Floquet multipliers"))?;
         let nearest = all.iter().min_by(|a, b| (*a - value).norm().total_cmp(&(*b - value).norm()));
         Ok(nearest.map_or(f64::NEG_INFINITY, |it| it.norm().ln() / motion.period))
     }

@@ -106,5 +106,9 @@ fn turns(watched: &[Mat<f64>], shapes: &Mat<f64>) -> Vec<f64> {
     // what is hardly seen only turns by rounding errors
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let seen = |size: f64| size > UNSEEN * largest;
-    angles.into_iter().zip(sizes).map(|(it, size)| if seen(size) { it * whole } else { 0.0 }).collect()
+    angles
+        .into_iter()
+        .zip(sizes)
+        .map(|(it, size)| if seen(size) { it * whole } else { 0.0 })
+        .collect()
 }

@@ -89,10 +89,14 @@ fn factors(modal: &Modal) -> Result<(Mat<f64>, Mat<f64>), FloquetError> {
     let values: Vec<c64> = modal.values.iter().map(|value| value - shift).collect();
     let n = values.len();
     let g: Vec<Vec<c64>> = (0..n)
-        .map(|k| (0..modal.inputs()).map(|j| c64::new(modal.g[(k, j)], modal.g[(n + k, j)])).collect())
+        .map(|k| {
+            (0..modal.inputs()).map(|j| c64::new(modal.g[(k, j)], modal.g[(n + k, j)])).collect()
+        })
         .collect();
     let h: Vec<Vec<c64>> = (0..n)
-        .map(|k| (0..modal.outputs()).map(|i| c64::new(modal.h[(i, k)], -modal.h[(i, n + k)])).collect())
+        .map(|k| {
+            (0..modal.outputs()).map(|i| c64::new(modal.h[(i, k)], -modal.h[(i, n + k)])).collect()
+        })
         .collect();
     // e^{Λt} G has the parts Re and Im of z; y = Re(h z) has h on Re z, and its imaginary part negative on Im z
     Ok((root(&gramian(&values, &g, 1.0))?, root(&gramian(&values, &h, -1.0))?))
@@ -140,9 +144,8 @@ fn error(
     outputs: &Mat<f64>,
     band: (f64, f64),
 ) -> f64 {
-    let complex = |m: &Mat<f64>| {
-        Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0))
-    };
+    let complex =
+        |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
     let (u, y) = (complex(inputs), complex(&outputs.transpose().to_owned()));
     let points = 16;
     (0..points)

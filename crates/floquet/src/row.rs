@@ -129,9 +129,8 @@ impl<'a> Sampler<'a> {
                 .map(|it| it.value_reference)
                 .collect()
         };
-        let reference = |name: &str| {
-            description.find(name).map(|k| description.variables[k].value_reference)
-        };
+        let reference =
+            |name: &str| description.find(name).map(|k| description.variables[k].value_reference);
         let lacks = |variable: &str| FloquetError::Lacks {
             instance: name.clone(),
             variable: variable.to_owned(),
@@ -186,21 +185,26 @@ impl<'a> Sampler<'a> {
                 found.sort_unstable();
                 found.into_iter().map(|(_, k)| k).collect()
             };
-            let (force, position) = (named(&unit.inputs, "force_"), named(&unit.inputs, "position_"));
-            let (sight, rate) = (named(&unit.outputs, "displacement_"), named(&unit.outputs, "rate_"));
+            let (force, position) =
+                (named(&unit.inputs, "force_"), named(&unit.inputs, "position_"));
+            let (sight, rate) =
+                (named(&unit.outputs, "displacement_"), named(&unit.outputs, "rate_"));
             let mut part = vec![vec![Sight::default(); modes]; some.len()];
             let complete = |list: &[usize]| list.len() >= some.len();
             if ![&force, &position, &sight, &rate].into_iter().all(|list| complete(list)) {
                 return Err(FloquetError::Lacks {
                     instance: self.name.clone(),
-                    variable: "force, position, displacement and rate of each magnet in the report".into(),
+                    variable: "force, position, displacement and rate of each magnet in the report"
+                        .into(),
                 });
             }
             for i in 0..modes {
                 for &(column, value) in unit.b.row(modes + i) {
                     if let Some(k) = force[..some.len()].iter().position(|&it| it == column) {
                         part[k][i].push += value;
-                    } else if let Some(k) = position[..some.len()].iter().position(|&it| it == column) {
+                    } else if let Some(k) =
+                        position[..some.len()].iter().position(|&it| it == column)
+                    {
                         part[k][i].push_slope += value;
                     }
                 }
@@ -231,7 +235,8 @@ impl<'a> Sampler<'a> {
         let modes = states / 2;
         let regular = states == 2 * modes
             && modes % self.spans == 0
-            && (0..modes).all(|i| (0..states).all(|j| a[(i, j)] == f64::from(u8::from(j == modes + i))));
+            && (0..modes)
+                .all(|i| (0..states).all(|j| a[(i, j)] == f64::from(u8::from(j == modes + i))));
         if regular { Ok(a) } else { Err(FloquetError::NoModes { instance: self.name.clone() }) }
     }
 

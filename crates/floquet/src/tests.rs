@@ -34,7 +34,8 @@ fn hill(a: f64, period: f64, k: impl Fn(f64) -> f64 + Sync, steps: usize) -> Mon
     let rule = |t: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| {
         (p[(0, 0)], q[(0, 0)]) = (1.0, -k(t));
     };
-    Monodromy::new(&train, &oscillator, &Rule { period, rule }, &Mat::identity(1, 1), 1.0, steps).unwrap()
+    Monodromy::new(&train, &oscillator, &Rule { period, rule }, &Mat::identity(1, 1), 1.0, steps)
+        .unwrap()
 }
 
 fn trace(monodromy: &Monodromy) -> f64 {
@@ -110,7 +111,8 @@ fn analytic_combination_resonance_of_two_modes() {
             q.copy_from(matrix([[0.0, k], [k, 0.0]]));
         };
         let passage = Rule { period: TAU / excitation, rule };
-        let found = Monodromy::new(&train, &modes, &passage, &Mat::identity(2, 2), 1.0, 40).unwrap();
+        let found =
+            Monodromy::new(&train, &modes, &passage, &Mat::identity(2, 2), 1.0, 40).unwrap();
         multipliers(&found).unwrap().all[0].growth
     };
     for part in [0.0, 0.5, 0.9] {
@@ -204,7 +206,15 @@ impl Case {
     fn monodromy(&self, steps: usize) -> Monodromy {
         let train = Modal::new(&self.a, &self.b, &self.c, self.d.clone()).unwrap();
         let rule = |x: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| self.connection(x, p, q);
-        Monodromy::new(&train, &self.girders, &Rule { period: SPAN, rule }, &Mat::identity(2, 2), self.speed, steps).unwrap()
+        Monodromy::new(
+            &train,
+            &self.girders,
+            &Rule { period: SPAN, rule },
+            &Mat::identity(2, 2),
+            self.speed,
+            steps,
+        )
+        .unwrap()
     }
 
     /// All states: z, both spans. The coupled matrix at a place.
@@ -310,7 +320,15 @@ fn analytic_at_standstill_multipliers_are_those_of_the_coupled_modes() {
     let girders = Girders { carried: (0..8).map(|k| (k, k)).collect(), ..Case::girders() };
     let (place, time) = (4.0, 0.3);
     let rule = |_: f64, p: &mut Mat<f64>, q: &mut Mat<f64>| case.connection(place, p, q);
-    let found = Monodromy::new(&train, &girders, &Rule { period: time, rule }, &Mat::identity(2, 2), 1.0, 400).unwrap();
+    let found = Monodromy::new(
+        &train,
+        &girders,
+        &Rule { period: time, rule },
+        &Mat::identity(2, 2),
+        1.0,
+        400,
+    )
+    .unwrap();
     let mut found: Vec<_> = found.matrix.eigenvalues().unwrap();
     for lambda in case.coupled(place).eigenvalues().unwrap() {
         let wanted = (lambda * time).exp();
@@ -356,7 +374,9 @@ fn issue_equal_magnets_are_separated() {
     let (mut b, mut c) = (Mat::<f64>::zeros(n, count), Mat::<f64>::zeros(count, n));
     for k in 0..count {
         let i = 2 + 3 * k;
-        for (row, column, value) in [(0, 1, 100.0), (1, 0, -1e4), (1, 1, -1e3), (2, 0, 5.0), (2, 2, -10.0)] {
+        for (row, column, value) in
+            [(0, 1, 100.0), (1, 0, -1e4), (1, 1, -1e3), (2, 0, 5.0), (2, 2, -10.0)]
+        {
             a[(i + row, i + column)] = value;
         }
         a[(i + 1, 0)] = -1e4;

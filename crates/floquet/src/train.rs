@@ -45,7 +45,8 @@ impl Train {
         let unit = &system.units[guideway];
         let name = unit.name.clone();
         let inputs = |prefix: &str| numbered(unit.inputs.iter().map(|it| it.name.as_str()), prefix);
-        let outputs = |prefix: &str| numbered(unit.outputs.iter().map(|it| it.name.as_str()), prefix);
+        let outputs =
+            |prefix: &str| numbered(unit.outputs.iter().map(|it| it.name.as_str()), prefix);
         let (force, position) = (inputs("force_"), inputs("position_"));
         let (sight, rate) = (outputs("displacement_"), outputs("rate_"));
         let magnets = force.len();

@@ -32,11 +32,7 @@ impl Identified {
     ///
     /// # Errors
     /// The singular values cannot be found.
-    pub fn new(
-        responses: &[Mat<f64>],
-        offsets: &[usize],
-        noise: f64,
-    ) -> Result<Self, LinearError> {
+    pub fn new(responses: &[Mat<f64>], offsets: &[usize], noise: f64) -> Result<Self, LinearError> {
         let d = responses.first().cloned().unwrap_or_else(Mat::new);
         let (p, m) = (d.nrows(), d.ncols());
         let hankel = |shift: usize| {

@@ -13,8 +13,8 @@ use super::unit::Quantity;
 const STEPS: usize = 1001;
 /// Which responses are compared: close ones for fast motions, far ones for slow motions.
 const OFFSETS: [usize; 27] = [
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 13, 16, 20, 25, 31, 39, 49, 61, 76, 95, 119, 149, 186, 233, 291, 364,
-    455,
+    0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 13, 16, 20, 25, 31, 39, 49, 61, 76, 95, 119, 149, 186, 233, 291,
+    364, 455,
 ];
 /// Steps after which the inputs of the comparison change, in its second half.
 const SLOW: usize = 50;

@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use figure::PlotError;
+use floquet::FloquetError;
 use fmi2_conformance::Unreadable;
 use fmi2_conformance::reference::ReferenceError;
 use fmi2_conformance::{CheckError, Defects};
@@ -11,7 +12,6 @@ use fmi2_derive::DeriveError;
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
-use floquet::FloquetError;
 use linear::LinearError;
 use response::ResponseError;
 use results::ParquetError;

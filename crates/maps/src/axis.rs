@@ -40,7 +40,9 @@ impl FromStr for Axis {
                 let part = |k: usize| k as f64 / (count - 1) as f64;
                 (0..count).map(|k| from + (to - from) * part(k)).collect()
             }
-            [list] => list.split(',').map(|it| number(it).ok_or_else(wrong)).collect::<Result<_, _>>()?,
+            [list] => {
+                list.split(',').map(|it| number(it).ok_or_else(wrong)).collect::<Result<_, _>>()?
+            }
             _ => return Err(wrong()),
         };
         let mut values = values;
@@ -75,7 +77,17 @@ mod tests {
 
     #[test]
     fn refusal_ranges_without_values_are_named() {
-        for text in ["a.b", "a.b=", "a.b=1:2", "a.b=1:2:1", "a.b=1:1:5", "a.b=x", "a.b=1,1", "a.b=1:2:x", "a.b=nan"] {
+        for text in [
+            "a.b",
+            "a.b=",
+            "a.b=1:2",
+            "a.b=1:2:1",
+            "a.b=1:1:5",
+            "a.b=x",
+            "a.b=1,1",
+            "a.b=1:2:x",
+            "a.b=nan",
+        ] {
             let why = text.parse::<Axis>().unwrap_err();
             assert!(why.contains(text), "{why}");
         }

@@ -6,7 +6,10 @@
 //! enter the plant need another start of the system for each value. Systems that cannot be split are computed by all
 //! eigenvalues at every point.
 
-#![expect(clippy::result_large_err, reason = "errors have the detailed one of the master; they end a command")]
+#![expect(
+    clippy::result_large_err,
+    reason = "errors have the detailed one of the master; they end a command"
+)]
 
 mod axis;
 mod error;

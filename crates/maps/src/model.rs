@@ -37,11 +37,8 @@ impl Model {
         for r in 1..height {
             by_row.push(at(0, r)?);
         }
-        let mut model = Self::Separate {
-            kinds: vec![Kind::Sum; by_column[0].len()],
-            by_column,
-            by_row,
-        };
+        let mut model =
+            Self::Separate { kinds: vec![Kind::Sum; by_column[0].len()], by_column, by_row };
         if width == 1 || height == 1 {
             return Ok(model);
         }

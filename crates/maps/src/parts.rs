@@ -75,9 +75,8 @@ impl Parts {
         if first.states.is_empty() || first.states.len() > 24 {
             return None;
         }
-        let force = (0..first.connected_outputs).max_by(|&a, &b| {
-            largest(&c_row(first, a)).total_cmp(&largest(&c_row(first, b)))
-        })?;
+        let force = (0..first.connected_outputs)
+            .max_by(|&a, &b| largest(&c_row(first, a)).total_cmp(&largest(&c_row(first, b))))?;
         let mut channels: Vec<usize> = Vec::new();
         for &k in &controllers {
             let unit = &units[k];
@@ -85,7 +84,8 @@ impl Parts {
                 && unit.connected_inputs == first.connected_inputs
                 && unit.connected_outputs == first.connected_outputs;
             let main = c_row(unit, force);
-            let single = (0..unit.connected_outputs).all(|o| factor(&c_row(unit, o), &main).is_some());
+            let single =
+                (0..unit.connected_outputs).all(|o| factor(&c_row(unit, o), &main).is_some());
             if !same || !single || largest(&main) == 0.0 {
                 return None;
             }

@@ -73,7 +73,16 @@ fn marks(map: &StabilityMap, y: &MapAxis) -> Vec<HeatMark> {
             };
             if !all.iter().any(near) {
                 let label = format!("{label}, {:.1} Hz", cell.frequency_hz);
-                all.push((r, c, HeatMark { x: map.x.values[c], y: y.values[r], kind: name(cell.mode).unwrap_or_default(), label }));
+                all.push((
+                    r,
+                    c,
+                    HeatMark {
+                        x: map.x.values[c],
+                        y: y.values[r],
+                        kind: name(cell.mode).unwrap_or_default(),
+                        label,
+                    },
+                ));
             }
         }
     }

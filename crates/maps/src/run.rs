@@ -14,9 +14,7 @@ use crate::error::Error;
 use crate::journal::Journal;
 use crate::parts::Parts;
 use crate::result::{Check, Known, MapAxis, MapCell, StabilityMap};
-use crate::scene::{
-    Enters, Plan, Reduced, Scene, Varied, by_eigenvalues, setup, system_at,
-};
+use crate::scene::{Enters, Plan, Reduced, Scene, Varied, by_eigenvalues, setup, system_at};
 use crate::twin::{changed, twins};
 
 /// Points at which the system is also started anew.
@@ -56,7 +54,11 @@ pub trait Watch: Sync {
 /// # Errors
 /// The scenario does not start, a unit does not report its linearisation or refuses a value, or a file cannot be
 /// written.
-pub fn map(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Result<StabilityMap, Error> {
+pub fn map(
+    request: &Request,
+    folder: Option<&Path>,
+    watch: &dyn Watch,
+) -> Result<StabilityMap, Error> {
     let begin = Instant::now();
     watch.stage("starting the scenario");
     let mut scenario = request.scenario.clone();
@@ -197,10 +199,15 @@ fn evidence(cells: &[Vec<MapCell>]) -> Vec<String> {
 /// The map's inputs in one line, by which its journal is recognised.
 fn task(request: &Request) -> String {
     let text = serde_json::to_string(&request.scenario).unwrap_or_default();
-    let overrides: Vec<String> = request.scenario.overrides.iter().map(ToString::to_string).collect();
+    let overrides: Vec<String> =
+        request.scenario.overrides.iter().map(ToString::to_string).collect();
     let axis = |it: &Axis| (it.target.clone(), it.values.clone());
     let axes: Vec<(String, Vec<f64>)> =
-        [Some(&request.x), request.y.as_ref(), request.over.as_ref()].into_iter().flatten().map(axis).collect();
+        [Some(&request.x), request.y.as_ref(), request.over.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(axis)
+            .collect();
     serde_json::to_string(&(text, overrides, axes, request.below)).unwrap_or_default()
 }
 
@@ -249,7 +256,11 @@ impl Axes {
         let varied = |axis: &Axis| -> Result<Varied, Error> {
             let value = axis.values.first().copied().unwrap_or_default();
             // a value that is not the scenario's, so that the change shows
-            let value = if axis.values.len() > 1 && current(base, axis) == Some(value) { axis.values[1] } else { value };
+            let value = if axis.values.len() > 1 && current(base, axis) == Some(value) {
+                axis.values[1]
+            } else {
+                value
+            };
             let other = setup(scenario, &[(&axis.target, value)])?;
             let changes = changed(base, &other, &axis.target)?;
             let enters = if changes.is_some() { Enters::Attached } else { Enters::Plant };
@@ -290,7 +301,8 @@ impl Axes {
         let Some(parts) = Parts::find(&scene.system, &scene.kinds, &named) else { return Ok(()) };
         let kind = |k: usize| scene.kinds[k].clone();
         let attached: Vec<usize> = parts.attached.iter().map(|(k, _)| *k).collect();
-        let rest = (0..scene.kinds.len()).find(|k| !parts.controllers.contains(k) && !attached.contains(k));
+        let rest = (0..scene.kinds.len())
+            .find(|k| !parts.controllers.contains(k) && !attached.contains(k));
         self.kinds = [
             rest.map_or_else(|| "plant".to_owned(), kind),
             attached.first().map_or_else(|| "none".to_owned(), |k| kind(*k)),
@@ -337,14 +349,20 @@ impl Axes {
     fn scenes(&self) -> Vec<SceneIndex> {
         let list = |it: Option<&Varied>| -> Vec<Option<usize>> {
             match it {
-                Some(it) if it.enters == Enters::Plant => (0..it.axis.values.len()).map(Some).collect(),
+                Some(it) if it.enters == Enters::Plant => {
+                    (0..it.axis.values.len()).map(Some).collect()
+                }
                 _ => vec![None],
             }
         };
         let mut all = Vec::new();
         for over in list(self.over.as_ref()) {
             for row in list(self.y.as_ref()) {
-                all.extend(list(Some(&self.x)).into_iter().map(|column| SceneIndex { column, row, over }));
+                all.extend(list(Some(&self.x)).into_iter().map(|column| SceneIndex {
+                    column,
+                    row,
+                    over,
+                }));
             }
         }
         all
@@ -361,7 +379,11 @@ impl Axes {
         let of = |it: Option<&'_ Varied>, k: Option<usize>| {
             it.zip(k).map(|(it, k)| (it.axis.target.clone(), it.axis.values[k]))
         };
-        let all = [of(Some(&self.x), scene.column), of(self.y.as_ref(), scene.row), of(self.over.as_ref(), scene.over)];
+        let all = [
+            of(Some(&self.x), scene.column),
+            of(self.y.as_ref(), scene.row),
+            of(self.over.as_ref(), scene.over),
+        ];
         let targets = [Some(&self.x), self.y.as_ref(), self.over.as_ref()];
         all.into_iter()
             .zip(targets)
@@ -429,22 +451,33 @@ impl Axes {
         let (nx, ny) = self.size();
         let mut random = 0x9e37_79b9_7f4a_7c15_u64;
         let mut next = |n: usize| {
-            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (random >> 33) as usize % n.max(1)
         };
-        let points: Vec<(usize, usize)> = (0..request.checks).map(|_| (next(nx), next(ny))).collect();
+        let points: Vec<(usize, usize)> =
+            (0..request.checks).map(|_| (next(nx), next(ny))).collect();
         let mut checks = Vec::new();
-        let mut check = |(column, row): (usize, usize), system: &linear::LinearSystem| -> Result<(), Error> {
-            let cell = &cells[row][column];
-            let (least, values) = by_eigenvalues(system, request.below)?;
-            let s = |v: &faer::prelude::c64| (v.re - cell.real).hypot(v.im - cell.imaginary);
-            let distance = values.iter().map(s).fold(f64::INFINITY, f64::min)
-                / cell.real.hypot(cell.imaginary).max(1e-9);
-            let x = self.x.axis.values[column];
-            let y = self.y.as_ref().map(|it| it.axis.values[row]);
-            checks.push(Check { x, y, distance, growing: least.growing, mapped: cell.growing, restarted: None });
-            Ok(())
-        };
+        let mut check =
+            |(column, row): (usize, usize), system: &linear::LinearSystem| -> Result<(), Error> {
+                let cell = &cells[row][column];
+                let (least, values) = by_eigenvalues(system, request.below)?;
+                let s = |v: &faer::prelude::c64| (v.re - cell.real).hypot(v.im - cell.imaginary);
+                let distance = values.iter().map(s).fold(f64::INFINITY, f64::min)
+                    / cell.real.hypot(cell.imaginary).max(1e-9);
+                let x = self.x.axis.values[column];
+                let y = self.y.as_ref().map(|it| it.axis.values[row]);
+                checks.push(Check {
+                    x,
+                    y,
+                    distance,
+                    growing: least.growing,
+                    mapped: cell.growing,
+                    restarted: None,
+                });
+                Ok(())
+            };
         if simple {
             system_at(base, scene, &plan, &points, true, &mut check)?;
         }
@@ -463,9 +496,11 @@ impl Axes {
 /// The scenario's own value of a parameter, if all instances have the same.
 fn current(base: &Setup, axis: &Axis) -> Option<f64> {
     let (instances, variable) = axis.target.rsplit_once('.')?;
-    let mut all = base.system().instances.iter().filter(|it| {
-        it.name == instances || instances_match(instances, &it.name)
-    });
+    let mut all = base
+        .system()
+        .instances
+        .iter()
+        .filter(|it| it.name == instances || instances_match(instances, &it.name));
     let of = |it: &master::system::InstanceSetup| -> Option<f64> {
         let k = it.find(variable)?;
         let number = |value: &Value| match value {

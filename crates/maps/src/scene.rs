@@ -152,8 +152,13 @@ impl<'a> Reduced<'a> {
         let space = Space::new(&plant, &base, parts.equal)?;
         let (columns, rows) = plan.size();
         let mut notes = Vec::new();
-        let Some(levels) =
-            levels(&plan, &parts, &scene.system.units, (&twins[first..], &wanted[first..]), &space)?
+        let Some(levels) = levels(
+            &plan,
+            &parts,
+            &scene.system.units,
+            (&twins[first..], &wanted[first..]),
+            &space,
+        )?
         else {
             return Ok(Err("a parameter changes where the attached unit is loaded".to_owned()));
         };
@@ -163,7 +168,11 @@ impl<'a> Reduced<'a> {
             let mut all = Vec::new();
             for (twin, &k) in twins[..first].iter().zip(&wanted) {
                 let given = plan.given(k, column, row);
-                let unit = if given.is_empty() { scene.system.units[k].clone() } else { twin.linear(&given)? };
+                let unit = if given.is_empty() {
+                    scene.system.units[k].clone()
+                } else {
+                    twin.linear(&given)?
+                };
                 flatten(&parts.controller(&unit), &mut all);
             }
             Ok(all)
@@ -219,7 +228,14 @@ impl<'a> Reduced<'a> {
         done: &(dyn Fn(usize, Vec<MapCell>) -> Result<(), Error> + Sync),
     ) -> Result<(), Error> {
         let rows = Rows { reduced: self, is_done, done, failure: Mutex::new(None) };
-        survey(&self.space, &self.contour, &rows, self.plan.start, &self.followed, self.plan.threads)?;
+        survey(
+            &self.space,
+            &self.contour,
+            &rows,
+            self.plan.start,
+            &self.followed,
+            self.plan.threads,
+        )?;
         match rows.failure.into_inner() {
             Ok(Some(error)) => Err(error),
             _ => Ok(()),
@@ -426,7 +442,8 @@ pub(crate) fn by_eigenvalues(
             }
         }
     }
-    let shared = |component: &Vec<usize>| component.iter().any(|&k| owners[k] != owners[component[0]]);
+    let shared =
+        |component: &Vec<usize>| component.iter().any(|&k| owners[k] != owners[component[0]]);
     let mut kept: Vec<usize> = graph.components().into_iter().filter(shared).flatten().collect();
     if kept.is_empty() {
         kept = (0..n).collect();

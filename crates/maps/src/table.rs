@@ -52,7 +52,10 @@ fn encoded(map: &StabilityMap) -> Result<Vec<u8>, ParquetError> {
     };
     let json = |it: serde_json::Result<serde_json::Value>| it.unwrap_or_default();
     let mut group = writer.next_row_group()?;
-    column::<DoubleType, _>(&mut group, &points().map(|it| map.x.values[it.0]).collect::<Vec<_>>())?;
+    column::<DoubleType, _>(
+        &mut group,
+        &points().map(|it| map.x.values[it.0]).collect::<Vec<_>>(),
+    )?;
     column::<DoubleType, _>(&mut group, &points().map(|it| y(it.1)).collect::<Vec<_>>())?;
     for of in [
         &(|it: &MapCell| it.damping) as &dyn Fn(&MapCell) -> f64,
@@ -62,7 +65,8 @@ fn encoded(map: &StabilityMap) -> Result<Vec<u8>, ParquetError> {
     ] {
         column::<DoubleType, _>(&mut group, &real(of))?;
     }
-    let growing: Vec<i64> = points().map(|it| i64::try_from(it.2.growing).unwrap_or(i64::MAX)).collect();
+    let growing: Vec<i64> =
+        points().map(|it| i64::try_from(it.2.growing).unwrap_or(i64::MAX)).collect();
     column::<Int64Type, _>(&mut group, &growing)?;
     column::<ByteArrayType, _>(&mut group, &word(&|it| json(serde_json::to_value(it.mode))))?;
     column::<ByteArrayType, _>(&mut group, &word(&|it| json(serde_json::to_value(it.evidence))))?;

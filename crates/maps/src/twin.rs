@@ -42,10 +42,9 @@ pub(crate) fn twins<'a>(setup: &'a Setup, of: &[usize]) -> Result<Vec<Twin<'a>>,
         let reference = |k: &VariableIndex| plan.description().variables[k.0].value_reference;
         let references: Vec<u32> = variables.0.iter().map(reference).collect();
         let mut values = vec![0.0; references.len()];
-        participant
-            .instance_mut()
-            .get_real(&references, &mut values)
-            .map_err(|source| linear::LinearError::Inputs { instance: plan.name.clone(), source })?;
+        participant.instance_mut().get_real(&references, &mut values).map_err(|source| {
+            linear::LinearError::Inputs { instance: plan.name.clone(), source }
+        })?;
         all.push(Twin {
             setup: plan,
             times: (experiment.start, experiment.stop),

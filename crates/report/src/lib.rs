@@ -39,9 +39,9 @@ use std::path::Path;
 use results::RunResults;
 
 pub use error::ReportError;
-pub use responses::response_figures;
 pub use evidence::{RunEvidence, judge, own_metrics};
 pub use order::{natural, order};
+pub use responses::response_figures;
 
 /// Makes the report of some runs and writes it.
 ///

@@ -23,7 +23,8 @@ pub fn response_figures(file: &ResponseFile) -> Result<Vec<(&'static str, String
     let mut figures = Vec::new();
     let unstable = if file.stable { "" } else { " (the closed system is UNSTABLE)" };
     if !file.responses.is_empty() {
-        figures.push(("response", draw_plane(&format!("Frequency response{unstable}"), &bode(file))?));
+        figures
+            .push(("response", draw_plane(&format!("Frequency response{unstable}"), &bode(file))?));
     }
     if let Some(loops) = &file.loops {
         let curves = single(loops);
@@ -36,7 +37,10 @@ pub fn response_figures(file: &ResponseFile) -> Result<Vec<(&'static str, String
         };
         figures.push(("loop-bode", draw_plane(&title("Bode diagram"), &loop_bode(&curves))?));
         let modulus = least_modulus(loops);
-        figures.push(("nyquist", draw_plane(&title("Nyquist diagram"), &[nyquist(&curves, modulus)])?));
+        figures.push((
+            "nyquist",
+            draw_plane(&title("Nyquist diagram"), &[nyquist(&curves, modulus)])?,
+        ));
         figures.push(("nichols", draw_plane(&title("Nichols diagram"), &[nichols(&curves)])?));
         let title = format!("Sensitivity{unstable}");
         figures.push(("sensitivity", draw_plane(&title, &[sensitivity(loops, &curves)])?));
@@ -121,7 +125,8 @@ fn loop_bode(curves: &[(String, &Curve)]) -> Vec<PlanePanel> {
     let phases = curves.iter().map(|(_, it)| line(String::new(), phase(it, true)));
     let ends = |height: f64| {
         let all = curves.iter().flat_map(|it| it.1.frequency_hz.iter().copied());
-        let (low, high) = all.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
+        let (low, high) =
+            all.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
         guide(vec![(low, height), (high, height)])
     };
     vec![
@@ -198,7 +203,8 @@ fn sensitivity(loops: &LoopsResult, curves: &[(String, &Curve)]) -> PlanePanel {
     let mut lines: Vec<PlaneLine> = curves
         .iter()
         .map(|(name, it)| {
-            let values = it.real.iter().zip(&it.imaginary).map(|(re, im)| 1.0 / (1.0 + re).hypot(*im));
+            let values =
+                it.real.iter().zip(&it.imaginary).map(|(re, im)| 1.0 / (1.0 + re).hypot(*im));
             line(name.clone(), it.frequency_hz.iter().copied().zip(values).collect())
         })
         .collect();
@@ -232,7 +238,10 @@ fn root_locus(locus: &RootLocus) -> PlanePanel {
     let mut lines: Vec<PlaneLine> = vec![guide(vec![(0.0, up.start), (0.0, up.end)])];
     for ratio in [0.05_f64, 0.1, 0.2] {
         let far = 100.0 * up.end;
-        lines.push(guide(vec![(0.0, 0.0), (-far * TAU * ratio / (1.0 - ratio * ratio).sqrt(), far)]));
+        lines.push(guide(vec![
+            (0.0, 0.0),
+            (-far * TAU * ratio / (1.0 - ratio * ratio).sqrt(), far),
+        ]));
     }
     let mut marks = Vec::new();
     let points = |branch: &Vec<(f64, f64)>| branch.iter().map(|it| (it.0, hertz(it))).collect();

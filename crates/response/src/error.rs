@@ -67,7 +67,9 @@ impl ResponseError {
             Self::NotFed { .. } | Self::NotConnected { .. } => {
                 Some("break the loop at a connected output or input, or at the voltage of a magnet")
             }
-            Self::FeedThrough { .. } => Some("break the loop at the voltage, which a controller holds"),
+            Self::FeedThrough { .. } => {
+                Some("break the loop at the voltage, which a controller holds")
+            }
             _ => None,
         }
     }

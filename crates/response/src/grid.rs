@@ -6,7 +6,8 @@ use crate::model::Domain;
 
 /// Frequencies around a resonance, in units of its half width |Re λ|.
 const AROUND: [f64; 19] = [
-    -8.0, -4.0, -2.8, -2.0, -1.5, -1.0, -0.7, -0.4, -0.2, 0.0, 0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 2.8, 4.0, 8.0,
+    -8.0, -4.0, -2.8, -2.0, -1.5, -1.0, -0.7, -0.4, -0.2, 0.0, 0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 2.8,
+    4.0, 8.0,
 ];
 /// Frequencies nearer than this fraction of the half width to the one before are left out.
 const NEAR: f64 = 0.15;

@@ -25,11 +25,7 @@ pub fn assigned(count: usize, cost: impl Fn(usize, usize) -> f64) -> Vec<usize> 
 
 /// Orders `next` so that each value continues the one at its place before. `expected` are the values where
 /// the branches would be, as many; `distance` measures how far two values are apart.
-pub fn continued(
-    expected: &[c64],
-    next: &[c64],
-    distance: impl Fn(c64, c64) -> f64,
-) -> Vec<c64> {
+pub fn continued(expected: &[c64], next: &[c64], distance: impl Fn(c64, c64) -> f64) -> Vec<c64> {
     let order = assigned(expected.len(), |i, j| distance(expected[i], next[j]));
     order.into_iter().map(|j| next[j]).collect()
 }
@@ -101,11 +97,8 @@ pub fn root_locus(parameter: &str, values: &[f64], eigenvalues: &[Vec<c64>]) -> 
 /// # Errors
 /// An algebraic loop has no solution, or the eigenvalues do not converge.
 pub fn with_gain(open: &Model, gain: f64) -> Result<Vec<c64>, ResponseError> {
-    let scaled = Model {
-        c: faer::Scale(gain) * &open.c,
-        d: faer::Scale(gain) * &open.d,
-        ..open.clone()
-    };
+    let scaled =
+        Model { c: faer::Scale(gain) * &open.c, d: faer::Scale(gain) * &open.d, ..open.clone() };
     let closed = scaled
         .closed()
         .ok_or_else(|| ResponseError::Algebraic { at: format!("a gain of {gain}") })?;

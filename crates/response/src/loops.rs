@@ -57,9 +57,8 @@ impl Loops {
     /// # Errors
     /// The loops cannot be closed, or eigenvalues do not converge.
     pub fn new(open: &Model, names: &[String]) -> Result<Self, ResponseError> {
-        let closed = open
-            .closed()
-            .ok_or_else(|| ResponseError::Algebraic { at: names.join(", ") })?;
+        let closed =
+            open.closed().ok_or_else(|| ResponseError::Algebraic { at: names.join(", ") })?;
         let (open_poles, closed_poles) = (open.poles()?, closed.poles()?);
         let all: Vec<c64> = open_poles.iter().chain(&closed_poles).copied().collect();
         let range = grid::whole(&all, open.domain);
@@ -128,11 +127,8 @@ impl Loops {
         });
         keep_nearest(&mut single);
         let loci = characteristic_loci(&samples);
-        let together = if self.names.len() > 1 {
-            Some(self.together(&samples, &loci, curves)?)
-        } else {
-            None
-        };
+        let together =
+            if self.names.len() > 1 { Some(self.together(&samples, &loci, curves)?) } else { None };
         Ok(LoopsResult {
             at: self.names.clone(),
             sampled: None,
@@ -220,7 +216,8 @@ impl Loops {
             self.grid.iter().zip(samples).map(|(omega, it)| (omega / TAU, it.least)).collect();
         let independent = self.independent(samples, &mut scratch)?;
         let mut order: Vec<usize> = (0..loci.len()).collect();
-        let distance = |k: &usize| nearby[*k].nearest.map_or(f64::INFINITY, |it| (1.0 + it.value).norm());
+        let distance =
+            |k: &usize| nearby[*k].nearest.map_or(f64::INFINITY, |it| (1.0 + it.value).norm());
         order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let drawn = order.into_iter().take(if curves { DRAWN } else { 0 });
         Ok(Together {
@@ -347,9 +344,7 @@ fn sample(l: &Mat<c64>) -> Result<Sample, ResponseError> {
 }
 
 fn plus_identity(l: MatRef<'_, c64>) -> Mat<c64> {
-    Mat::from_fn(l.nrows(), l.ncols(), |i, j| {
-        if i == j { l[(i, j)] + 1.0 } else { l[(i, j)] }
-    })
+    Mat::from_fn(l.nrows(), l.ncols(), |i, j| if i == j { l[(i, j)] + 1.0 } else { l[(i, j)] })
 }
 
 fn eigenvalues(l: MatRef<'_, c64>) -> Result<Vec<c64>, ResponseError> {

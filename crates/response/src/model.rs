@@ -170,7 +170,11 @@ impl Model {
 }
 
 /// States that are reached from some by steps.
-fn reach(n: usize, start: impl Fn(usize) -> bool, step: impl Fn(usize, usize) -> bool) -> Vec<bool> {
+fn reach(
+    n: usize,
+    start: impl Fn(usize) -> bool,
+    step: impl Fn(usize, usize) -> bool,
+) -> Vec<bool> {
     let mut reached: Vec<bool> = (0..n).map(start).collect();
     let mut waiting: Vec<usize> = (0..n).filter(|&i| reached[i]).collect();
     while let Some(j) = waiting.pop() {

@@ -9,15 +9,8 @@ use crate::model::{Domain, Model};
 /// Norm below which the Padé approximant of degree 6 is exact to rounding.
 const SMALL: f64 = 0.5;
 /// Coefficients of the diagonal Padé approximant of degree 6 of the exponential.
-const PADE: [f64; 7] = [
-    1.0,
-    0.5,
-    5.0 / 44.0,
-    1.0 / 66.0,
-    1.0 / 792.0,
-    1.0 / 15_840.0,
-    1.0 / 665_280.0,
-];
+const PADE: [f64; 7] =
+    [1.0, 0.5, 5.0 / 44.0, 1.0 / 66.0, 1.0 / 792.0, 1.0 / 15_840.0, 1.0 / 665_280.0];
 
 /// exp(A) by scaling and squaring (Moler and Van Loan 2003, "Nineteen dubious ways", method 3).
 #[must_use]

@@ -5,7 +5,9 @@ use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
 
 use faer::prelude::c64;
-use results::response::{DelayMargin, Direction, GainMargin, LoopMargins, ModulusMargin, PhaseMargin};
+use results::response::{
+    DelayMargin, Direction, GainMargin, LoopMargins, ModulusMargin, PhaseMargin,
+};
 
 use crate::search::{minimum, root};
 
@@ -96,7 +98,8 @@ pub fn crossings(
         if far && changes(la.im, lb.im) && la.re.min(lb.re) < 0.0 {
             let crossing = refined(&|value| value.im);
             // a jump from one end of the axis to the other is no crossing
-            if crossing.value.re < -LEAST && crossing.value.im.abs() < 1e-3 * crossing.value.norm() {
+            if crossing.value.re < -LEAST && crossing.value.im.abs() < 1e-3 * crossing.value.norm()
+            {
                 found.negative.push(crossing);
             }
         }
@@ -174,9 +177,7 @@ impl Crossings {
             }),
             delay: delay.map(|it| DelayMargin { seconds: it.delay(), frequency_hz: hertz(it) }),
             modulus: match &modulus {
-                Some(it) => {
-                    ModulusMargin { value: it.distance(), frequency_hz: Some(hertz(it)) }
-                }
+                Some(it) => ModulusMargin { value: it.distance(), frequency_hz: Some(hertz(it)) },
                 None => ModulusMargin { value: 1.0, frequency_hz: None },
             },
         }

@@ -53,7 +53,8 @@ fn analytic_margins_of_a_second_order_plant() {
         assert!(margins.gain_up.is_none() && margins.gain_down.is_none());
         assert!(found.stable && found.encirclements.is_none());
         // |1 + L|² of x = (ω/ωn)²: ((x − 1)² + 4ζ²x)/(x² + 4ζ²x), least where its derivative is 0
-        let square = |x: f64| ((x - 1.0).powi(2) + 4.0 * zeta * zeta * x) / (x * x + 4.0 * zeta * zeta * x);
+        let square =
+            |x: f64| ((x - 1.0).powi(2) + 4.0 * zeta * zeta * x) / (x * x + 4.0 * zeta * zeta * x);
         let least = (1..4_000_000).map(|k| square(f64::from(k) * 1e-5)).fold(1.0, f64::min).sqrt();
         assert!((margins.modulus.value - least).abs() < 1e-8, "{} {least}", margins.modulus.value);
     }
@@ -129,7 +130,9 @@ fn analytic_margins_of_a_sampled_loop() {
         assert_eq!(loops.stable(), (more as f64) < tolerated, "{more} of {tolerated}");
     }
     let proper = transfer(&[1.0, 0.0], &[1.0, 1.0]);
-    assert!(sampled::sampled(&proper, h, 0, "u").unwrap_err().to_string().contains("without delay"));
+    assert!(
+        sampled::sampled(&proper, h, 0, "u").unwrap_err().to_string().contains("without delay")
+    );
     assert!(sampled::sampled(&plant, 0.0, 0, "u").unwrap_err().to_string().contains("sample time"));
 }
 
@@ -191,7 +194,8 @@ fn analytic_the_evaluator_solves_the_equations() {
             let diagonal = if i == j { c64::new(0.0, omega) } else { c64::ZERO };
             diagonal - model.a[(i, j)]
         });
-        let complex = |it: &Mat<f64>| Mat::from_fn(it.nrows(), it.ncols(), |i, j| c64::new(it[(i, j)], 0.0));
+        let complex =
+            |it: &Mat<f64>| Mat::from_fn(it.nrows(), it.ncols(), |i, j| c64::new(it[(i, j)], 0.0));
         let solved = PartialPivLu::new(shifted.as_ref()).solve(&complex(&model.b));
         let wanted = complex(&model.c) * solved + complex(&model.d);
         let found = evaluator.at(omega, &mut scratch);
@@ -216,7 +220,8 @@ fn invariant_opening_undoes_closing() {
     let (one, two) = (Evaluator::new(&open), Evaluator::new(&back));
     let mut scratch = Scratch::default();
     for omega in [0.1, 1.0, 2.0, 30.0] {
-        let (a, b) = (one.entry((0, 0), omega, &mut scratch), two.entry((0, 0), omega, &mut scratch));
+        let (a, b) =
+            (one.entry((0, 0), omega, &mut scratch), two.entry((0, 0), omega, &mut scratch));
         assert!((a - b).norm() < 1e-12, "{omega}: {a} {b}");
     }
 }

@@ -13,7 +13,8 @@ use serde_json::Value;
 
 use crate::file::{Fingerprint, fingerprint, partial, write_whole};
 use crate::{
-    AS_RUN, CHECKPOINT, EVENTS, FILES, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE, SUMMARY, TABLE,
+    AS_RUN, CHECKPOINT, EVENTS, FILES, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE, SUMMARY,
+    TABLE,
 };
 
 /// Files that every run writes, or that are made from its results. A run that is asked for Parquet only

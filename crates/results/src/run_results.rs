@@ -8,8 +8,8 @@ use serde::Deserialize as _;
 use serde_json::Value;
 
 use crate::modes::{CoupledModes, ModesFile};
-use crate::response::ResponseFile;
 use crate::read::{damaged, json, text};
+use crate::response::ResponseFile;
 use crate::scenario_as_run::ScenarioAsRun;
 use crate::summary::SignalSummary;
 use crate::{AS_RUN, MODES, PARQUET, RESPONSE, ReadError, SUMMARY, TABLE, Table, file, verify};

@@ -52,11 +52,7 @@ impl Contour {
     ///
     /// # Errors
     /// A response has no eigenvalues.
-    pub fn new(
-        region: Region,
-        point: Point<'_>,
-        known: &[c64],
-    ) -> Result<Self, MapError> {
+    pub fn new(region: Region, point: Point<'_>, known: &[c64]) -> Result<Self, MapError> {
         let space = point.space;
         let poles: Vec<c64> = space.modal.poles().filter(|pole| region.contains(*pole)).collect();
         let equal = matches!(point.controllers, Controllers::Equal(..));
@@ -149,12 +145,7 @@ impl Contour {
         self.count_with(point, known, LARGEST_TURN)
     }
 
-    fn count_with(
-        &self,
-        point: Point<'_>,
-        known: &[c64],
-        turn: f64,
-    ) -> Result<Count, MapError> {
+    fn count_with(&self, point: Point<'_>, known: &[c64], turn: f64) -> Result<Count, MapError> {
         let own = self.poles_of_controllers(point)?;
         let rational = if self.equal { Rational::new(point.controllers) } else { None };
         let mut values: Vec<Value> = Vec::new();
@@ -182,8 +173,10 @@ impl Contour {
             if !values.iter().all(finite) {
                 return Ok(Count::Uncertain);
             }
-            let turns: Vec<Option<f64>> =
-                values.windows(2).map(|pair| turn_between(&pair[0], &pair[1], known, turn)).collect();
+            let turns: Vec<Option<f64>> = values
+                .windows(2)
+                .map(|pair| turn_between(&pair[0], &pair[1], known, turn))
+                .collect();
             let wide: Vec<usize> = (0..turns.len()).filter(|&k| turns[k].is_none()).collect();
             if wide.is_empty() {
                 let sum: f64 = turns.iter().flatten().sum::<f64>() / PI;

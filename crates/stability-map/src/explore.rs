@@ -151,7 +151,8 @@ impl Contour {
             let of = all.iter().filter(|it| it.s.norm() > 0.0 && it.s.norm() <= self.below);
             of.map(|it| (it.s, it.id)).min_by(|a, b| damping(a.0).total_cmp(&damping(b.0)))
         };
-        let found = least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
+        let found =
+            least(&followed.active).or_else(|| least(&far)).or_else(|| least(&followed.away));
         let (_, branch) = found.unwrap_or((c64::new(0.0, 0.0), usize::MAX));
         let shares = match followed.shares {
             Some((id, shares, age)) if id == branch && age < SHARES_KEPT => (id, shares, age + 1),
@@ -167,7 +168,11 @@ impl Contour {
         Ok(Cell {
             s,
             branch,
-            growing: followed.active.iter().filter(|it| it.s.re > 0.0 && it.s.norm() <= self.below).count(),
+            growing: followed
+                .active
+                .iter()
+                .filter(|it| it.s.re > 0.0 && it.s.norm() <= self.below)
+                .count(),
             inside: region.contains(s),
             evidence,
             shares: shares.1,
@@ -240,7 +245,9 @@ impl Contour {
             }
         }
         let active: Vec<usize> = followed.active.iter().map(|it| it.id).collect();
-        followed.away.retain(|it| !active.contains(&it.id) && !remembered.iter().any(|r| r.id == it.id));
+        followed
+            .away
+            .retain(|it| !active.contains(&it.id) && !remembered.iter().any(|r| r.id == it.id));
         followed.away.retain(|it| !self.region.near(it.s, REMEMBERED));
         followed.away.extend(remembered);
         Ok(())

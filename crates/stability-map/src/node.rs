@@ -124,7 +124,8 @@ impl Node {
     /// Puts the eigenvalues of the response in the order of those of a neighbour, each next to the nearest. Whether that
     /// changed their order.
     pub fn follow(&mut self, neighbour: &Self) -> bool {
-        let (Kind::Diagonal(mine), Kind::Diagonal(other)) = (&mut self.kind, &neighbour.kind) else {
+        let (Kind::Diagonal(mine), Kind::Diagonal(other)) = (&mut self.kind, &neighbour.kind)
+        else {
             return false;
         };
         let values = |it: &Diagonal| -> Vec<c64> {

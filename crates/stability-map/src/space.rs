@@ -255,8 +255,7 @@ impl Space {
     }
 
     fn modal_inputs(&self, u: &[c64]) -> Vec<c64> {
-        let parts =
-            Mat::from_fn(u.len(), 2, |i, part| if part == 0 { u[i].re } else { u[i].im });
+        let parts = Mat::from_fn(u.len(), 2, |i, part| if part == 0 { u[i].re } else { u[i].im });
         let mut h = Mat::<f64>::zeros(self.into.nrows(), 2);
         matmul(&mut h, Accum::Replace, &self.into, &parts, 1.0, Par::Seq);
         (0..h.nrows()).map(|k| c64::new(h[(k, 0)], h[(k, 1)])).collect()

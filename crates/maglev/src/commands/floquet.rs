@@ -35,7 +35,8 @@ impl FromStr for Grid {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let number = |text: &str| {
-            let value: f64 = text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
+            let value: f64 =
+                text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
             if value.is_finite() { Ok(value) } else { Err(format!("`{text}` is not finite")) }
         };
         let parts: Vec<&str> = text.split(':').collect();
@@ -48,7 +49,9 @@ impl FromStr for Grid {
                     .parse()
                     .ok()
                     .filter(|count| (2..=100_000).contains(count))
-                    .ok_or_else(|| format!("`{count}` is not a number of values from 2 to 100000"))?;
+                    .ok_or_else(|| {
+                        format!("`{count}` is not a number of values from 2 to 100000")
+                    })?;
                 let step = (last - first) / (count - 1) as f64;
                 (0..count).map(|k| first + step * k as f64).collect()
             }
@@ -231,7 +234,9 @@ fn compute(
                 let scenario = with(axis, value);
                 // girders alone do not change the train
                 let same = trains.first().filter(|first: &&MovingTrain| {
-                    axis.target.strip_prefix(&first.train.guideway).is_some_and(|it| it.starts_with('.'))
+                    axis.target
+                        .strip_prefix(&first.train.guideway)
+                        .is_some_and(|it| it.starts_with('.'))
                 });
                 let train = match same {
                     Some(first) => first.on(Row::read(&scenario, &first.train.guideway)?),
@@ -269,7 +274,9 @@ fn compute(
             .map(|it| YAxis { parameter: it.target.clone(), values: it.values.clone() }),
         points: found
             .iter()
-            .map(|row| row.iter().zip(speeds).map(|(it, &v)| point(it, v, arguments.above)).collect())
+            .map(|row| {
+                row.iter().zip(speeds).map(|(it, &v)| point(it, v, arguments.above)).collect()
+            })
             .collect(),
         check,
     };
@@ -277,7 +284,8 @@ fn compute(
 }
 
 fn bar(count: usize, what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::stderr_with_hz(5));
+    let bar =
+        ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::stderr_with_hz(5));
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {eta} left") {
         bar.set_style(style);
     }
@@ -394,7 +402,8 @@ fn picture(report: &Report, arguments: &Arguments) -> Result<String, figure::Plo
             .collect(),
     };
     let panel = |label: &str, line| FigurePanel { ylabel: label.to_owned(), lines: vec![line] };
-    let xlabel = report.y.as_ref().filter(|_| !over_speed).map_or(speed, |it| it.parameter.as_str());
+    let xlabel =
+        report.y.as_ref().filter(|_| !over_speed).map_or(speed, |it| it.parameter.as_str());
     draw_over(
         &format!("{title}: least damped motion of the moving train"),
         xlabel,
@@ -423,7 +432,8 @@ fn page(report: &Report, trains: &[MovingTrain], arguments: &Arguments) -> Strin
         report.states
     );
     let row = &first.row;
-    let spans = if row.spans == 1 { "each span".to_owned() } else { format!("every {} spans", row.spans) };
+    let spans =
+        if row.spans == 1 { "each span".to_owned() } else { format!("every {} spans", row.spans) };
     let whole = if row.spans == row.of && row.of > 1 { ", the whole layout" } else { "" };
     let _ = writeln!(
         text,
@@ -446,7 +456,12 @@ fn page(report: &Report, trains: &[MovingTrain], arguments: &Arguments) -> Strin
             "with all states  {:.4} 1/s instead of {:.4} 1/s at the least stable point, {}{} m/s",
             it.growth,
             it.growth_reduced,
-            report.y.as_ref().zip(it.y).map(|(y, at)| format!("{} = {at}, ", y.parameter)).unwrap_or_default(),
+            report
+                .y
+                .as_ref()
+                .zip(it.y)
+                .map(|(y, at)| format!("{} = {at}, ", y.parameter))
+                .unwrap_or_default(),
             it.speed
         );
     }
@@ -489,7 +504,10 @@ fn motions(point: &Point, above: f64) -> String {
     });
     let mut text = table(std::iter::once(head).chain(rows), &[0, 1, 2, 3]);
     if let Some(floor) = point.floor {
-        let _ = writeln!(text, "\nMotions with a growth rate below {floor:.2} 1/s are lost in rounding and not shown.");
+        let _ = writeln!(
+            text,
+            "\nMotions with a growth rate below {floor:.2} 1/s are lost in rounding and not shown."
+        );
     }
     text
 }
@@ -501,10 +519,13 @@ fn by_speed(points: &[Point]) -> String {
         vec![
             format!("{:.3}", it.speed),
             format!("{:.1}", 3.6 * it.speed),
-            it.growth.or(it.floor).map_or_else(|| "-".to_owned(), |rate| {
-                let below = if it.growth.is_none() { "< " } else { "" };
-                format!("{below}{rate:.4}")
-            }),
+            it.growth.or(it.floor).map_or_else(
+                || "-".to_owned(),
+                |rate| {
+                    let below = if it.growth.is_none() { "< " } else { "" };
+                    format!("{below}{rate:.4}")
+                },
+            ),
             shown(it.frequency_hz),
             shown(it.damping_ratio),
             verdict(it).to_owned(),
@@ -515,7 +536,8 @@ fn by_speed(points: &[Point]) -> String {
 
 /// For each value of the parameter, the speeds at which a motion grows, and the worst one.
 fn by_value(report: &Report, axis: &YAxis) -> String {
-    let head = [axis.parameter.as_str(), "grows at m/s", "worst at m/s", "growth 1/s", "Hz", "damping"];
+    let head =
+        [axis.parameter.as_str(), "grows at m/s", "worst at m/s", "growth 1/s", "Hz", "damping"];
     let rows = axis.values.iter().zip(&report.points).map(|(value, row)| {
         let worst = row
             .iter()

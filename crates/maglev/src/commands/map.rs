@@ -96,7 +96,9 @@ struct Terminal {
 impl Terminal {
     fn new() -> Self {
         let bar = ProgressBar::new(0);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} points, {eta} left, {msg}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:30} {pos}/{len} points, {eta} left, {msg}")
+        {
             bar.set_style(style);
         }
         Self { bar }
@@ -129,10 +131,8 @@ fn write(map: &StabilityMap, folder: &Path) -> Result<(), Error> {
     let plot = |source| Error::Plot { file: "map.svg".to_owned(), source };
     let svg = maps::picture(map).map_err(plot)?;
     file("map.svg", svg.as_bytes())?;
-    let failed = |why| Error::Write {
-        path: folder.join("map.png"),
-        source: std::io::Error::other(why),
-    };
+    let failed =
+        |why| Error::Write { path: folder.join("map.png"), source: std::io::Error::other(why) };
     file("map.png", &report::pictures::png(&svg, 1.0).map_err(failed)?)
 }
 
@@ -147,9 +147,8 @@ fn page(map: &StabilityMap, folder: Option<&Path>) -> String {
         .collect();
     let growing = all.iter().filter(|it| it.2.growing > 0).count();
     let _ = writeln!(text, "{} points; a mode grows at {growing} of them", all.len());
-    let extreme = |sign: f64| {
-        all.iter().min_by(|a, b| (sign * a.2.damping).total_cmp(&(sign * b.2.damping)))
-    };
+    let extreme =
+        |sign: f64| all.iter().min_by(|a, b| (sign * a.2.damping).total_cmp(&(sign * b.2.damping)));
     for (name, found) in [("worst", extreme(1.0)), ("best", extreme(-1.0))] {
         let Some((column, row, cell)) = found else { continue };
         let _ = write!(
@@ -184,7 +183,11 @@ fn page(map: &StabilityMap, folder: Option<&Path>) -> String {
     for check in &map.checks {
         let Some(restarted) = check.restarted else { continue };
         let column = map.x.values.iter().position(|x| *x == check.x);
-        let row = map.y.as_ref().zip(check.y).and_then(|(axis, y)| axis.values.iter().position(|it| *it == y));
+        let row = map
+            .y
+            .as_ref()
+            .zip(check.y)
+            .and_then(|(axis, y)| axis.values.iter().position(|it| *it == y));
         if let Some(cell) = column.map(|c| &map.cells[row.unwrap_or(0)][c]) {
             let _ = writeln!(
                 text,
@@ -197,7 +200,11 @@ fn page(map: &StabilityMap, folder: Option<&Path>) -> String {
     let [survey, total] = map.seconds;
     let _ = writeln!(text, "time: {survey:.1} s for the map, {total:.1} s with start and checks");
     if let Some(folder) = folder {
-        let _ = writeln!(text, "files: map.json, map.parquet, map.svg, map.png in {}", folder.display());
+        let _ = writeln!(
+            text,
+            "files: map.json, map.parquet, map.svg, map.png in {}",
+            folder.display()
+        );
     }
     text
 }

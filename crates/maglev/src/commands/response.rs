@@ -117,12 +117,15 @@ impl FromStr for Sweep {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
-            format!("\"{text}\" is not of the form instance.variable=first:last:count, as ems_*.gain_gap=2:14:25")
+            format!(
+                "\"{text}\" is not of the form instance.variable=first:last:count, as ems_*.gain_gap=2:14:25"
+            )
         };
         let (target, range) = text.split_once('=').ok_or_else(wrong)?;
         let parts: Vec<&str> = range.split(':').map(str::trim).collect();
         let [first, last, count] = parts.as_slice() else { return Err(wrong()) };
-        let number = |text: &str| text.parse::<f64>().ok().filter(|it| it.is_finite()).ok_or_else(wrong);
+        let number =
+            |text: &str| text.parse::<f64>().ok().filter(|it| it.is_finite()).ok_or_else(wrong);
         let (first, last) = (number(first)?, number(last)?);
         let count: usize = count.parse().map_err(|_| wrong())?;
         if !(2..=MOST).contains(&count) {
@@ -140,7 +143,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let scenario = Scenario::load(&arguments.scenario)?;
     let system = linearised(&scenario, &arguments.set)?;
-    let mut file = ResponseFile { operating_point: system.point.clone(), ..ResponseFile::default() };
+    let mut file =
+        ResponseFile { operating_point: system.point.clone(), ..ResponseFile::default() };
     let values = linear::eigenvalues(&system.matrix()?)?;
     file.stable = values.iter().all(|it| Domain::Continuous.side(*it) < 0);
     let growing = values.iter().copied().filter_map(eigen::upper).filter(|it| it.re >= 0.0);
@@ -268,7 +272,10 @@ fn write(file: &ResponseFile, folder: &Path, formats: &[PictureFormat]) -> Resul
             files.push(match format {
                 PictureFormat::Svg => (format!("{name}.svg"), svg.clone().into_bytes()),
                 PictureFormat::Png => {
-                    let pixels = png(&svg).map_err(|message| Error::Pixels { file: format!("{name}.png"), message })?;
+                    let pixels = png(&svg, 2.0).map_err(|message| Error::Pixels {
+                        file: format!("{name}.png"),
+                        message,
+                    })?;
                     (format!("{name}.png"), pixels)
                 }
             });

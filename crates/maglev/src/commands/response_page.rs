@@ -18,10 +18,15 @@ pub fn page(file: &ResponseFile) -> String {
     let mut text = String::new();
     let time = file.operating_point.time;
     let _ = writeln!(text, "linearised at    t = {time} s, the start of the scenario");
-    let state = if file.stable { "stable at this operating point" } else { "UNSTABLE at this operating point" };
+    let state = if file.stable {
+        "stable at this operating point"
+    } else {
+        "UNSTABLE at this operating point"
+    };
     let _ = writeln!(text, "closed system    {state}");
     for (rate, frequency) in &file.growing {
-        let _ = writeln!(text, "                 a mode at {frequency:.4} Hz grows with {rate:.4} 1/s");
+        let _ =
+            writeln!(text, "                 a mode at {frequency:.4} Hz grows with {rate:.4} 1/s");
     }
     if !file.responses.is_empty() {
         if !file.stable {
@@ -129,13 +134,17 @@ fn row(name: &str, margins: &LoopMargins) -> Vec<String> {
     let hertz = |f: Option<f64>| f.map_or_else(|| "-".to_owned(), |f| format!("{f:.3}"));
     let LoopMargins { gain_up, gain_down, phase, delay, modulus } = margins;
     let both = |down: String, up: String| format!("{down} … {up}");
-    let factor = |it: Option<f64>, none: &str| it.map_or_else(|| none.to_owned(), |it| format!("{it:.3}"));
+    let factor =
+        |it: Option<f64>, none: &str| it.map_or_else(|| none.to_owned(), |it| format!("{it:.3}"));
     let sense = |it: Direction| if it == Direction::Lead { " lead" } else { "" };
     vec![
         name.to_owned(),
         both(factor(gain_down.map(|it| it.factor), "0"), factor(gain_up.map(|it| it.factor), "∞")),
         both(hertz(gain_down.map(|it| it.frequency_hz)), hertz(gain_up.map(|it| it.frequency_hz))),
-        phase.map_or_else(|| "-".to_owned(), |it| format!("{:.2}°{}", it.degrees, sense(it.direction))),
+        phase.map_or_else(
+            || "-".to_owned(),
+            |it| format!("{:.2}°{}", it.degrees, sense(it.direction)),
+        ),
         hertz(phase.map(|it| it.frequency_hz)),
         delay.map_or_else(|| "-".to_owned(), |it| format!("{:.4} ms", 1e3 * it.seconds)),
         hertz(delay.map(|it| it.frequency_hz)),
@@ -178,7 +187,8 @@ fn of_locus(locus: &RootLocus) -> String {
         let _ = writeln!(
             text,
             "                 decays fastest at {}: every mode by {:.4} 1/s or more",
-            locus.values[k], -rates(k)
+            locus.values[k],
+            -rates(k)
         );
     }
     if locus.crossings.is_empty() {

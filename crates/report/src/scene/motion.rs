@@ -167,9 +167,9 @@ fn travelled(
     if speed != 0.0 || changes {
         let name = vehicle.variable(&format!("{}_NN", names::POSITION));
         let though = if changes { ", though its speed changes" } else { "" };
-        source.missing.push(format!(
-            "no {name} is recorded: the train moves with travel_speed{though}"
-        ));
+        source
+            .missing
+            .push(format!("no {name} is recorded: the train moves with travel_speed{though}"));
     }
     let begin = source.table.time.first().copied().unwrap_or(0.0);
     time.iter().map(|t| start + speed * (t - begin)).collect()
