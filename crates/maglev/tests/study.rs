@@ -461,6 +461,21 @@ fn refusal_bad_studies_name_the_place() {
             json!({ "target": "a.gain", "values": [1] }),
             vec!["factors.last", "a figure has the same name"],
         ),
+        (
+            "/factors/start",
+            json!({ "target": "a.y", "distribution": { "normal": { "mean": 1, "sd": 2 } } }),
+            vec!["factors.start.distribution.normal", "sd"],
+        ),
+        (
+            "/factors/start",
+            json!({ "target": "a.y", "distribution": {} }),
+            vec!["factors.start.distribution", "give one of"],
+        ),
+        (
+            "/factors/start",
+            json!({ "target": "a.y", "distribution": { "uniform": { "min": 1, "max": 2 } } }),
+            vec!["factors.start.distribution", "a grid needs"],
+        ),
         ("/factors/gain/scale", json!(0), vec!["factors.gain.scale"]),
         ("/design", json!({ "kind": "sobol" }), vec!["at design", "points"]),
         (
@@ -486,7 +501,7 @@ fn refusal_bad_studies_name_the_place() {
         run(&bench, &["--out", "out"]).fails(2, &parts);
         checked += 1;
     }
-    assert_eq!(checked, 20);
+    assert_eq!(checked, 23);
     assert!(!bench.path("out/metrics.csv").exists());
     run(&bench, &["--points", "0..4"]).fails(2, &["1 or more"]);
     write(&bench, "study.json", &study());
@@ -535,4 +550,36 @@ fn golden_the_schema_accepts_what_the_command_accepts() {
         assert!(members.contains_key(key), "{key}");
     }
     assert!(!members.contains_key("as_run"));
+}
+
+/// Samples of all kinds, with distributions.
+#[test]
+fn analytic_samples_have_their_distributions() {
+    let bench = bench();
+    for (kind, points, expected) in [
+        ("latin-hypercube", 64, 64),
+        ("sobol", 64, 64),
+        ("random", 400, 400),
+        ("saltelli", 64, 256),
+    ] {
+        let mut study = study();
+        study["factors"] = json!({
+            "start": { "target": "a.y", "distribution": { "uniform": { "min": 1, "max": 3 } } },
+            "gain": { "target": "a.gain", "distribution": { "lognormal": { "median": 2, "sigma": 0.1 } } }
+        });
+        study["design"] = json!({ "kind": kind, "points": points });
+        write(&bench, "study.json", &study);
+        let text = bench.maglev(&["study", "points", "study.json"]).stdout();
+        let rows: Vec<Vec<f64>> = text
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').take(3).map(|it| it.parse().unwrap()).collect())
+            .collect();
+        assert_eq!(rows.len(), expected, "{kind}");
+        let mean = |k: usize| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
+        // four standard errors of a random sample of 400
+        assert!((mean(1) - 2.0).abs() < 4.0 * 0.577 / 20.0, "{kind}: {}", mean(1));
+        assert!((mean(2) - 2.0 * 0.005_f64.exp()).abs() < 4.0 * 0.2 / 20.0, "{kind}: {}", mean(2));
+        assert!(rows.iter().all(|row| (1.0..3.0).contains(&row[1])));
+    }
 }

@@ -1,11 +1,12 @@
 //! Distributions of factors, as inverse distribution functions.
 
 use schemars::JsonSchema;
+use serde::de::{self, Deserializer};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF as _, Normal, Triangular};
 
 /// The distribution of a factor. A sample takes the value at a probability, so it keeps its even spread.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Distribution {
     /// Equal density between two values.
@@ -18,6 +19,38 @@ pub enum Distribution {
     Lognormal(LognormalLaw),
     /// Linear density from `min` up to `mode` and down to `max`.
     Triangular(TriangularLaw),
+}
+
+/// The same as an object, whose errors have their place.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Given {
+    uniform: Option<Bounds>,
+    log_uniform: Option<Bounds>,
+    normal: Option<NormalLaw>,
+    lognormal: Option<LognormalLaw>,
+    triangular: Option<TriangularLaw>,
+}
+
+impl<'de> Deserialize<'de> for Distribution {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Given { uniform, log_uniform, normal, lognormal, triangular } =
+            Given::deserialize(deserializer)?;
+        let laws = [
+            uniform.map(Self::Uniform),
+            log_uniform.map(Self::LogUniform),
+            normal.map(Self::Normal),
+            lognormal.map(Self::Lognormal),
+            triangular.map(Self::Triangular),
+        ];
+        let mut laws = laws.into_iter().flatten();
+        match (laws.next(), laws.next()) {
+            (Some(law), None) => Ok(law),
+            _ => Err(de::Error::custom(
+                "give one of \"uniform\", \"log_uniform\", \"normal\", \"lognormal\" and \"triangular\"",
+            )),
+        }
+    }
 }
 
 /// Smallest and largest value.
