@@ -135,6 +135,6 @@ function historySection() {
   const draw = () => { charts = drawChosen(chosen, list, charts, values.value === "log"); };
   values.addEventListener("change", draw);
   const picker = new Picker(it, { names, label: "recorded signals", change: (names) => { list = names; draw(); } });
-  it.append(element("div", { class: "choices" }, element("label", { class: "choice" }, "Values ", values)), chosen);
+  it.append(element("div", { class: "choices screen" }, element("label", { class: "choice" }, "Values ", values)), chosen);
   if (allPlots().length === 0) picker.toggle(names.slice(0, 4));
 }

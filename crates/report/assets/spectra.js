@@ -175,7 +175,7 @@ function partsOf(name, kind, [from, to]) {
     const it = partialSpectrum(values, 1 / clock.step, kind);
     // as in spectra.rs: what is small in the range of the signal, or below its noise, is no peak
     const [low, high] = values.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
-    const least = Math.max(5e-4 * (high - low), 1e-5 * largest(values));
+    const least = Math.max(5e-4 * (high - low), 1e-5 * largest(values), signal.unit === "m" ? 1e-7 : 0);
     const floor = kind === "density" ? least ** 2 / (3 * it.resolution) : least;
     return [{ run, r, name, unit: signal.unit, ...it, peaks: spectrumPeaks(it, kind, floor) }];
   });

@@ -172,7 +172,9 @@ fn signals<'a>(
         let (times, values) = run.table.points(k);
         let wanted = k < detail.spectra || is_drawn(plots, &names[k]);
         ComputedSignal {
-            spectra: wanted.then(|| spectra::ComputedSpectra::new(&times, &values, resonances)),
+            spectra: wanted.then(|| {
+                spectra::ComputedSpectra::new(&times, &values, run.unit_of(&names[k]), resonances)
+            }),
             spectrogram: if wanted {
                 spectrogram::ComputedSpectrogram::new(&times, &values, top).ok()
             } else {

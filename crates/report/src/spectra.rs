@@ -19,6 +19,8 @@ const FLOOR: f64 = 1e-3;
 /// Lowest amplitude in the list, as a fraction of the largest value of the signal. Without excitation the
 /// amplitudes of a gap are far below it.
 const NOISE: f64 = 1e-5;
+/// Lowest amplitude in the list of signals in m: a tenth of a micrometre.
+const PERCEPTIBLE: f64 = 1e-7;
 /// Width in bins of the noise that a Hann window collects: the density of a sine of amplitude A is A²/2 over it.
 const HANN_WIDTH: f64 = 1.5;
 
@@ -63,13 +65,18 @@ impl ComputedSpectra {
     ///
     /// # Errors
     /// The times are uneven, or the signal is too short or not finite.
-    pub fn new(times: &[f64], values: &[f64], resonances: Option<f64>) -> Result<Self, Error> {
+    pub fn new(
+        times: &[f64],
+        values: &[f64],
+        unit: Option<&str>,
+        resonances: Option<f64>,
+    ) -> Result<Self, Error> {
         let (times, values) = analysis::series::without_early_end(times, values);
         let rate = rate(times)?;
         let amplitude = amplitude(values, rate, Window::Hann)?;
         let segment = (values.len() / PIECES).max(analysis::series::FEWEST);
         let density = welch(values, rate, &Welch::of_segment(segment))?;
-        let least = visible(values);
+        let least = visible(values, unit);
         let amplitude_peaks = highest(&amplitude, 1, least, resonances);
         let least = least * least / (2.0 * HANN_WIDTH * density.resolution);
         let density_peaks = highest(&density, 2, least, resonances);
@@ -78,10 +85,11 @@ impl ComputedSpectra {
 }
 
 /// The smallest amplitude in a signal that is worth listing.
-fn visible(values: &[f64]) -> f64 {
+fn visible(values: &[f64], unit: Option<&str>) -> f64 {
+    let perceptible = if unit == Some("m") { PERCEPTIBLE } else { 0.0 };
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    (FLOOR * 0.5 * (high - low)).max(NOISE * high.abs().max(low.abs()))
+    (FLOOR * 0.5 * (high - low)).max(NOISE * high.abs().max(low.abs())).max(perceptible)
 }
 
 /// Peaks from `least` on, by frequency; `power` is 1 for amplitudes and 2 for densities.
@@ -226,7 +234,7 @@ mod tests {
     #[test]
     fn analytic_reduced_spectra_keep_their_peaks() {
         let (times, values) = sines();
-        let it = ComputedSpectra::new(&times, &values, None).unwrap();
+        let it = ComputedSpectra::new(&times, &values, None, None).unwrap();
         let (frequencies, values) = reduce(&it.amplitude, THINNING);
         assert!(frequencies.len() <= 1600 + 2 * 350 + 4 && frequencies[0] > 0.0);
         assert!(frequencies.windows(2).all(|w| w[0] < w[1]));
@@ -240,7 +248,7 @@ mod tests {
         assert!((it.amplitude_peaks[0].frequency - 6.4).abs() < 0.02 * 0.05);
         assert_eq!(it.amplitude_peaks.len(), 2);
         // the higher one alone, and with it what is above 100 Hz: each once
-        let all = ComputedSpectra::new(&times, &sines().1, Some(100.0)).unwrap();
+        let all = ComputedSpectra::new(&times, &sines().1, None, Some(100.0)).unwrap();
         assert_eq!(all.amplitude_peaks, it.amplitude_peaks);
     }
 
@@ -248,7 +256,7 @@ mod tests {
     fn invariant_signals_of_one_table_share_their_frequencies() {
         let (times, values) = sines();
         let (mut frequencies, mut arrays) = (Frequencies::default(), Arrays::default());
-        let it = ComputedSpectra::new(&times, &values, None).unwrap();
+        let it = ComputedSpectra::new(&times, &values, None, None).unwrap();
         let (a, b) = (
             frequencies.embed(&it, THINNING, &mut arrays),
             frequencies.embed(&it, THINNING, &mut arrays),
@@ -268,18 +276,18 @@ mod tests {
         };
         let values: Vec<f64> = (0..200_000).map(|_| noise()).collect();
         let times: Vec<f64> = (0..values.len()).map(|k| k as f64 * 1e-3).collect();
-        let it = ComputedSpectra::new(&times, &values, None).unwrap();
+        let it = ComputedSpectra::new(&times, &values, None, None).unwrap();
         let (whole, _) = reduce(&it.amplitude, Thinning { top: 7.9, ..THINNING });
         let step = it.amplitude.resolution;
-        assert!(whole[..1590].windows(2).all(|w| (w[1] - w[0] - step).abs() < 1e-9));
+        assert!(whole[..1500].windows(2).all(|w| (w[1] - w[0] - step).abs() < 1e-9));
         let (even, _) = reduce(&it.amplitude, Thinning { top: 400.0, ..THINNING });
         let width = even[2] - even[0];
-        assert!(even[..1590].windows(3).all(|w| (w[2] - w[0] - width).abs() < 1e-9));
+        assert!(even[..1500].windows(3).all(|w| (w[2] - w[0] - width).abs() < 1e-9));
         let (frequencies, values) = reduce(&it.amplitude, Thinning { top: 7.9, ..THINNING });
         assert!(frequencies.windows(2).all(|w| w[0] < w[1]));
         let mean = |list: &[f64]| list.iter().map(|it| it.ln()).sum::<f64>() / list.len() as f64;
         // largest values alone would be e^1.5 times higher; smallest ones pull the mean of logarithms down
-        let (single, thinned) = (mean(&values[..1590]), mean(&values[1700..]));
+        let (single, thinned) = (mean(&values[..1500]), mean(&values[1700..]));
         assert!((thinned - single).abs() < 1.3, "{single} {thinned}");
         let above = |list: &[f64]| {
             list.iter().filter(|it| it.ln() > single).count() as f64 / list.len() as f64
@@ -298,13 +306,17 @@ mod tests {
             under_train + 1e-5 * (TAU * 6.4 * t).sin() + 1e-8 * (TAU * 70.3 * t).sin()
         };
         let values: Vec<f64> = times.iter().map(deflection).collect();
-        let it = ComputedSpectra::new(&times, &values, Some(4.0)).unwrap();
+        let it = ComputedSpectra::new(&times, &values, None, Some(4.0)).unwrap();
         for peaks in [&it.amplitude_peaks, &it.density_peaks] {
             assert!(peaks.iter().any(|it| (it.frequency - 6.4).abs() < 0.05), "{peaks:?}");
             assert!(peaks.iter().all(|it| (it.frequency - 70.3).abs() > 1.0), "{peaks:?}");
         }
+        // a resonance of 0.04 micrometres of a deflection of 0.03 mm
+        let small: Vec<f64> = values.iter().map(|it| 4e-3 * it).collect();
+        let it = ComputedSpectra::new(&times, &small, Some("m"), Some(4.0)).unwrap();
+        assert!(it.amplitude_peaks.is_empty() && it.density_peaks.is_empty());
         let gap: Vec<f64> = times.iter().map(|t| 8e-3 + 8e-11 * (TAU * 6.4 * t).sin()).collect();
-        let it = ComputedSpectra::new(&times, &gap, None).unwrap();
+        let it = ComputedSpectra::new(&times, &gap, None, None).unwrap();
         assert!(it.amplitude_peaks.is_empty() && it.density_peaks.is_empty());
     }
 
@@ -313,10 +325,16 @@ mod tests {
         let times: Vec<f64> = (0..100).map(f64::from).collect();
         let broken = vec![f64::INFINITY; 100];
         assert!(
-            ComputedSpectra::new(&times, &broken, None).unwrap_err().to_string().contains("finite")
+            ComputedSpectra::new(&times, &broken, None, None)
+                .unwrap_err()
+                .to_string()
+                .contains("finite")
         );
         assert!(
-            ComputedSpectra::new(&[0.0], &[1.0], None).unwrap_err().to_string().contains("samples")
+            ComputedSpectra::new(&[0.0], &[1.0], None, None)
+                .unwrap_err()
+                .to_string()
+                .contains("samples")
         );
     }
 }

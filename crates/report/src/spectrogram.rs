@@ -14,8 +14,8 @@ const ROWS: usize = 150;
 const PIECES: usize = 32;
 /// The brightest shade is the largest density from this bin on. Lower bins may exceed it.
 const LOWEST: usize = 3;
-/// Spectrograms end where densities stay below this fraction of the highest: 60 dB.
-const CONTENT: f64 = 1e-6;
+/// Spectrograms end where densities stay below this fraction of the highest: 40 dB.
+const CONTENT: f64 = 1e-4;
 /// Difference between the brightest and the darkest shade (dB).
 pub const DEPTH: f64 = 80.0;
 

@@ -78,10 +78,12 @@ struct Effects {
     method: String,
 }
 
+/// First-order and total index of a factor, and their intervals.
+type IndexPair = ([f64; 2], [Option<[f64; 2]>; 2]);
+
 #[derive(Serialize)]
 struct IndexData {
-    /// first-order and total index of each factor, and their intervals
-    factors: Vec<([f64; 2], [Option<[f64; 2]>; 2])>,
+    factors: Vec<IndexPair>,
     seeds: Option<f64>,
 }
 

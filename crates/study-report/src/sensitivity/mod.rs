@@ -62,7 +62,7 @@ pub fn indices(
         return Err(format!("{known} settings have this figure; {FEWEST} are needed"));
     }
     let (total, within) = (variance(&means), settings.variance_within(figure));
-    if !(total > 0.0) {
+    if total <= 0.0 || total.is_nan() {
         return Err("this figure is the same at all settings".to_owned());
     }
     let lost = means.len() - known;
