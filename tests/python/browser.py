@@ -65,8 +65,8 @@ class Visit:
         self.page.on("request", lambda it: self.requests.append(it.url))
         if script:
             self.page.add_init_script(script)
-        self.page.goto(self.url)
-        self.page.wait_for_selector("html[data-ready=true]", timeout=60_000)
+        self.page.goto(self.url, timeout=120_000)
+        self.page.wait_for_selector("html[data-ready=true]", timeout=120_000)
 
     def foreign(self):
         """Requests for anything but the report itself and what it holds."""
