@@ -81,9 +81,7 @@ class Study:
         self,
         folder: str | os.PathLike[str],
         program: str | os.PathLike[str],
-        workers: int,
-        points: tuple[int, int] | None = None,
-        retry: bool = False,
+        order: tuple[int, tuple[int, int] | None, bool],
         progress: Callable[[int, int], object] | None = None,
     ) -> tuple[int, int, tuple[int, int, int, int] | None]: ...
     def compute(self, number: int) -> str: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
 from collections.abc import Iterator
@@ -64,6 +65,11 @@ class Results:
         return float(self.summary.get("reached", last))
 
     @property
+    def notes(self) -> list[str]:
+        """What the run assumed or could not do, in sentences. Of a folder that was read, events.csv has them."""
+        return list(self.summary.get("notes", []))
+
+    @property
     def metrics(self) -> dict[str, float | None]:
         """Figures of the scenario's objectives and limits, in SI units; None if one is not judged."""
         return {it["name"]: it["value"] for it in self.verdicts}
@@ -92,6 +98,9 @@ class Results:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The values of a signal. NaN, or None for texts, in rows at which it was not due."""
+        if name != "time" and name not in self.names:
+            near = difflib.get_close_matches(name, self.names, 1)
+            raise KeyError(f'no signal "{name}" is recorded' + (f'; did you mean "{near[0]}"?' if near else ""))
         numbers = self._table.numbers(name)
         if numbers is None:
             return np.array(self._table.texts(name), dtype=object)

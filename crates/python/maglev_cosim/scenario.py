@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -54,7 +53,7 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any]) -> Scenario:
 def path_of(source: str | os.PathLike[str]) -> Path:
     """The path of a scenario file, also of one that ships with the package."""
     path = Path(source)
-    if isinstance(source, str) and source in scenarios() and not path.exists():
+    if isinstance(source, str) and source in scenarios() and not path.is_file():
         path = _HOME / "scenarios" / f"{source}.json"
     return path
 
@@ -156,9 +155,20 @@ class Scenario:
             with self.start() as simulation:
                 return simulation.run(progress=progress)
         folder = Path(folder)
-        with _keep(lambda: read(folder)):
-            self._native.run_into(folder, report, progress)
-        return read(folder)
+        before = _run(folder)
+        try:
+            notes = self._native.run_into(folder, report, progress)
+        except RunError as error:
+            # the folder may have an earlier run, if this one did not start
+            if _run(folder) != before:
+                error.results = read(folder)
+            raise
+        except KeyboardInterrupt:
+            kept = read(folder)
+            raise Interrupted(f"interrupted at {kept.reached} s; the results until then are kept", kept) from None
+        results = read(folder)
+        results.summary["notes"] = notes
+        return results
 
     def start(self) -> Simulation:
         """Loads and initializes the units, and returns the simulation to step."""
@@ -218,17 +228,9 @@ def _unpickled(text: str, name: str, settings: list[tuple[str, str]]) -> Scenari
     return Scenario(native)
 
 
-@contextmanager
-def _keep(results: Callable[[], Results]) -> Iterator[None]:
-    """Adds the results until then to the exception of a run that fails or is interrupted."""
+def _run(folder: Path) -> str | None:
+    """Identifier of the run whose results are in a folder."""
     try:
-        yield
-    except RunError as error:
-        try:
-            error.results = results()
-        except Exception:  # noqa: BLE001 - it did not start
-            error.results = None
-        raise
-    except KeyboardInterrupt:
-        kept = results()
-        raise Interrupted(f"interrupted at {kept.reached} s; the results until then are kept", kept) from None
+        return str(json.loads((folder / "run-files.json").read_text(encoding="utf-8"))["run"])
+    except (OSError, ValueError, KeyError):
+        return None

@@ -108,7 +108,7 @@ class Study:
         place = Path(folder or Path("results") / self.name).absolute()
         if client is None:
             cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-            counts = self._native.run(place, _command.PROGRAM, workers or cores or 1, None, retry, progress)[2]
+            counts = self._native.run(place, _command.PROGRAM, (workers or cores or 1, None, retry), progress)[2]
             return StudyResults(place, *(counts or ()))
         if workers is not None:
             raise ValueError("the cluster of the client has its own number of workers")
@@ -154,7 +154,7 @@ def _chunk(span: tuple[int, int], task: tuple[str, str, str, bool]) -> int:
     begin = time.monotonic()
     while True:
         try:
-            return study.run(folder, _command.PROGRAM, 1, span, retry)[1]
+            return study.run(folder, _command.PROGRAM, (1, span, retry))[1]
         except BusyError:
             if time.monotonic() - begin > _PATIENCE:
                 raise

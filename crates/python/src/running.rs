@@ -117,13 +117,20 @@ impl Running {
 
     /// Steps until so many steps are done, or until the run ends early.
     pub fn advance(&mut self, done: u64, watch: &Watch) -> Result<(), Halt> {
-        if self.terminated {
-            return Err(Failure::input("the simulation is closed", None).into());
-        }
+        self.is_open()?;
         while self.done() < done && self.end.is_none() {
             self.step()?;
             let time = self.setup().time_after(self.done());
             watch.look(time).map_err(Halt::Python)?;
+        }
+        Ok(())
+    }
+
+    /// Whether the units can still be called.
+    fn is_open(&self) -> Result<(), Failure> {
+        if self.terminated {
+            let help = "start the scenario again";
+            return Err(Failure::input("the simulation is closed", Some(help)));
         }
         Ok(())
     }
@@ -188,6 +195,7 @@ impl Running {
 
     /// The present state, which is also kept for [`Self::rewind`].
     pub fn save(&mut self) -> Result<SimulationState, Failure> {
+        self.is_open()?;
         let (done, state) = self.with(|_, it| it.state().map(|state| (it.done(), state)))?;
         self.kept.insert(done, state.clone());
         Ok(state)
@@ -195,6 +203,7 @@ impl Running {
 
     /// Continues from a state of this scenario.
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), Failure> {
+        self.is_open()?;
         let restored = self.with(|_, it| it.restore(state));
         restored.map_err(|error| Failure::of_state(&error))?;
         let done = self.done();

@@ -1,6 +1,7 @@
 //! A simulation that Python steps.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::{self, ThreadId};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -18,34 +19,54 @@ const SAME: f64 = 1e-6;
 
 /// A running co-simulation.
 #[pyclass(frozen, module = "maglev_cosim._native")]
-pub struct Simulation(Mutex<Running>);
+pub struct Simulation {
+    running: Mutex<Running>,
+    /// the thread that works on it
+    holder: Mutex<Option<ThreadId>>,
+}
 
 impl Simulation {
     pub fn new(running: Running) -> Self {
-        Self(Mutex::new(running))
+        Self { running: Mutex::new(running), holder: Mutex::new(None) }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Running> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Works on the simulation without the interpreter's lock. Other threads wait.
+    fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Running) -> T + Send,
+    ) -> Result<T, Failure> {
+        py.detach(|| {
+            let me = thread::current().id();
+            if *lock(&self.holder) == Some(me) {
+                let text =
+                    "the simulation cannot be used by a function that it calls while it steps";
+                return Err(Failure::input(text, Some("use the time that the function gets")));
+            }
+            let mut running = lock(&self.running);
+            *lock(&self.holder) = Some(me);
+            let done = work(&mut running);
+            *lock(&self.holder) = None;
+            Ok(done)
+        })
     }
+}
 
-    /// Works on the simulation without the interpreter's lock.
-    fn work<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Running) -> T + Send) -> T {
-        py.detach(|| work(&mut self.lock()))
-    }
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[pymethods]
 impl Simulation {
     /// The time that has been reached (s).
     #[getter]
-    fn time(&self, py: Python<'_>) -> f64 {
-        self.work(py, |running| running.setup().time_after(running.done()))
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.work(py, |running| running.setup().time_after(running.done()))?)
     }
 
     /// Finished communication steps, and those until the stop time.
-    fn steps(&self, py: Python<'_>) -> (u64, u64) {
-        self.work(py, |running| running.with(|_, it| (it.done(), it.remaining())))
+    fn steps(&self, py: Python<'_>) -> PyResult<(u64, u64)> {
+        Ok(self.work(py, |running| running.with(|_, it| (it.done(), it.remaining())))?)
     }
 
     /// Makes so many steps, fewer if the run ends; all that remain by default.
@@ -60,7 +81,7 @@ impl Simulation {
         let stepped = self.work(py, move |running| {
             let done = count.map_or(u64::MAX, |it| running.done().saturating_add(it));
             running.advance(done, &watch)
-        });
+        })?;
         Ok(stepped?)
     }
 
@@ -88,7 +109,7 @@ impl Simulation {
                 running.rewind(point)?;
             }
             running.advance(point, &watch)
-        });
+        })?;
         Ok(gone?)
     }
 
@@ -107,20 +128,20 @@ impl Simulation {
                 };
                 ports.into_iter().map(value).collect::<Result<_, master::Error>>()
             })
-        });
+        })?;
         Ok(values.map_err(Failure::from)?)
     }
 
     /// Sets tunable parameters or unconnected inputs, from the next step on.
     fn set(&self, py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let setting = values::setting(value)?;
-        let set = self.work(py, |running| running.with(|_, it| it.set(name, &setting)));
+        let set = self.work(py, |running| running.with(|_, it| it.set(name, &setting)))?;
         Ok(set.map_err(Failure::from)?)
     }
 
     /// The present state of units and couplings.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let state = self.work(py, Running::save)?;
+        let state = self.work(py, Running::save)??;
         let bytes = postcard::to_stdvec(&state);
         let bytes = bytes.map_err(|error| Failure::input(error.to_string(), None))?;
         Ok(PyBytes::new(py, &bytes))
@@ -130,12 +151,12 @@ impl Simulation {
     fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
         let state = postcard::from_bytes(state)
             .map_err(|_| Failure::input("these bytes are not the state of a simulation", None))?;
-        Ok(self.work(py, |running| running.restore(&state))?)
+        Ok(self.work(py, |running| running.restore(&state))??)
     }
 
     /// Terminates the units.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        Ok(self.work(py, Running::close)?)
+        Ok(self.work(py, Running::close)??)
     }
 
     /// What has been recorded so far, as a copy; `take`: without one, and the recording is empty after that.
@@ -145,13 +166,13 @@ impl Simulation {
             let recording = &mut running.recording;
             let (time, columns) = if take { recording.take_columns() } else { recording.columns() };
             Table::new(time, columns)
-        });
+        })?;
         Ok(made.map_err(|error| Failure::input(error.to_string(), None))?)
     }
 
     /// How the run went so far, as JSON.
-    fn outcome(&self, py: Python<'_>) -> String {
-        self.work(py, |running| {
+    fn outcome(&self, py: Python<'_>) -> PyResult<String> {
+        let outcome = self.work(py, |running| {
             let (done, setup) = (running.done(), running.setup());
             let (status, why) = match &running.end {
                 Some((status, why)) => (json!(status), why.clone()),
@@ -174,6 +195,7 @@ impl Simulation {
                 "ride_quality": running.ride,
             })
             .to_string()
-        })
+        });
+        Ok(outcome?)
     }
 }

@@ -132,19 +132,19 @@ impl Study {
         Ok(Scenario::new(made.map_err(|it| Failure::of_study(&it))?, name))
     }
 
-    /// Computes points that have no row yet, by so many processes of a program, which is the command. Returns the number
+    /// Computes points that have no row yet, by processes of a program, which is the command. `order`: the number of
+    /// processes, the first and the last point or None for all, whether to compute failed points again. Returns the number
     /// of ordered points and of those that have a row, and what the folder has if all points were ordered.
-    #[pyo3(signature = (folder, program, workers, points = None, retry = false, progress = None))]
+    #[pyo3(signature = (folder, program, order, progress = None))]
     fn run(
         &self,
         py: Python<'_>,
         folder: PathBuf,
         program: PathBuf,
-        workers: usize,
-        points: Option<(u64, u64)>,
-        retry: bool,
+        order: (usize, Option<(u64, u64)>, bool),
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(u64, u64, Option<Numbers>)> {
+        let (workers, points, retry) = order;
         let order = Order { folder, workers, points, retry };
         let worker = move || {
             let mut command = Command::new(&program);

@@ -100,6 +100,19 @@ def test_issue_figures_of_a_run_in_memory_are_those_of_a_folder(magnet, tmp_path
     assert here.metrics["least_gap"] == here["vehicle.gap_01"].min()
 
 
+def test_issue_notes_on_the_run_are_kept(tmp_path):
+    alone = maglev.load(maglev.unit("ems"))
+    expected = ["running this unit alone from 0 s to 10 s in steps of 0.001 s"]
+    assert alone.run().notes == alone.run(tmp_path).notes == expected
+    # other times were not completed from the unit
+    assert alone.times(stop=0.01).run().notes == []
+
+
+def test_refusal_signals_that_are_not_recorded(magnet):
+    with pytest.raises(KeyError, match='did you mean "vehicle.gap_01"'):
+        magnet.run()["vehicle.gap_1"]
+
+
 def test_issue_notebooks_show_results(magnet):
     html = magnet.run()._repr_html_()
     assert html.count("<svg") == 8 and "finished at 0.1 s" in html and "vehicle.gap_01" in html

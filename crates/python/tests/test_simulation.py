@@ -153,6 +153,19 @@ def test_issue_an_exception_of_the_callback_ends_the_run():
         assert simulation.time >= times[2] > times[0] > 0
 
 
+def test_refusal_a_callback_that_uses_the_simulation():
+    with maglev.load("one-bogie").start() as simulation, pytest.raises(maglev.InputError, match="while it steps"):
+        simulation.run(progress=lambda now: simulation.get("vehicle.gap_01"))
+
+
+def test_issue_a_run_that_does_not_start_keeps_no_results_of_another(magnet, tmp_path):
+    magnet.run(tmp_path)
+    missing = {"guideway.irregularity_on": True, "guideway.irregularity_file": tmp_path / "none.csv"}
+    with pytest.raises(maglev.RunError, match="No such file") as caught:
+        magnet.set(missing).run(tmp_path)
+    assert caught.value.results is None or caught.value.results.status == "failed"
+
+
 CTRL_C = """
     import os, signal, sys, threading, time
     import maglev_cosim as maglev
