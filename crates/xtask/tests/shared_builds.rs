@@ -1,5 +1,5 @@
-//! A first build compiles each dependency once, although cargo is called for xtask, for the units and for
-//! the command. So do the checks, which call it for the whole workspace.
+//! A first build compiles each dependency once, although cargo is called for xtask, for the units, for
+//! the command and for the Python package. So do the checks, which call it for the whole workspace.
 
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
@@ -9,7 +9,7 @@ use std::{
 };
 
 /// What cargo is called for, as arguments of `cargo tree`.
-const CALLS: [&[&str]; 4] = [
+const CALLS: [&[&str]; 5] = [
     &["--edges=normal,build", "--package=xtask"],
     &[
         "--edges=normal,build",
@@ -19,6 +19,7 @@ const CALLS: [&[&str]; 4] = [
         "--package=fmu-vehicle",
     ],
     &["--edges=normal,build", "--package=maglev-cli"],
+    &["--edges=normal,build", "--package=python-package"],
     &["--edges=normal,build,dev", "--workspace"],
 ];
 
