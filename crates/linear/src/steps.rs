@@ -24,6 +24,12 @@ const SMALL: f64 = 1e-4;
 const NOISE: f64 = 1e-7;
 /// A model with a smaller relative error is accepted.
 const CLOSE: f64 = 1e-4;
+/// An input that is smaller than this share of its nominal value counts as zero.
+const ROUNDED: f64 = 1e-6;
+/// Responses that are smaller than this share of the output are rounding errors.
+const FLOOR: f64 = 1e-9;
+/// Responses of an output that are smaller than this share of its largest one do not count.
+const UNSEEN: f64 = 1e-6;
 /// Multiples of the communication step that are tried: a sampled unit repeats itself after some steps.
 const MULTIPLES: [usize; 7] = [1, 2, 3, 4, 5, 8, 10];
 /// Communication steps that an identification may make from the start.
@@ -42,8 +48,8 @@ pub struct UnitSteps {
     pub model: Identified,
     /// Its step (s): a multiple of the communication step.
     pub step: f64,
-    /// Root mean square of the error over that of the outputs, for other inputs than those of the
-    /// identification; the worst output.
+    /// Root mean square of the error over that of the response, for other changes than those of the
+    /// identification; the worst pair of input and output.
     pub error: f64,
 }
 
@@ -159,14 +165,16 @@ impl Rig<'_> {
 
     /// Change of input j that counts as small.
     fn small(&self, j: usize) -> f64 {
-        let size = self.rest[j].abs();
-        SMALL * if size > 0.0 { size } else { self.inputs[j].nominal.abs() }
+        let (size, nominal) = (self.rest[j].abs(), self.inputs[j].nominal.abs());
+        // an input at rest may be a rounding error
+        SMALL * if size > ROUNDED * nominal { size } else { nominal }
     }
 
     fn identify(&mut self, multiple: usize) -> Result<(Identified, f64), Failure> {
         let (p, m) = (self.outputs.len(), self.inputs.len());
         // responses to small changes, both ways, so that curvature cancels
         let mut responses = vec![Mat::<f64>::zeros(p, m); STEPS];
+        let mut outputs = vec![0.0_f64; p];
         for j in 0..m {
             let small = self.small(j);
             let pulse = |sign: f64| {
@@ -179,17 +187,18 @@ impl Rig<'_> {
             for ((response, up), down) in responses.iter_mut().zip(up).zip(down) {
                 for i in 0..p {
                     response[(i, j)] = (up[i] - down[i]) / 2.0;
+                    outputs[i] = outputs[i].max(up[i].abs());
                 }
             }
         }
-        // outputs of equal size
+        // outputs of equal size; those that do not respond become zero
         let sizes: Vec<f64> = (0..p)
             .map(|i| {
                 let row = responses
                     .iter()
                     .map(|it| it.row(i).iter().fold(0.0, |m: f64, x| m.max(x.abs())));
                 let size = row.fold(0.0, f64::max);
-                if size > 0.0 { size } else { 1.0 }
+                if size > FLOOR * outputs[i] { size } else { f64::INFINITY }
             })
             .collect();
         for response in &mut responses {
@@ -205,8 +214,10 @@ impl Rig<'_> {
             model.d.col_mut(j).iter_mut().for_each(|x| *x /= small);
         }
         for i in 0..p {
-            model.c.row_mut(i).iter_mut().for_each(|x| *x *= sizes[i]);
-            model.d.row_mut(i).iter_mut().for_each(|x| *x *= sizes[i]);
+            // what does not respond is zero already
+            let size = if sizes[i].is_finite() { sizes[i] } else { 0.0 };
+            model.c.row_mut(i).iter_mut().for_each(|x| *x *= size);
+            model.d.row_mut(i).iter_mut().for_each(|x| *x *= size);
         }
         Ok((model, error))
     }
@@ -251,23 +262,31 @@ impl Rig<'_> {
             let x = (12.9898 * (k + 1) as f64 + 78.233 * (j + 1) as f64).sin() * 43_758.545;
             2.0 * (x - x.floor()) - 1.0
         };
-        let up = self.run(multiple, &|k, j| small[j] * random(k, j))?;
-        let down = self.run(multiple, &|k, j| -small[j] * random(k, j))?;
-        let mut state = Mat::<f64>::zeros(model.a.nrows(), 1);
-        let mut sums = vec![(0.0, 0.0); sizes.len()];
-        for (k, (up, down)) in up.iter().zip(&down).enumerate() {
-            let input = Mat::from_fn(m, 1, |j, _| random(k, j));
-            let output = &model.c * &state + &model.d * &input;
-            state = &model.a * &state + &model.b * &input;
-            for (i, (error, signal)) in sums.iter_mut().enumerate() {
-                let real = (up[i] - down[i]) / 2.0 / sizes[i];
-                *error += (real - output[(i, 0)]).powi(2);
-                *signal += real * real;
+        let mut worst: f64 = 0.0;
+        for input in 0..m {
+            let alone = |k: usize, j: usize| if j == input { random(k, j) } else { 0.0 };
+            let up = self.run(multiple, &|k, j| small[j] * alone(k, j))?;
+            let down = self.run(multiple, &|k, j| -small[j] * alone(k, j))?;
+            let mut state = Mat::<f64>::zeros(model.a.nrows(), 1);
+            // of each output: squares of error and response, and its size
+            let mut sums = vec![(0.0, 0.0, 0.0_f64); sizes.len()];
+            for (k, (up, down)) in up.iter().zip(&down).enumerate() {
+                let change = Mat::from_fn(m, 1, |j, _| alone(k, j));
+                let output = &model.c * &state + &model.d * &change;
+                state = &model.a * &state + &model.b * &change;
+                for (i, (error, signal, size)) in sums.iter_mut().enumerate() {
+                    let real = (up[i] - down[i]) / 2.0 / sizes[i];
+                    *error += (real - output[(i, 0)]).powi(2);
+                    *signal += real * real;
+                    *size = size.max(up[i].abs() / sizes[i]);
+                }
+            }
+            for (error, signal, size) in sums {
+                // the largest response of each output to an impulse is 1
+                let floor = (FLOOR * size).max(UNSEEN) * (STEPS as f64).sqrt();
+                worst = worst.max(error.sqrt() / signal.sqrt().max(floor));
             }
         }
-        let share = |&(error, signal): &(f64, f64)| -> f64 {
-            if signal > 0.0 { (error / signal).sqrt() } else { 0.0 }
-        };
-        Ok(sums.iter().map(share).fold(0.0, f64::max))
+        Ok(worst)
     }
 }
