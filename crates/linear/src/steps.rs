@@ -202,8 +202,8 @@ impl Rig<'_> {
             })
             .collect();
         for response in &mut responses {
-            for i in 0..p {
-                response.row_mut(i).iter_mut().for_each(|x| *x /= sizes[i]);
+            for (i, size) in sizes.iter().enumerate() {
+                response.row_mut(i).iter_mut().for_each(|x| *x /= size);
             }
         }
         let mut model = Identified::new(&responses, &OFFSETS, NOISE).map_err(Failure::Linear)?;
@@ -213,9 +213,9 @@ impl Rig<'_> {
             model.b.col_mut(j).iter_mut().for_each(|x| *x /= small);
             model.d.col_mut(j).iter_mut().for_each(|x| *x /= small);
         }
-        for i in 0..p {
+        for (i, &size) in sizes.iter().enumerate() {
             // what does not respond is zero already
-            let size = if sizes[i].is_finite() { sizes[i] } else { 0.0 };
+            let size = if size.is_finite() { size } else { 0.0 };
             model.c.row_mut(i).iter_mut().for_each(|x| *x *= size);
             model.d.row_mut(i).iter_mut().for_each(|x| *x *= size);
         }
