@@ -48,6 +48,9 @@ pub struct Arguments {
     /// Write map.json, map.parquet, map.svg and map.png to DIR.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Title of the picture, instead of the scenario's.
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
     /// Threads. Default: as many as the machine has cores.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
@@ -63,6 +66,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
     scenario.overrides.clone_from(&arguments.set);
+    if let Some(title) = &arguments.title {
+        scenario.title.clone_from(title);
+    }
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let request = Request {
         scenario,
