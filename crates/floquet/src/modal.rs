@@ -31,8 +31,8 @@ pub struct Modal {
     pub h: Mat<f64>,
     /// D (outputs × inputs).
     pub d: Mat<f64>,
-    /// Largest real part of an eigenvalue of A (1/s), also of modes that are left out.
-    pub growth: f64,
+    /// Largest real part of the eigenvalues of modes that are left out (1/s): what they do, the girders do not change.
+    pub left_out: f64,
 }
 
 fn complex(m: &Mat<f64>) -> Mat<c64> {
@@ -55,8 +55,8 @@ impl Modal {
     #[must_use]
     pub fn feedthrough(d: Mat<f64>) -> Self {
         let (rows, columns) = (d.nrows(), d.ncols());
-        let growth = f64::NEG_INFINITY;
-        Self { values: Vec::new(), g: Mat::zeros(0, columns), h: Mat::zeros(rows, 0), d, growth }
+        let left_out = f64::NEG_INFINITY;
+        Self { values: Vec::new(), g: Mat::zeros(0, columns), h: Mat::zeros(rows, 0), d, left_out }
     }
 
     /// Of ż = A z + B u, y = C z + D u.
@@ -122,14 +122,24 @@ impl Modal {
             let value = of_output[(i, k)] * weight;
             if j < n { value.re } else { -value.im }
         });
-        let growth = (0..a.nrows()).map(|k| eigen.S()[k].re).fold(f64::NEG_INFINITY, f64::max);
-        Ok(Self { values, g, h, d: d.clone(), growth })
+        let left_out = (0..a.nrows())
+            .filter(|&k| part(k) <= NOTHING * largest)
+            .map(|k| eigen.S()[k].re)
+            .fold(f64::NEG_INFINITY, f64::max);
+        Ok(Self { values, g, h, d: d.clone(), left_out })
     }
 
     /// Number of modes; a conjugate pair counts once.
     #[must_use]
     pub fn modes(&self) -> usize {
         self.values.len()
+    }
+
+    /// The slowest decaying mode of at least this frequency (Hz) among those that are kept.
+    #[must_use]
+    pub fn slowest(&self, above: f64) -> Option<c64> {
+        let fast = |it: &&c64| it.norm() >= above * std::f64::consts::TAU;
+        self.values.iter().filter(fast).max_by(|a, b| a.re.total_cmp(&b.re)).copied()
     }
 
     /// Number of inputs.

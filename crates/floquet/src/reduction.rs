@@ -41,7 +41,7 @@ pub fn reduced(
         g: &full.g * inputs,
         h: outputs.transpose() * &full.h,
         d: outputs.transpose() * &full.d * inputs,
-        growth: full.growth,
+        left_out: full.left_out,
     };
     let (controllable, observable) = factors(&weighted)?;
     let svd = singular(&(&observable * controllable.transpose()))?;
@@ -59,7 +59,8 @@ pub fn reduced(
         sum / values[i].sqrt()
     });
     let a = &left * derivative(full, &right);
-    let modal = Modal::new(&a, &(&left * &full.g), &(&full.h * &right), full.d.clone())?;
+    let mut modal = Modal::new(&a, &(&left * &full.g), &(&full.h * &right), full.d.clone())?;
+    modal.left_out = modal.left_out.max(full.left_out);
     let error = error(full, &modal, inputs, outputs, band);
     Ok(Reduction { modal, states: (states(full), order), error })
 }

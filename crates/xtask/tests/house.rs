@@ -73,6 +73,7 @@ const PLAN: &[(&str, &[&str])] = &[
         ],
     ),
     ("response", &["linear", "patterns", "results"]),
+    ("floquet", &["fmi2-import", "linear", "master", "patterns", "scenario"]),
     (
         "report",
         &[
@@ -112,6 +113,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "fmi2-import",
             "fmi2-package",
             "in-memory",
+            "floquet",
             "linear",
             "maps",
             "master",
