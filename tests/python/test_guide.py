@@ -106,6 +106,15 @@ def test_commands_of_the_guide_are_accepted(page, tmp_path):
         assert re.sub(r"[\d.-]+", "N", said) == re.sub(r"[\d.-]+", "N", shown)
 
 
+def test_moving_stability_prints_what_the_page_shows():
+    """The first command of the page; the others take minutes."""
+    _, name, scenario, *options = commands("moving-stability.md")[0]
+    done = subprocess.run([MAGLEV, name, ROOT / scenario, *options], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 1, done.stderr
+    (shown,) = blocks("moving-stability.md", "text")
+    assert done.stdout.split() == shown.split()
+
+
 def test_settings_for_sampled_controllers_are_a_whole_scenario(tmp_path):
     """The patch of choosing.md runs as it is printed. It changes what the page says and nothing else, and it is as accurate
     as the page says: far more than the shipped settings, against steps of 0.1 ms. A patch that lost connections would fall."""

@@ -63,7 +63,7 @@ fn refusal_speeds_axes_and_systems_that_do_not_fit() {
         (vec![MAGNET, "--speeds", "5:1:3"], "increase"),
         (vec![MAGNET, "--speeds", "5", "--y", "stiffness=1:2:3"], "INSTANCE.VARIABLE=A:B:N"),
         (vec![MAGNET, "--speeds", "5", "--tolerance", "0"], "positive"),
-        (vec![MAGNET, "--speeds", "5", "--above", "-1"], "at least 0"),
+        (vec![MAGNET, "--speeds", "5", "--above=-1"], "at least 0"),
         (vec![MAGNET, "--speeds", "5", "--y", "guideway.stifness_factor=1:2:3"], "stifness_factor"),
         (vec!["scenarios/levitation.json", "--speeds", "5"], "does not report its linearisation"),
         (vec!["missing.json", "--speeds", "5"], "missing.json"),
