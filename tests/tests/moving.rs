@@ -57,7 +57,8 @@ fn crosstool_a_long_run_grows_as_the_multiplier_says() {
         let set = ["--set", "ems_[01..08].operating_current=14.353", "--set", gain.as_str()];
         let measured = measured(&FinishedRun::of(&file, &set).unwrap());
         let path = file.display().to_string();
-        let mut arguments = vec!["floquet", path.as_str(), "--speeds", "40", "--above", "2", "--json"];
+        let mut arguments =
+            vec!["floquet", path.as_str(), "--speeds", "40", "--above", "2", "--json"];
         arguments.extend(set);
         let output = start(&arguments).unwrap();
         let report: Value = serde_json::from_slice(&output.stdout).unwrap();

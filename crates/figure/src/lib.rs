@@ -3,7 +3,6 @@
 mod axis;
 mod clip;
 mod heat;
-mod marked;
 mod plane;
 mod style;
 
@@ -15,8 +14,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
 
 use axis::Axis;
-pub use heat::{HeatMap, draw_map};
-pub use marked::{HeatMark, MarkedMap, draw_marked_map};
+pub use heat::{HeatMap, HeatMark, draw_heat_map};
 pub use plane::{PlaneLine, PlaneMark, PlanePanel, draw_plane};
 pub use style::FigureStyle;
 use style::Layout;

@@ -19,15 +19,16 @@ fn analytic_at_standstill_the_modes_are_those_of_the_joined_units() {
         scenario.overrides.push(Override { target: target.into(), value: value.into() });
     }
     let setup = Setup::new(&scenario).unwrap();
-    let joined = eigenvalues(&Linearised::at_start(&setup).unwrap().system.matrix().unwrap()).unwrap();
+    let joined =
+        eigenvalues(&Linearised::at_start(&setup).unwrap().system.matrix().unwrap()).unwrap();
     let train = MovingTrain::read(&scenario, Accuracy::default()).unwrap();
     // the magnets are symmetric about the middle of the span
     let place = 12.5 + 0.5 * train.train.length() + train.row.reach;
     let moving = eigenvalues(&train.standing(place)).unwrap();
     let mut compared = 0;
     for value in moving.iter().filter(|it| it.im > 0.0) {
-        let nearest =
-            joined.iter().map(|it| (it - value).norm()).fold(f64::INFINITY, f64::min) / value.norm();
+        let nearest = joined.iter().map(|it| (it - value).norm()).fold(f64::INFINITY, f64::min)
+            / value.norm();
         // the span behind the bogie has no magnet, and its modes are those of an empty span: 7.1 and 24.9 Hz
         let hz = value.norm() / std::f64::consts::TAU;
         let empty = (hz - 7.1).abs() < 1e-6 || (hz - 24.9).abs() < 1e-6;

@@ -42,7 +42,13 @@ fn issue_18_a_map_has_a_picture_and_all_points() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().display().to_string();
     let map = floquet(&[
-        MAGNET, "--speeds", "2:20:3", "--y", "guideway.stiffness_factor=0.5,1", "--out", &out,
+        MAGNET,
+        "--speeds",
+        "2:20:3",
+        "--y",
+        "guideway.stiffness_factor=0.5,1",
+        "--out",
+        &out,
     ]);
     assert!(map.status.success(), "{}", String::from_utf8_lossy(&map.stderr));
     let text = std::fs::read_to_string(folder.path().join("floquet.json")).unwrap();

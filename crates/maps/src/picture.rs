@@ -1,8 +1,11 @@
 //! A map as a picture.
 
-use figure::{HeatMark, MarkedMap, PlotError};
+use figure::{HeatMap, HeatMark, PlotError};
 
 use crate::result::{MapAxis, ModeKind, StabilityMap};
+
+/// Largest damping ratio that the colours tell apart.
+const LARGEST: f64 = 0.2;
 
 /// The map as SVG: colours for the least damping ratio, the stability boundary, marks at the boundary for the kind of
 /// mode that grows there, and the scenario's own values.
@@ -31,7 +34,7 @@ pub fn picture(map: &StabilityMap) -> Result<String, PlotError> {
     };
     let marks = marks(map, y);
     let own = map.x.scenario.zip(y.scenario);
-    let heat = MarkedMap {
+    let heat = HeatMap {
         title: map.title.clone(),
         xlabel: label(&map.x),
         ylabel: label(y),
@@ -39,10 +42,11 @@ pub fn picture(map: &StabilityMap) -> Result<String, PlotError> {
         x: map.x.values.clone(),
         y: y.values.clone(),
         values: map.cells.iter().map(|row| row.iter().map(|it| it.damping).collect()).collect(),
+        largest: LARGEST,
         marks,
         own,
     };
-    figure::draw_marked_map(&heat)
+    figure::draw_heat_map(&heat)
 }
 
 /// One mark every few cells along the boundary: the kind of units whose mode grows beyond it.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 use clap::Args;
-use figure::{FigureLine, FigurePanel, HeatMap, draw_map, draw_over};
+use figure::{FigureLine, FigurePanel, HeatMap, draw_heat_map, draw_over};
 use floquet::{Accuracy, FloquetError, Motion, MovingTrain, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use maglev::Error;
@@ -260,7 +260,8 @@ fn compute(
     bar.finish_and_clear();
     let check = check(&trains, &found, arguments)?;
     let first = &trains[0];
-    let left_out = trains.iter().map(|it| it.train.modal.left_out).fold(f64::NEG_INFINITY, f64::max);
+    let left_out =
+        trains.iter().map(|it| it.train.modal.left_out).fold(f64::NEG_INFINITY, f64::max);
     let rigid = trains.iter().filter_map(|it| it.train.modal.slowest(arguments.above));
     let rigid = rigid.max_by(|a, b| a.re.total_cmp(&b.re));
     let report = Report {
@@ -381,19 +382,24 @@ fn picture(report: &Report, arguments: &Arguments) -> Result<String, figure::Plo
     let title = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     // what decays faster than can be resolved is drawn at that limit
     let value = |it: &Point| it.growth.or(it.floor);
+    let decay = |it: &Point| value(it).map_or(f64::NAN, |growth| -growth);
+    let decays = || report.points.iter().flatten().map(decay).filter(|it| it.is_finite());
     let speed = "speed (m/s)";
     if let Some(axis) = &report.y
         && report.speeds.len() > 1
         && axis.values.len() > 1
     {
-        return draw_map(&HeatMap {
-            title: format!("{title}: growth of the least damped motion"),
+        return draw_heat_map(&HeatMap {
+            title: format!("{title}: decay of the least damped motion"),
             xlabel: speed.to_owned(),
             ylabel: axis.parameter.clone(),
-            label: "growth (1/s)".to_owned(),
+            legend: "decay rate (1/s)".to_owned(),
             x: report.speeds.clone(),
             y: axis.values.clone(),
-            values: report.points.iter().map(|row| row.iter().map(value).collect()).collect(),
+            largest: decays().map(f64::abs).fold(0.0, f64::max),
+            values: report.points.iter().map(|row| row.iter().map(decay).collect()).collect(),
+            marks: Vec::new(),
+            own: None,
         });
     }
     let over_speed = report.speeds.len() > 1;
@@ -457,7 +463,10 @@ fn page(report: &Report, trains: &[MovingTrain], arguments: &Arguments) -> Strin
         );
     }
     if let Some(rate) = report.growth_of_left_out.filter(|&rate| rate > LEAST_GROWTH) {
-        let _ = writeln!(text, "apart            UNSTABLE: a mode that does not act on the girders grows by {rate:.4} 1/s");
+        let _ = writeln!(
+            text,
+            "apart            UNSTABLE: a mode that does not act on the girders grows by {rate:.4} 1/s"
+        );
     }
     if report.above_hz > 0.0 {
         let _ = writeln!(text, "judged           motions of at least {} Hz", report.above_hz);
