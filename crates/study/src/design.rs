@@ -6,10 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which combinations of the factors' values are computed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Design {
     /// All combinations. The last factor changes fastest.
+    #[default]
     Grid,
     /// The rows of a table, with a column for each factor.
     Table {
@@ -43,12 +44,6 @@ pub enum Design {
         #[schemars(range(min = 1, max = 65536))]
         points: u64,
     },
-}
-
-impl Default for Design {
-    fn default() -> Self {
-        Self::Grid
-    }
 }
 
 impl Design {

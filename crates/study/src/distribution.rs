@@ -159,9 +159,9 @@ impl Distribution {
                 }
                 Err(_) => f64::NAN,
             },
-            Self::Lognormal(LognormalLaw { median, sigma }) => match Normal::standard() {
-                normal => median * (sigma * normal.inverse_cdf(u)).exp(),
-            },
+            Self::Lognormal(LognormalLaw { median, sigma }) => {
+                median * (sigma * Normal::standard().inverse_cdf(u)).exp()
+            }
             Self::Triangular(TriangularLaw { min, mode, max }) => {
                 Triangular::new(min, max, mode).map_or(f64::NAN, |it| it.inverse_cdf(u))
             }

@@ -373,8 +373,9 @@ impl Study {
             Rows::Sobol => factors
                 .map(|(j, (_, it))| it.quantile(sobol(seed, k, j)).unwrap_or_else(nothing))
                 .collect(),
-            Rows::Random => factors
-                .map(|(_, (name, factor))| {
+            Rows::Random => self
+                .without_seeds()
+                .map(|(name, factor)| {
                     let u = content::uniform(seed, &format!("value {k} of {name}"));
                     factor.quantile(u).unwrap_or_else(nothing)
                 })
