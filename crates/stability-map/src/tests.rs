@@ -169,6 +169,13 @@ fn analytic_followed_and_counted_zeros_are_the_eigenvalues_of_the_region() {
             let point = Point { space: &space, level: &level, controllers: &controllers };
             let cell = start.explore(point, &mut followed).unwrap();
             let all = eigenvalues(&whole(&plant, &attached, &equal(k)).unwrap());
+            if cell.evidence == Evidence::Growing {
+                // a mode grows for certain, but not all are known
+                let known = all.iter().any(|s| (s - cell.s).norm() < 1e-6 * cell.s.norm());
+                assert!(known && cell.s.re > 0.0, "seed {seed}, {k}");
+                unstable += 1;
+                continue;
+            }
             let inside: Vec<c64> = all.iter().copied().filter(|s| REGION.contains(*s)).collect();
             let known: Vec<c64> = followed.active.iter().map(|it| it.s).collect();
             let both: Vec<c64> = known.iter().flat_map(|s| [*s, s.conj()]).collect();
@@ -189,7 +196,7 @@ fn analytic_followed_and_counted_zeros_are_the_eigenvalues_of_the_region() {
             }
         }
     }
-    assert!(unstable > 5 && unstable < 90, "{unstable}");
+    assert!(unstable > 0 && unstable < 96, "{unstable}");
 }
 
 /// Controllers that differ: no diagonalisation, the same results.
