@@ -43,8 +43,8 @@ impl Bracket {
             return None;
         }
         let [ya, yb] = self.excess;
-        // also false for NaN
-        if !(ya * yb < 0.0) {
+        let is_bracket = ya * yb < 0.0; // also false for NaN
+        if !is_bracket {
             return Some(middle);
         }
         let secant = (yb * a - ya * b) / (yb - ya);

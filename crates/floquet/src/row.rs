@@ -198,6 +198,7 @@ impl<'a> Sampler<'a> {
                         .into(),
                 });
             }
+            #[expect(clippy::needless_range_loop, reason = "the first index of part varies within")]
             for i in 0..modes {
                 for &(column, value) in unit.b.row(modes + i) {
                     if let Some(k) = force[..some.len()].iter().position(|&it| it == column) {
@@ -297,7 +298,9 @@ impl<'a> Sampler<'a> {
             });
             shapes && rates
         };
-        let divides = |spans: &usize| self.spans % spans == 0 && all * spans % self.spans == 0;
+        let divides = |spans: &usize| {
+            self.spans.is_multiple_of(*spans) && (all * spans).is_multiple_of(self.spans)
+        };
         Ok((1..self.spans).filter(divides).find(|&spans| repeats(spans)).unwrap_or(self.spans))
     }
 }

@@ -32,7 +32,7 @@ impl FromStr for Axis {
             [from, to, count] => {
                 let (from, to) = (number(from).ok_or_else(wrong)?, number(to).ok_or_else(wrong)?);
                 let count: usize = count.trim().parse().map_err(|_| wrong())?;
-                if count < 2 || count > MOST || from == to {
+                if !(2..=MOST).contains(&count) || from == to {
                     return Err(format!(
                         "\"{text}\": a range needs two different ends and 2 to {MOST} values"
                     ));

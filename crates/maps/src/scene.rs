@@ -344,7 +344,7 @@ fn levels(
     let model = Model::new(size, (by_column, by_row), |column, row| {
         let part = at(column, row)?;
         let all = [&part.a, &part.b, &part.c];
-        Ok(all.into_iter().flat_map(|m| entries(m)).collect())
+        Ok(all.into_iter().flat_map(entries).collect())
     })?;
     let width = if by_column { size.0 } else { 1 };
     let height = if by_row { size.1 } else { 1 };

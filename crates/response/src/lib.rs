@@ -16,6 +16,11 @@
 //! # }
 //! ```
 
+#![expect(
+    clippy::result_large_err,
+    reason = "errors have the detailed one of the master; they end a command"
+)]
+
 pub mod breaking;
 mod error;
 mod evaluate;

@@ -178,9 +178,9 @@ fn reach(
     let mut reached: Vec<bool> = (0..n).map(start).collect();
     let mut waiting: Vec<usize> = (0..n).filter(|&i| reached[i]).collect();
     while let Some(j) = waiting.pop() {
-        for i in 0..n {
-            if !reached[i] && step(j, i) {
-                reached[i] = true;
+        for (i, reached) in reached.iter_mut().enumerate() {
+            if !*reached && step(j, i) {
+                *reached = true;
                 waiting.push(i);
             }
         }

@@ -28,10 +28,10 @@ impl Gains {
         for k in 0..count {
             let controller = controllers.get(k);
             let left = row(controller, s, &mut space);
-            for i in 0..channels {
+            for (i, value) in value.iter_mut().enumerate() {
                 let b = |j: usize| controller.b[(j, i)];
                 let sum: c64 = left.iter().enumerate().map(|(j, y)| *y * b(j)).sum();
-                value[i].push(sum + controller.d[i]);
+                value.push(sum + controller.d[i]);
             }
             if slopes {
                 let squared = solve(controller, s, &left, &mut space);

@@ -13,20 +13,20 @@ use results::summary::{Status, Summary};
 
 /// Why the stepping thread ends early.
 pub(super) enum Halt {
-    Error(Error),
+    Error(Box<Error>),
     /// The results are complete: another thread has given up this one.
     GivenUp,
 }
 
 impl From<Error> for Halt {
     fn from(error: Error) -> Self {
-        Self::Error(error)
+        Self::Error(Box::new(error))
     }
 }
 
 impl From<master::Error> for Halt {
     fn from(error: master::Error) -> Self {
-        Self::Error(error.into())
+        Self::Error(Box::new(error.into()))
     }
 }
 
@@ -55,7 +55,7 @@ impl<'a> Shared<'a> {
         work: impl FnOnce(&mut Course<'a>) -> Result<T, Error>,
     ) -> Result<T, Halt> {
         match &mut *self.lock() {
-            State::Open(course) => work(course).map_err(Halt::Error),
+            State::Open(course) => work(course).map_err(|error| Halt::Error(Box::new(error))),
             State::Complete(_) => Err(Halt::GivenUp),
         }
     }
@@ -70,7 +70,7 @@ impl<'a> Shared<'a> {
         let units = simulation.as_deref_mut();
         let end = match (std::mem::replace(&mut *state, State::Complete(None)), result) {
             (State::Open(course), Ok(status)) => course.finish(Ok(status), units),
-            (State::Open(course), Err(Halt::Error(error))) => course.finish(Err(error), units),
+            (State::Open(course), Err(Halt::Error(error))) => course.finish(Err(*error), units),
             (State::Complete(Some(outcome)), _) => return *outcome,
             (_, _) => return Err(Error::GivenUp),
         };
