@@ -252,10 +252,12 @@ fn analytic_a_gust_over_a_step() {
         serde_json::from_str(&unit.report("motions").unwrap()).unwrap();
     let gap = place("outputs", unit.reference("gap_01").unwrap());
     let c = report["c"].as_array().unwrap().iter().find(|e| e[0].as_u64() == Some(gap)).unwrap();
-    let [row] = motions["rows"].as_array().unwrap().as_slice() else { panic!("{motions}") };
+    let rows = motions["rows"].as_array().unwrap();
+    let rows: Vec<_> = rows.iter().filter(|row| row[2].as_f64().unwrap().abs() > 1e-12).collect();
+    let [row] = rows.as_slice() else { panic!("{motions}") };
     let moved = &motions["parts"][row[0].as_u64().unwrap() as usize];
     assert_eq!((&moved["part"], &moved["direction"]), (&"mass".into(), &"z".into()), "{motions}");
-    assert_eq!(row[2].as_f64(), c[2].as_f64().map(|slope| -slope));
+    assert!((row[2].as_f64().unwrap() + c[2].as_f64().unwrap()).abs() < 1e-12, "{motions}");
     unit.set_real("mass_external_force_z", f64::NAN)
         .and_then(|()| unit.step(0.1, 0.1))
         .map(|()| panic!("NaN is accepted"))

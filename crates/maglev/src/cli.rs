@@ -14,8 +14,8 @@ Examples:
 Exit statuses:
   0  success: the run reached its stop time, a stop condition ended it, or a
      unit ended it with fmi2Terminated; all modes decay, for response those
-     of the closed system; check finds no limit
-     exceeded; validate finds no error; reference results are within tolerance
+     of the closed system; check finds no limit exceeded; validate finds no
+     error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a unit refuses to start with its parameters; a mode
      grows; a run does not pass check; validate finds an error; reference
@@ -83,7 +83,7 @@ pub enum Command {
     Reference(commands::reference::Arguments),
     /// Compute many variants of a scenario: grids, samples, seeds
     Study(commands::study::Arguments),
-    /// Print the JSON schema of scenarios, studies, layouts of vehicle and guideway, or criteria
+    /// Print the JSON schema of scenarios, studies, criteria, or layouts
     Schema(commands::schema::Arguments),
     /// Print completions for a shell
     #[command(arg_required_else_help = true)]

@@ -155,6 +155,12 @@ pub fn map(
     watch.stage("comparing with all eigenvalues at random points");
     let checks = axes.checks(&scenario, &base, &scene, request, &cells)?;
     notes.extend(evidence(&cells));
+    if checks.is_empty() && request.checks > 0 {
+        notes.push(
+            "No point was compared with all eigenvalues of the whole system: the system is started anew along an axis."
+                .to_owned(),
+        );
+    }
     let map = StabilityMap {
         title: scenario.title.clone(),
         x: axes.shown(&base, 0),

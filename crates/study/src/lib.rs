@@ -12,7 +12,7 @@
 //! let mut runner = Runner::new(&study)?;
 //! for number in 1..=study.count() {
 //!     let row = runner.run(number)?;
-//!     println!("{number}: {} {:?}", row.status, row.metrics);
+//!     println!("{number}: {:?} {:?}", row.status, row.metrics);
 //! }
 //! # Ok::<(), study::StudyError>(())
 //! ```
