@@ -34,6 +34,8 @@ exclude_patterns = ["target", "target-*", "fuzz", "results", ".git", "**/.*"]
 extensions = ["myst_parser", "navigation", "links", "mathml"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
+# blocks of csv and of Rust that only compiles have no colours
+suppress_warnings = ["misc.highlighting_failure"]
 html_math_renderer = "mathml"
 
 html_theme = "furo"
