@@ -1,7 +1,7 @@
 //! Studies: many variants of one scenario, computed one by one or by many processes, and collected in one dataset.
 //!
 //! A [`Study`] is a checked study file. It has [points](Study::point): the values of its factors, from a grid, a table or a
-//! sample. A [`Runner`] computes points in this process; each gives a [`Row`]. [`coordinate`](coordinator::coordinate)
+//! sample. A [`Runner`] computes points in this process; each gives a [`Row`]. [`coordinate`]
 //! lets worker processes compute them and writes the results folder.
 //!
 //! ```no_run

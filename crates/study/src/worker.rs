@@ -1,6 +1,6 @@
 //! A process that computes points: it reads orders and writes answers as lines of JSON.
 //!
-//! The first order is a [`Task`], the others are numbers of points. Points are answered in the order of the orders. The
+//! The first order is a `Task`, the others are numbers of points. Points are answered in the order of the orders. The
 //! end of the orders ends the process; so does the end of the process that gives them.
 
 use std::io::{self, BufRead, Write};
