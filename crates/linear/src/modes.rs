@@ -10,8 +10,8 @@
 //! Multipliers that belong to no λ come from the coupling alone. One outside the unit circle makes
 //! the run unstable, even if the continuous system is stable.
 //!
-//! All this is valid at one point, the start of the scenario ([`OperatingPoint`]). States that are in no
-//! loop with another unit there are listed ([`UncoupledStates`]): their stability at this point does not carry over
+//! All this is valid at one point, the start of the scenario ([`results::modes::OperatingPoint`]). States that are in no
+//! loop with another unit there are listed ([`results::modes::UncoupledStates`]): their stability at this point does not carry over
 //! to states in which they are coupled.
 
 use faer::Mat;

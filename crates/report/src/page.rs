@@ -82,7 +82,7 @@ pub const SHARED_SCRIPTS: [&str; 3] = [SCRIPTS[0], SCRIPTS[1], include_str!("../
 pub const SHARED_STYLE: &str = STYLES[1];
 
 /// Puts the parts of a page into the template. The title is HTML, the data is the JSON of
-/// [`script_json`](crate::embed::script_json); the scripts run in one scope, after the library.
+/// [`script_json`]; the scripts run in one scope, after the library.
 #[must_use]
 pub fn assemble(
     title: &str,
