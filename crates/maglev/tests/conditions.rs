@@ -4,39 +4,8 @@
 
 mod support;
 
-use serde_json::{Value, json};
-use support::{Bench, DESCRIPTION, ring, with_states};
-
-/// An oscillator of two integrators, y'' = gain · y with gain −1 of `c`, that starts at y = 1; d is an integrator alone.
-fn oscillator(step: f64) -> Value {
-    let mut scenario = ring();
-    scenario["instances"] = json!({
-        "a": { "unit": "unit", "start": { "y": 1.0 } },
-        "b": { "unit": "unit" },
-        "c": { "unit": "unit", "parameters": { "gain": -1.0 } },
-        "d": { "unit": "unit" },
-    });
-    scenario["connections"] = json!([
-        { "from": "b.y", "to": "c.u" },
-        { "from": "c.z", "to": "a.u" },
-        { "from": "a.y", "to": "b.u" },
-    ]);
-    scenario["experiment"] = json!({ "stop": 2.0, "step": step });
-    scenario["record"] = json!({ "signals": ["a.y", "b.y", "d.y", "d.z"] });
-    scenario
-}
-
-/// With units whose states can be saved.
-fn bench(scenario: &Value) -> Bench {
-    let bench = Bench::new();
-    bench.unit("unit.fmu", &with_states(), &[]);
-    bench.scenario(scenario);
-    bench
-}
-
-fn last(bench: &Bench) -> Vec<f64> {
-    bench.rows().last().unwrap().clone()
-}
+use serde_json::json;
+use support::{Bench, DESCRIPTION, bench_of, last, oscillator, with_states};
 
 /// The times of the events in events.csv.
 fn times(bench: &Bench, kind: &str) -> Vec<f64> {
@@ -66,7 +35,7 @@ fn order_is_kept_across_an_event_that_a_condition_causes() {
             scenario["events"] = json!([
                 { "when": { "signal": "a.y", "below": 0.5 }, "set": { "c.gain": -4.0 } }
             ]);
-            let bench = bench(&scenario);
+            let bench = bench_of(&scenario);
             bench.run(&["--quiet"]).succeeds();
             let row = last(&bench);
             let ([a, b], happened) = (exact(2.0), times(&bench, "event")[0]);
@@ -98,7 +67,7 @@ fn analytic_conditions_are_located_and_fire_once() {
         if variable {
             scenario["algorithm"] = json!({ "variable": { "tolerance": 1e-6 } });
         }
-        let bench = bench(&scenario);
+        let bench = bench_of(&scenario);
         let ran = bench.run(&[]);
         ran.succeeds();
         // 0.5 at 0.25 s, 1.25 at 1 s, 1.45 at 1.05 s; three short steps after each change have the old input
@@ -131,7 +100,7 @@ fn analytic_several_conditions_in_a_step_happen_in_their_order() {
         { "at": 0.95, "set": { "d.u": -1.0 } },
         { "when": { "signal": "d.y", "falling": 1.0 }, "set": { "d.u": 0.0 } },
     ]);
-    let bench = bench(&scenario);
+    let bench = bench_of(&scenario);
     bench.run(&["--quiet"]).succeeds();
     // 0.5 at 0.25 s, 1 at 0.75 s, 1.8 at 0.95 s, 1 again at 1.75 s
     let happened = times(&bench, "event");
@@ -147,16 +116,16 @@ fn analytic_several_conditions_in_a_step_happen_in_their_order() {
 fn invariant_watching_changes_no_bit() {
     let mut scenario = oscillator(0.01);
     scenario["algorithm"] = json!({ "name": "gauss-seidel", "extrapolation": 2 });
-    let plain = bench(&scenario);
+    let plain = bench_of(&scenario);
     plain.run(&["--quiet"]).succeeds();
     scenario["stop_when"] = json!([{ "when": { "signal": "*.y", "above": 5.0 } }]);
-    let watched = bench(&scenario);
+    let watched = bench_of(&scenario);
     watched.run(&["--quiet"]).succeeds();
     assert!(plain.result("results.csv") == watched.result("results.csv"));
     scenario["stop_when"] = json!([{ "when": { "signal": "a.y", "below": 0.3 } }]);
     scenario["events"] =
         json!([{ "when": { "signal": "b.y", "above": 0.2 }, "set": { "c.gain": -2.0 } }]);
-    let located = bench(&scenario);
+    let located = bench_of(&scenario);
     located.run(&["--quiet"]).succeeds();
     let first = located.result("results.csv");
     for option in [["--isolate", "--quiet"], ["--threads=2", "--quiet"]] {
@@ -182,7 +151,7 @@ fn analytic_conditions_count_at_communication_points_otherwise() {
         scenario["events"] =
             json!([{ "when": { "signal": "d.y", "above": 0.5 }, "set": { "d.u": 1.0 } }]);
         scenario["stop_when"] = json!([{ "when": { "signal": "d.y", "above": 1.05 } }]);
-        let bench = bench(&scenario);
+        let bench = bench_of(&scenario);
         bench.unit("unit.fmu", &description, &[]);
         let ran = bench.run(&[]);
         ran.succeeds();
@@ -203,7 +172,7 @@ fn issue_16_events_after_a_shortened_stop_are_noted() {
         { "when": { "signal": "d.y", "below": 9, "after": 1.2 }, "set": { "d.u": 1.0 } },
     ]);
     scenario["stop_when"] = json!([{ "when": { "signal": "d.y", "below": 9, "after": 1.6 } }]);
-    let bench = bench(&scenario);
+    let bench = bench_of(&scenario);
     let ran = bench.run(&["--stop", "1"]);
     ran.succeeds();
     for note in [

@@ -5,37 +5,7 @@
 mod support;
 
 use serde_json::{Value, json};
-use support::{Bench, DESCRIPTION, ring, with_states};
-
-/// An oscillator of two integrators, y'' = gain · y with gain −1 of `b`, that starts at y = 1; c is an integrator alone.
-fn oscillator(step: f64) -> Value {
-    let mut scenario = ring();
-    scenario["instances"] = json!({
-        "a": { "unit": "unit", "start": { "y": 1.0 } },
-        "b": { "unit": "unit" },
-        "c": { "unit": "unit", "parameters": { "gain": -1.0 } },
-        "d": { "unit": "unit" },
-    });
-    scenario["connections"] = json!([
-        { "from": "b.y", "to": "c.u" },
-        { "from": "c.z", "to": "a.u" },
-        { "from": "a.y", "to": "b.u" },
-    ]);
-    scenario["experiment"] = json!({ "stop": 2.0, "step": step });
-    scenario["record"] = json!({ "signals": ["a.y", "b.y", "d.y", "d.z"] });
-    scenario
-}
-
-fn bench(scenario: &Value) -> Bench {
-    let bench = Bench::new();
-    bench.unit("unit.fmu", &with_states(), &[]);
-    bench.scenario(scenario);
-    bench
-}
-
-fn last(bench: &Bench) -> Vec<f64> {
-    bench.rows().last().unwrap().clone()
-}
+use support::{DESCRIPTION, bench_of, last, oscillator};
 
 /// a' = g b, b' = a from a = 1, b = 0: with g = −1 until the event, with g = −4 after it.
 fn exact(event: f64, time: f64) -> [f64; 2] {
@@ -61,7 +31,7 @@ fn order_is_kept_across_an_event_between_communication_points() {
             scenario["events"] = json!([
                 { "name": "harder", "at": event, "set": { "c.gain": -4.0 } }
             ]);
-            let bench = bench(&scenario);
+            let bench = bench_of(&scenario);
             bench.run(&["--quiet"]).succeeds();
             let row = last(&bench);
             assert_eq!(row[0], 2.0);
@@ -83,7 +53,7 @@ fn analytic_events_happen_at_their_time_and_in_their_order() {
         { "at": 0.13, "set": { "d.u": 2.0, "d.gain": 5.0 } },
         { "name": "overruled", "at": 0.13, "set": { "d.u": 1.0 } },
     ]);
-    let bench = bench(&scenario);
+    let bench = bench_of(&scenario);
     bench.run(&[]).succeeds();
     let row = last(&bench);
     assert!((row[3] - (0.12 * 1.0 + 1.75 * 3.0)).abs() < 1e-12, "{row:?}");
@@ -127,7 +97,7 @@ fn analytic_inputs_over_time_are_integrated() {
             let mut scenario = oscillator(0.1);
             scenario["instances"]["d"] = instance;
             scenario["inputs"] = json!([{ "to": "d.u", "signal": signal }]);
-            let bench = bench(&scenario);
+            let bench = bench_of(&scenario);
             std::fs::write(bench.path("wind.csv"), "time,force\n0,1\n1,3\n2,2\n").unwrap();
             bench.run(&["--quiet"]).succeeds();
             let y = last(&bench)[3];
@@ -156,7 +126,7 @@ fn invariant_a_resumed_run_has_the_same_story() {
         if variable {
             scenario["algorithm"] = json!({ "variable": { "tolerance": 1e-6 } });
         }
-        let bench = bench(&scenario);
+        let bench = bench_of(&scenario);
         bench.run(&["--checkpoint-every", "0.31", "--quiet"]).succeeds();
         let whole = bench.result("results.csv");
         assert_eq!(bench.summary()["status"], "stopped");
@@ -202,7 +172,7 @@ fn analytic_equal_steps_delay_events_and_say_so() {
         if every {
             scenario["instances"]["b"]["every"] = json!(2);
         }
-        let bench = bench(&scenario);
+        let bench = bench_of(&scenario);
         if !every {
             bench.unit("unit.fmu", &description, &[]);
             scenario["instances"]["a"] = json!({ "unit": "unit" });
@@ -229,7 +199,7 @@ fn invariant_isolation_and_set_work_with_a_story() {
         { "to": "d.u", "signal": { "type": "sine", "amplitude": 1, "frequency": 0.7 } }
     ]);
     scenario["events"] = json!([{ "at": 0.333, "set": { "c.gain": -2.0 } }]);
-    let bench = bench(&scenario);
+    let bench = bench_of(&scenario);
     bench.run(&["--quiet"]).succeeds();
     let plain = bench.result("results.csv");
     bench.run(&["--quiet", "--isolate"]).succeeds();
@@ -351,11 +321,13 @@ fn refusal_bad_stories_say_where_and_why() {
     ] {
         let mut scenario = oscillator(0.1);
         scenario[key] = value;
-        bench(&scenario).run(&[]).fails(2, &texts);
+        bench_of(&scenario).run(&[]).fails(2, &texts);
     }
     // an event at an input that a signal drives
     let mut scenario = oscillator(0.1);
     scenario["inputs"] = input("d.u", sine);
     scenario["events"] = json!([{ "at": 1, "set": { "d.u": 1 } }]);
-    bench(&scenario).run(&[]).fails(2, &["events[0].set", "it follows a signal under \"inputs\""]);
+    bench_of(&scenario)
+        .run(&[])
+        .fails(2, &["events[0].set", "it follows a signal under \"inputs\""]);
 }

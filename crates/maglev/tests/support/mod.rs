@@ -290,6 +290,39 @@ impl Ran {
     }
 }
 
+/// An oscillator of two integrators a and b, y'' = gain · y with gain −1 of `c`, that starts at y = 1; d is an integrator
+/// alone.
+pub fn oscillator(step: f64) -> Value {
+    let mut scenario = ring();
+    scenario["instances"] = json!({
+        "a": { "unit": "unit", "start": { "y": 1.0 } },
+        "b": { "unit": "unit" },
+        "c": { "unit": "unit", "parameters": { "gain": -1.0 } },
+        "d": { "unit": "unit" },
+    });
+    scenario["connections"] = json!([
+        { "from": "b.y", "to": "c.u" },
+        { "from": "c.z", "to": "a.u" },
+        { "from": "a.y", "to": "b.u" },
+    ]);
+    scenario["experiment"] = json!({ "stop": 2.0, "step": step });
+    scenario["record"] = json!({ "signals": ["a.y", "b.y", "d.y", "d.z"] });
+    scenario
+}
+
+/// A bench with a scenario of units whose states can be saved.
+pub fn bench_of(scenario: &Value) -> Bench {
+    let bench = Bench::new();
+    bench.unit("unit.fmu", &with_states(), &[]);
+    bench.scenario(scenario);
+    bench
+}
+
+/// The last row of the results.
+pub fn last(bench: &Bench) -> Vec<f64> {
+    bench.rows().last().unwrap().clone()
+}
+
 /// Two units in a ring: a.y -> b.u, b.y -> a.u; an oscillator when the signs differ.
 pub fn ring() -> Value {
     json!({
