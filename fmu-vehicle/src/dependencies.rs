@@ -7,7 +7,7 @@ use crate::adjustments::Adjustments;
 use crate::contact::ContactHandles;
 use crate::external::ExternalHandles;
 use crate::journey::JourneyHandles;
-use crate::table::{InputHandles, OutputHandles, ParameterHandles};
+use crate::table::{InputHandles, OutputHandles, ParameterHandles, SidewaysHandles};
 
 /// Handles of all variables that depend on others, or others on them.
 #[derive(Debug, Clone, Copy)]
@@ -18,12 +18,14 @@ pub(crate) struct Handles<'a> {
     pub contact: &'a ContactHandles,
     pub external: &'a ExternalHandles,
     pub journey: &'a JourneyHandles,
+    pub sideways: &'a SidewaysHandles,
     pub adjustments: &'a Adjustments,
 }
 
 /// Declares the direct dependencies of outputs on inputs.
 pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &Handles) {
-    let Handles { inputs, outputs, parameters, contact, external, journey, adjustments } = *handles;
+    let Handles { inputs, outputs, parameters, contact, external, .. } = *handles;
+    let Handles { journey, sideways, adjustments, .. } = *handles;
     interface.depends_elementwise(outputs.gap, inputs.track_displacement);
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
@@ -45,7 +47,9 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     };
     let track = inputs.track_displacement.row();
     // what the static equilibrium depends on
-    let mut rest = vec![track, parameters.lateral_guidance.row(), parameters.pole_width.row()];
+    let side = sideways.displacement.row();
+    let mut rest =
+        vec![track, side, parameters.lateral_guidance.row(), parameters.pole_width.row()];
     rest.extend(contact.rows());
     // on skids, it may not move along the track
     rest.extend(journey.speed_rows());
@@ -74,9 +78,9 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     // the initial pose is the equilibrium below the whole track, at rest
     interface.initially_depends(outputs.gap, &rest);
     interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
-    for row in
-        [outputs.lateral_offset.row(), outputs.static_load.row(), outputs.joint_opening.row()]
-    {
+    interface.depends_elementwise(outputs.lateral_offset, sideways.displacement);
+    interface.initially_depends(outputs.lateral_offset, &rest);
+    for row in [outputs.static_load.row(), outputs.joint_opening.row()] {
         interface.independent(row);
         interface.initially_depends(row, &rest);
     }

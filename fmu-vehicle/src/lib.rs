@@ -31,6 +31,8 @@ mod model;
 mod modes;
 #[cfg(test)]
 mod parameter_tests;
+#[cfg(test)]
+mod sideways_tests;
 mod start;
 #[cfg(test)]
 mod start_tests;

@@ -8,7 +8,7 @@ use nalgebra::{Cholesky, DMatrix, Dyn};
 use crate::contact::{ContactHandles, check_linear};
 use crate::external::ExternalHandles;
 use crate::state::State;
-use crate::table::{InputHandles, OutputHandles};
+use crate::table::{InputHandles, OutputHandles, SidewaysHandles};
 
 /// Handles of the variables that the report names.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +17,7 @@ pub(crate) struct Handles<'a> {
     pub outputs: &'a OutputHandles,
     pub contact: &'a ContactHandles,
     pub external: &'a ExternalHandles,
+    pub sideways: &'a SidewaysHandles,
 }
 
 /// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
@@ -27,7 +28,7 @@ pub(crate) fn report(
     values: &Values,
     handles: &Handles,
 ) -> Result<String, Error> {
-    let Handles { inputs, outputs, contact, external } = *handles;
+    let Handles { inputs, outputs, contact, external, sideways } = *handles;
     let linear = linearised(model, state, values, handles)?;
     let (journey, state) = (state.journey, &state.vehicle);
     let track = contact.track(values, inputs, journey.speed);
@@ -42,6 +43,10 @@ pub(crate) fn report(
     shapes.write_contact(&mut system, contact.force, &slopes, rows);
     let pushed = model.external_shapes(state, &linear);
     shapes.write_external(&mut system, external, &linear, &pushed, rows)?;
+    let side = system.inputs(sideways.displacement);
+    for k in 0..shapes.magnets {
+        system.d(rows.offset + k, side + k, -1.0);
+    }
     system.to_json()
 }
 
@@ -94,6 +99,7 @@ pub(crate) fn motions(
 #[derive(Debug, Clone, Copy)]
 struct Rows {
     down: usize,
+    offset: usize,
     track: usize,
     track_rate: usize,
 }
@@ -192,12 +198,12 @@ impl MagnetShapes {
                 }
             }
         }
-        rows(system, outputs.lateral_offset, &self.side, 0);
+        let offset = rows(system, outputs.lateral_offset, &self.side, 0);
         rows(system, outputs.position, &self.along, 0);
         system.outputs(outputs.static_load);
         let speed = system.output(outputs.speed);
         write(system, speed, &self.speed, rates);
-        Rows { down, track, track_rate }
+        Rows { down, offset, track, track_rate }
     }
 
     /// External forces and moments on the observed bodies, which `pushed` moves and turns.

@@ -6,7 +6,7 @@ use fmi2_export::{
 };
 use multibody::{
     AppliedCourse, AppliedForces, Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex,
-    ObservedIndex, VehicleDescription, VehicleModel, Workspace,
+    ObservedIndex, Rails, VehicleDescription, VehicleModel, Workspace,
 };
 
 use crate::adjustments::{AS_IN_FILE, Adjustments};
@@ -19,7 +19,7 @@ use crate::linear;
 use crate::modes::{self, At};
 use crate::start;
 use crate::state::{LoadRates, State};
-use crate::table::{self, InputHandles, OutputHandles, ParameterHandles};
+use crate::table::{self, InputHandles, OutputHandles, ParameterHandles, SidewaysHandles};
 
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
 #[derive(Debug)]
@@ -37,6 +37,7 @@ pub struct VehicleFmu {
     contact: ContactHandles,
     external: ExternalHandles,
     journey: JourneyHandles,
+    sideways: SidewaysHandles,
     /// Memory for the values of the external loads.
     loads: ExternalLoads,
     work: Workspace,
@@ -89,7 +90,10 @@ impl VehicleFmu {
             stiffness: values.real(self.parameters.holding_stiffness),
             ..Holding::default()
         };
-        let track = values.reals(self.inputs.track_displacement);
+        let rails = Rails {
+            height: values.reals(self.inputs.track_displacement),
+            side: values.reals(self.sideways.displacement),
+        };
         // the same law as in the ems unit, bit for bit: the equilibrium uses the forces that the
         // magnets then exert
         let guided = values.boolean(self.parameters.lateral_guidance);
@@ -105,8 +109,8 @@ impl VehicleFmu {
         };
         let mut equilibrium = self
             .model
-            .loaded_equilibrium(
-                track,
+            .railed_equilibrium(
+                &rails,
                 &holding,
                 &guidance,
                 self.loads.hold(&self.external, values),
@@ -165,7 +169,8 @@ impl VehicleFmu {
             values.set_real(outputs.gap_rate.get(k), rate - motion.velocity.z);
             let down = -self.model.magnet_acceleration(&self.work, MagnetIndex(k)).z;
             values.set_real(outputs.acceleration.get(k), down);
-            values.set_real(outputs.lateral_offset.get(k), motion.displacement.y);
+            let side = values.real(self.sideways.displacement.get(k));
+            values.set_real(outputs.lateral_offset.get(k), motion.displacement.y - side);
             values.set_real(outputs.position.get(k), travelled + motion.position.x);
         }
         values.reals_mut(outputs.static_load).copy_from_slice(&state.loads);
@@ -219,6 +224,7 @@ impl Model for VehicleFmu {
         let external = ExternalHandles::declare(interface, &model);
         let adjustments = Adjustments::declare(interface, layout)?;
         let journey = JourneyHandles::declare(interface, &parameters);
+        let sideways = SidewaysHandles::declare(interface, model.counts().magnets);
         let handles = Handles {
             inputs: &inputs,
             outputs: &outputs,
@@ -226,6 +232,7 @@ impl Model for VehicleFmu {
             contact: &contact,
             external: &external,
             journey: &journey,
+            sideways: &sideways,
             adjustments: &adjustments,
         };
         depend(interface, &model, &handles);
@@ -245,6 +252,7 @@ impl Model for VehicleFmu {
             contact,
             external,
             journey,
+            sideways,
         })
     }
 
@@ -393,7 +401,8 @@ impl Model for VehicleFmu {
             return Ok(Some(slope));
         }
         if let Some(k) = find(self.outputs.lateral_offset, output) {
-            return Ok(Some(self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.y));
+            let moves = self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.y;
+            return Ok(Some(moves - values.real(self.sideways.rate.get(k))));
         }
         if let Some(k) = find(position, output) {
             let relative = self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.x;
@@ -413,6 +422,10 @@ impl Model for VehicleFmu {
         let (inputs, outputs) = (&self.inputs, &self.outputs);
         result.reals_mut(outputs.gap).copy_from_slice(seed.reals(inputs.track_displacement));
         result.reals_mut(outputs.gap_rate).copy_from_slice(seed.reals(inputs.track_rate));
+        let sides = seed.reals(self.sideways.displacement);
+        for (offset, side) in result.reals_mut(outputs.lateral_offset).iter_mut().zip(sides) {
+            *offset = -side;
+        }
         let magnets =
             Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
         let external = self.loads.seed(&self.external, seed);
@@ -458,8 +471,8 @@ impl Model for VehicleFmu {
     ) -> Result<Option<String>, Error> {
         self.use_vehicle_of(state, values)?;
         if [StateSpace::REQUEST, Motions::REQUEST].contains(&request) {
-            let Self { model, inputs, outputs, contact, external, .. } = self;
-            let handles = linear::Handles { inputs, outputs, contact, external };
+            let Self { model, inputs, outputs, contact, external, sideways, .. } = self;
+            let handles = linear::Handles { inputs, outputs, contact, external, sideways };
             let report =
                 if request == StateSpace::REQUEST { linear::report } else { linear::motions };
             return report(model, state, values, &handles).map(Some);

@@ -27,6 +27,14 @@ pub(crate) struct InputHandles {
     pub track_rate: RealVars,
 }
 
+/// Handles of the inputs that displace the rails sideways, one per magnet each. They are declared last,
+/// so that the value references of all other variables stay what they were.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SidewaysHandles {
+    pub displacement: RealVars,
+    pub rate: RealVars,
+}
+
 /// Handles of the outputs.
 #[derive(Debug, Clone)]
 pub(crate) struct OutputHandles {
@@ -110,6 +118,31 @@ impl InputHandles {
     }
 }
 
+impl SidewaysHandles {
+    pub(crate) fn declare(interface: &mut Interface, magnets: usize) -> Self {
+        Self {
+            displacement: interface
+                .reals("track_lateral_displacement", magnets)
+                .input(0.0)
+                .unit(UnitOfMeasure::METRE)
+                .display("mm")
+                .nominal(1e-3)
+                .description("Lateral displacement of the rail that magnet {k} meets, left positive")
+                .done(),
+            rate: interface
+                .reals("track_lateral_rate", magnets)
+                .input(0.0)
+                .unit(UnitOfMeasure::METRE_PER_SECOND)
+                .nominal(1e-2)
+                .description(
+                    "Rate of the rail's lateral displacement as the moving magnet {k} sees it, left \
+                     positive",
+                )
+                .done(),
+        }
+    }
+}
+
 impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface, model: &VehicleModel) -> Self {
         let magnets = model.counts().magnets;
@@ -146,7 +179,7 @@ impl OutputHandles {
                 .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(1e-3)
-                .description("Lateral place of magnet {k} relative to the track, left positive")
+                .description("Lateral place of magnet {k} relative to its rail, left positive")
                 .done(),
             static_load: interface
                 .reals("static_load", magnets)

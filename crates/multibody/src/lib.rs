@@ -114,7 +114,7 @@ pub use description::{
     Body, Bushing, Drive, ElementGroup, GROUND, Inertia, Joint, JointForce, JointKind, MagnetPoint,
     Observed, Spring, VehicleDescription,
 };
-pub use equilibrium::{Equilibrium, Guidance, Holding};
+pub use equilibrium::{Equilibrium, Guidance, Holding, Rails};
 pub use error::{Error, Redundancy};
 pub use index::{BodyIndex, ComponentIndex, MagnetIndex, ObservedIndex};
 pub use linearisation::{BodyShape, Linearisation, damping_ratio, natural_frequency};

@@ -24,6 +24,15 @@ impl Default for Holding {
     }
 }
 
+/// The rails at rest, one entry per magnet.
+#[derive(Debug, Clone, Copy)]
+pub struct Rails<'a> {
+    /// Heights of the surface, m, up positive.
+    pub height: &'a [f64],
+    /// Lateral displacements, m, left positive; an empty list means zeros.
+    pub side: &'a [f64],
+}
+
 /// A vehicle at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {

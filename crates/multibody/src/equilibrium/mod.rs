@@ -25,7 +25,7 @@ mod search;
 mod skids;
 mod statics;
 
-pub use holding::{Equilibrium, Guidance, Holding};
+pub use holding::{Equilibrium, Guidance, Holding, Rails};
 
 use self::search::Search;
 use crate::error::Error;
@@ -77,9 +77,37 @@ impl VehicleModel {
         external: &[ExternalLoad],
         ws: &mut Workspace,
     ) -> Result<Equilibrium, Error> {
+        self.railed_equilibrium(
+            &Rails { height: track, side: &[] },
+            holding,
+            guidance,
+            external,
+            ws,
+        )
+    }
+
+    /// Like [`VehicleModel::loaded_equilibrium`], below rails that lie aside as well: the law of guidance
+    /// sees the offset of each magnet from its rail.
+    ///
+    /// # Errors
+    /// As [`VehicleModel::equilibrium`].
+    pub fn railed_equilibrium(
+        &self,
+        rails: &Rails,
+        holding: &Holding,
+        guidance: Guidance,
+        external: &[ExternalLoad],
+        ws: &mut Workspace,
+    ) -> Result<Equilibrium, Error> {
+        let Rails { height: track, side } = *rails;
         ws.touch.set(None);
         let mut state = self.initial_state();
-        self.check_lengths(&state, [track.len(), track.len(), external.len()])?;
+        let sides = if side.is_empty() { track.len() } else { side.len() };
+        self.check_lengths(&state, [track.len(), sides, external.len()])?;
+        if let Some(k) = side.iter().position(|y| !y.is_finite()) {
+            let what = format!("the lateral displacement of the track at magnet {}", k + 1);
+            return Err(Error::NotFinite { what, time: 0.0 });
+        }
         if let Some(k) = track.iter().position(|z| !z.is_finite()) {
             let what = format!("the track's height at magnet {}", k + 1);
             return Err(Error::NotFinite { what, time: 0.0 });
@@ -89,6 +117,7 @@ impl VehicleModel {
             model: self,
             holding,
             track: track.to_vec(),
+            side,
             guidance,
             external: &[],
             loads: vec![0.0; track.len()],

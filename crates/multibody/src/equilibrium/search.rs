@@ -34,6 +34,8 @@ pub(super) struct Search<'a> {
     pub model: &'a VehicleModel,
     pub holding: &'a Holding,
     pub track: Vec<f64>,
+    /// Lateral displacements of the rails; none are zeros.
+    pub side: &'a [f64],
     pub guidance: Guidance<'a>,
     pub external: &'a [ExternalLoad],
     pub statics: &'a Statics,
@@ -193,7 +195,8 @@ impl Search<'_> {
         for (k, force) in self.forces.iter().enumerate() {
             let offset = self.model.magnet(state, MagnetIndex(k)).displacement;
             let gap = self.model.nominal_gap + self.track[k] - offset.z;
-            [self.lateral[k], self.restoring[k]] = (self.guidance)(*force, gap, offset.y);
+            let side = self.side.get(k).copied().unwrap_or(0.0);
+            [self.lateral[k], self.restoring[k]] = (self.guidance)(*force, gap, offset.y - side);
         }
         largest
     }
