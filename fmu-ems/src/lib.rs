@@ -9,6 +9,7 @@ mod condition_tests;
 mod conditions;
 #[cfg(test)]
 mod gain_tests;
+mod lift;
 mod linear;
 mod model;
 mod parameters;

@@ -8,6 +8,11 @@ use crate::{
     table::{InputHandles, OutputHandles},
 };
 
+/// Largest offset, by the gap, at which lift loss is left out of the linearisation: force per offset and
+/// lateral force per gap grow with the offset, from 0, and are then below 4·10⁻³ of the force by the width
+/// of a pole.
+const CENTRED: f64 = 1e-2;
+
 /// x = (x₁ … x₅, Δλ), or Δλ alone with an external controller. Exact for the linear law; the
 /// nonlinear one is linearised about its operating point. The voltage is an output and also an input:
 /// what adds to it.
@@ -35,6 +40,13 @@ pub(crate) fn report(
             "a magnet with a failed supply or sensor has no resting operating point; set its \
              failures to false",
         ));
+    }
+    if parameters.lift_loss && now.lateral_offset.abs() > CENTRED * now.gap {
+        return Err(Error::invalid(format!(
+            "with lift_loss, the linearisation holds for a magnet below its rail: the lateral offset is {} m, \
+             more than {CENTRED} of the gap",
+            now.lateral_offset
+        )));
     }
     let operating = MagnetParameters { operating_current: state.operating_current, ..*parameters };
     let magnet = Magnet::new(operating).map_err(|error| Error::caused(&error))?;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::command::CommandHandles;
 use crate::conditions::{self, ConditionHandles};
+use crate::lift::LiftHandles;
 use crate::linear;
 use crate::parameters::ParameterHandles;
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
@@ -21,6 +22,7 @@ pub struct EmsFmu {
     parameters: ParameterHandles,
     command: CommandHandles,
     conditions: ConditionHandles,
+    lift: LiftHandles,
     /// Of the instance's name, for the seed of the noise of a state that starts here.
     salt: u64,
     /// A cache: rebuilt if a state was computed with other parameters.
@@ -59,6 +61,8 @@ impl EmsFmu {
     /// The parameters' values now, with the noise of an instance whose name has this salt.
     fn parameters(&self, values: &Values, salt: u64) -> Result<MagnetParameters, Error> {
         let read = self.parameters.read(values, &self.command, &self.conditions, salt);
+        let lift_loss = values.boolean(self.lift.lift_loss);
+        let read = read.map(|read| MagnetParameters { lift_loss, ..read });
         read.map_err(|error| Error::caused(&error))
     }
 
@@ -82,7 +86,9 @@ impl Model for EmsFmu {
         let parameters = ParameterHandles::declare(interface);
         let command = CommandHandles::declare(interface);
         let conditions = ConditionHandles::declare(interface);
+        let lift = LiftHandles::declare(interface);
         table::depend(interface, &inputs, &outputs, &derived, &parameters, &command, &conditions);
+        table::depend_on_offset(interface, &inputs, &outputs, &parameters, &lift);
         let salt = conditions::salt(resources.instance_name());
         let magnet =
             Magnet::new(MagnetParameters::default()).map_err(|error| Error::caused(&error))?;
@@ -94,6 +100,7 @@ impl Model for EmsFmu {
             parameters,
             command,
             conditions,
+            lift,
             salt,
             magnet,
             workspace,
@@ -133,6 +140,7 @@ impl Model for EmsFmu {
         values.set_real(self.conditions.measured_gap, gap);
         values.set_real(self.conditions.measured_acceleration, acceleration);
         values.set_real(self.conditions.reference_gap, outputs.reference_gap);
+        values.set_real(self.lift.lost_lift, outputs.lost_lift);
         Ok(())
     }
 
@@ -141,6 +149,7 @@ impl Model for EmsFmu {
             gap: *values.taylor(self.inputs.gap),
             acceleration: *values.taylor(self.inputs.acceleration),
             voltage_command: *values.taylor(self.command.voltage_command),
+            lateral_offset: *values.taylor(self.inputs.lateral_offset),
         };
         self.magnet(&state.parameters)?;
         self.magnet
@@ -152,6 +161,8 @@ impl Model for EmsFmu {
             static_force_rate: slope(values.taylor(self.inputs.static_force), step.size),
             static_force_acceleration: bend(values.taylor(self.inputs.static_force), step.size),
             voltage_command_rate: slope(&course.voltage_command, step.size),
+            offset_rate: slope(&course.lateral_offset, step.size),
+            offset_acceleration: bend(&course.lateral_offset, step.size),
         };
         Ok(())
     }
@@ -211,18 +222,26 @@ impl Model for EmsFmu {
             .map_err(|error| Error::caused(&error))?;
         let (gap, static_force) = (seed.real(handles.gap), seed.real(handles.static_force));
         let acceleration = seed.real(handles.acceleration);
+        let offset = seed.real(handles.lateral_offset);
         let [_, _, acceleration_estimate, ..] = outputs.estimates;
         result.set_real(
             outputs.force,
-            partials.force_by_gap * gap + partials.force_by_static_force * static_force,
+            partials.force_by_gap * gap
+                + partials.force_by_static_force * static_force
+                + partials.force_by_offset * offset,
         );
         result.set_real(
             outputs.lateral_force,
             partials.lateral_force_by_gap * gap
                 + partials.lateral_force_by_static_force * static_force
-                + partials.lateral_force_by_offset * seed.real(handles.lateral_offset),
+                + partials.lateral_force_by_offset * offset,
         );
-        result.set_real(outputs.current, partials.current_by_gap * gap);
+        result.set_real(
+            outputs.current,
+            partials.current_by_gap * gap + partials.current_by_offset * offset,
+        );
+        let [lost_by_gap, lost_by_offset] = partials.lost_lift;
+        result.set_real(self.lift.lost_lift, lost_by_gap * gap + lost_by_offset * offset);
         result.set_real(
             outputs.voltage,
             partials.voltage_by_acceleration * acceleration
@@ -264,11 +283,13 @@ fn at(time: f64, error: &magnet::Error) -> Error {
     Error::caused(error).context(format_args!("at t = {time} s"))
 }
 
-/// A closed gap is the end of what the unit describes: the run ends there, as a result. A smaller step may help against
+/// A closed gap and a lost guidance are the end of what the unit describes: the run ends there, as a result. A smaller step may help against
 /// limits that switch too often.
 fn refused(error: &magnet::Error) -> Error {
     match error {
-        magnet::Error::GapClosed { .. } => Error::terminated(error),
+        magnet::Error::GapClosed { .. } | magnet::Error::GuidanceLost { .. } => {
+            Error::terminated(error)
+        }
         magnet::Error::Chattering { .. } => Error::discard(error),
         _ => Error::caused(error),
     }

@@ -144,6 +144,7 @@ impl ParameterHandles {
             pole_width: values
                 .boolean(self.lateral_guidance)
                 .then_some(values.real(self.pole_width)),
+            lift_loss: false,
             integration_step: values.real(self.integration_step),
             conditions: conditions.read(values, salt)?,
         })

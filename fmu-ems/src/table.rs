@@ -1,10 +1,11 @@
 //! The unit's variables, declared once: inputs, outputs, and their dependencies.
 
 use controller_variables::estimates;
-use fmi2_export::{Info, Interface, RealVar, UnitOfMeasure};
+use fmi2_export::{Info, Interface, RealVar, UnitOfMeasure, VariableRow};
 
 use crate::command::CommandHandles;
 use crate::conditions::ConditionHandles;
+use crate::lift::LiftHandles;
 use crate::parameters::ParameterHandles;
 
 /// Name, description and default experiment of the unit.
@@ -232,6 +233,28 @@ pub(crate) fn depend(
     for unknown in [derived.current_stiffness, derived.gap_stiffness, derived.nominal_force] {
         interface.initially_depends(unknown, &parameters.of_coil());
     }
+}
+
+/// Dependencies on the lateral offset, which moves force and current with lift loss only.
+pub(crate) fn depend_on_offset(
+    interface: &mut Interface,
+    inputs: &InputHandles,
+    outputs: &OutputHandles,
+    parameters: &ParameterHandles,
+    lift: &LiftHandles,
+) {
+    let InputHandles { gap, lateral_offset, .. } = *inputs;
+    interface.depends(outputs.force, &[lateral_offset]);
+    interface.depends(outputs.current, &[lateral_offset]);
+    interface.depends(lift.lost_lift, &[gap, lateral_offset]);
+    let shape = [parameters.pole_width.into(), parameters.lateral_guidance.into()];
+    let law: Vec<VariableRow> = [&shape[..], &[lift.lift_loss.into()]].concat();
+    for unknown in [outputs.force, outputs.lateral_force, outputs.current, outputs.voltage] {
+        interface.initially_depends(unknown, &[lateral_offset]);
+        interface.initially_depends(unknown, &law);
+    }
+    interface.initially_depends(lift.lost_lift, &[gap, lateral_offset]);
+    interface.initially_depends(lift.lost_lift, &shape);
 }
 
 /// Dependencies at the start of what sensors, failures, lift-off and set-down add.

@@ -105,6 +105,7 @@ fn other(
             current: Some(Range { min: 1.0, max: 50.0 }),
         },
         pole_width: Some(0.03),
+        lift_loss: false,
         integration_step: 1e-4,
         conditions: Conditions::default(),
     };
@@ -168,6 +169,10 @@ fn units() -> Vec<(MagnetParameters, TestInstance)> {
         on.push("external_controller");
         units.push((parameters, unit(&reals, &on)));
     }
+    let (mut parameters, reals, mut on) = other(Law::Nonlinear, false);
+    parameters.lift_loss = true;
+    on.push("lift_loss");
+    units.push((parameters, unit(&reals, &on)));
     let exact = MagnetParameters { external_controller: true, ..MagnetParameters::default() };
     units.push((exact, unit(&[], &["external_controller"])));
     units
@@ -192,8 +197,9 @@ fn analytic_unit_is_the_library() {
         }
         for n in 0..30 {
             let time = f64::from(n) * 1.3e-3;
-            let [gap, _, acceleration, _, _, voltage_command] = swing(time);
-            let course = InputCourse { gap, acceleration, voltage_command };
+            let [gap, _, acceleration, offset_course, _, voltage_command] = swing(time);
+            let course =
+                InputCourse { gap, acceleration, voltage_command, lateral_offset: offset_course };
             step(&mut unit, time, 1.3e-3);
             magnet.step(&mut state, &course, time, 1.3e-3, &mut workspace).unwrap();
             set(&mut unit, time + 1.3e-3);
@@ -226,6 +232,8 @@ fn analytic_directional_derivatives_are_those_of_the_outputs() {
         ("lateral_force", "lateral_offset"),
         ("lateral_force", "static_force"),
         ("current", "gap"),
+        ("force", "lateral_offset"),
+        ("current", "lateral_offset"),
         ("voltage", "acceleration"),
         ("voltage", "voltage_command"),
         ("estimate_acceleration", "acceleration"),
@@ -394,6 +402,50 @@ fn analytic_refusals_say_why() {
     let failure = sampled.initialize(0.0).unwrap_err().to_string();
     assert!(failure.contains("sample time (s) is 0.001, but must be zero"), "{failure}");
     assert!(sampled.set_real("voltage_command", f64::NAN).is_err());
+}
+
+/// An offset of a pole's width ends the run as a result, with lift loss only.
+#[test]
+fn issue_20_lost_guidance_ends_the_run_as_a_result() {
+    let slide = |on: &[&'static str]| {
+        let mut unit = unit(&[], on);
+        unit.set_real("lateral_offset", 0.0275).unwrap();
+        unit.set_input_derivative("lateral_offset", 1, 0.1).unwrap();
+        (unit.step(0.0, 0.01), unit)
+    };
+    let (outcome, mut unit) = slide(&["nonlinear", "lift_loss"]);
+    let failure = outcome.unwrap_err();
+    assert_eq!(failure.status, fmi2Status::fmi2Discard);
+    assert!(failure.to_string().contains("guidance is lost"), "{failure}");
+    let (kind, mut ended) = (fmi2_export::sys::fmi2StatusKind::fmi2Terminated, 0);
+    // SAFETY: the component is alive and the place is there.
+    unsafe { fmi2_export::ffi::get_boolean_status(unit.component(), kind, &raw mut ended) };
+    assert_eq!(ended, 1);
+    slide(&["nonlinear"]).0.unwrap();
+}
+
+/// Lift loss without what it needs is refused; the fraction is shown in every law.
+#[test]
+fn refusal_lift_loss_without_its_law() {
+    for (on, off, reason) in [
+        (vec!["lift_loss"], None, "second order"),
+        (vec!["lift_loss", "nonlinear"], Some("lateral_guidance"), "one co-energy"),
+    ] {
+        let mut unit = TestInstance::new::<EmsFmu>("resources").unwrap();
+        for name in on {
+            unit.set_boolean(name, true).unwrap();
+        }
+        if let Some(name) = off {
+            unit.set_boolean(name, false).unwrap();
+        }
+        let failure = unit.initialize(0.0).unwrap_err().to_string();
+        assert!(failure.contains(reason), "{failure}");
+    }
+    let mut linear = unit(&[], &[]);
+    linear.set_real("gap", 0.008).unwrap();
+    linear.set_real("lateral_offset", 0.008).unwrap();
+    // (2y/πw)·atan(1) = y/(2w)
+    assert!((linear.real("lost_lift").unwrap() - 0.5 * 0.008 / 0.028).abs() < 1e-15);
 }
 
 /// The transient voltage moves the start of the coil, and nothing afterwards.

@@ -48,8 +48,8 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     let track = inputs.track_displacement.row();
     // what the static equilibrium depends on
     let side = sideways.displacement.row();
-    let mut rest =
-        vec![track, side, parameters.lateral_guidance.row(), parameters.pole_width.row()];
+    let mut rest = vec![track, side, sideways.lift_loss.row()];
+    rest.extend([parameters.lateral_guidance.row(), parameters.pole_width.row()]);
     rest.extend(contact.rows());
     // on skids, it may not move along the track
     rest.extend(journey.speed_rows());

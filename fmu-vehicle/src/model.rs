@@ -98,9 +98,13 @@ impl VehicleFmu {
         // magnets then exert
         let guided = values.boolean(self.parameters.lateral_guidance);
         let width = values.real(self.parameters.pole_width);
+        let loss = values.boolean(self.sideways.lift_loss);
         let guidance = |load: f64, gap: f64, offset: f64| {
             if !guided {
                 return [0.0; 2];
+            }
+            if loss {
+                return magnet::lateral_force_with_loss(load, gap, offset, width);
             }
             [
                 magnet::lateral_force(load, gap, offset, width),

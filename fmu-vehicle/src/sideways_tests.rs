@@ -78,3 +78,26 @@ fn refusal_rails_that_are_not_numbers() {
     unit.enter_initialization(0.0).unwrap();
     assert!(unit.set_real("track_lateral_displacement_02", f64::NAN).is_err());
 }
+
+/// With lift loss in the magnets' law, told to the vehicle, a vehicle that wind holds aside starts at rest.
+#[test]
+fn issue_20_the_start_knows_the_law_with_lift_loss() {
+    let mut unit = unit();
+    unit.set_boolean("lift_loss", true).unwrap();
+    unit.enter_initialization(0.0).unwrap();
+    unit.set_real("car_1_external_force_y", 4e3).unwrap();
+    let (loads, gaps) = (row(&mut unit, "static_load"), row(&mut unit, "gap"));
+    let offsets = row(&mut unit, "lateral_offset");
+    for (k, load) in loads.iter().enumerate() {
+        unit.set_real(&format!("force_{:02}", k + 1), *load).unwrap();
+        let [pull, _] = magnet::lateral_force_with_loss(*load, gaps[k], offsets[k], 0.028);
+        unit.set_real(&format!("lateral_force_{:02}", k + 1), pull).unwrap();
+    }
+    unit.exit_initialization().unwrap();
+    let most = offsets.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
+    assert!(most > 5e-4, "{most}");
+    for acceleration in row(&mut unit, "acceleration") {
+        assert!(acceleration.abs() < 1e-8, "{acceleration}");
+    }
+    assert!(unit.real("car_1_lateral_acceleration").unwrap().abs() < 1e-8);
+}

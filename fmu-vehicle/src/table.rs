@@ -27,12 +27,13 @@ pub(crate) struct InputHandles {
     pub track_rate: RealVars,
 }
 
-/// Handles of the inputs that displace the rails sideways, one per magnet each. They are declared last,
-/// so that the value references of all other variables stay what they were.
+/// Handles of the inputs that displace the rails sideways, one per magnet each, and of the law that the
+/// magnets' guidance follows in equilibrium. They are declared last, so that the value references of all other variables stay what they were.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SidewaysHandles {
     pub displacement: RealVars,
     pub rate: RealVars,
+    pub lift_loss: BooleanVar,
 }
 
 /// Handles of the outputs.
@@ -137,6 +138,14 @@ impl SidewaysHandles {
                 .description(
                     "Rate of the rail's lateral displacement as the moving magnet {k} sees it, left \
                      positive",
+                )
+                .done(),
+            lift_loss: interface
+                .boolean("lift_loss")
+                .parameter(false)
+                .description(
+                    "Whether the magnets' lateral force in static equilibrium is that with lift loss; \
+                     set it as in the ems unit",
                 )
                 .done(),
         }

@@ -87,6 +87,20 @@ pub enum Error {
         /// The gap, in m.
         gap: f64,
     },
+    /// The magnet is so far aside that its poles no longer overlap those of the rail.
+    #[error(
+        "at t = {time} s the magnet is {offset} m aside of its rail, and poles of the width {width} m no \
+         longer overlap: guidance is lost, and the force law ends; check the lateral load, the curve's \
+         radius and the stiffness that holds the magnets in line"
+    )]
+    GuidanceLost {
+        /// Time, in s.
+        time: f64,
+        /// The offset, in m.
+        offset: f64,
+        /// Width of a pole, in m.
+        width: f64,
+    },
     /// The limits switched more often within one step than a smooth input can cause.
     #[error(
         "at t = {time} s the limits on voltage and current switched more than {events} times in \

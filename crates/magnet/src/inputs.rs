@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, conditions::Signals, parameters::finite};
+use crate::{Error, conditions::Signals, lift_loss::Place, parameters::finite};
 
 /// Value and first three time derivatives of a signal at the start of a step: the polynomial
 /// u(τ) = u + u'·τ + u''·τ²/2 + u'''·τ³/6.
@@ -40,6 +40,10 @@ pub(crate) struct Direct {
 }
 
 impl MagnetInputs {
+    pub(crate) fn place(&self) -> Place {
+        Place { gap: self.gap, offset: self.lateral_offset }
+    }
+
     pub(crate) fn signals(&self) -> Signals {
         Signals {
             values: [self.gap, self.acceleration],
@@ -78,6 +82,8 @@ pub struct InputCourse {
     pub acceleration: Taylor,
     /// Δv that a controller outside asks for, in V, …; not used otherwise.
     pub voltage_command: Taylor,
+    /// Lateral offset, in m, …; used with lift loss only.
+    pub lateral_offset: Taylor,
 }
 
 impl InputCourse {
@@ -88,6 +94,7 @@ impl InputCourse {
             gap: hold(inputs.gap),
             acceleration: hold(inputs.acceleration),
             voltage_command: hold(inputs.voltage_command),
+            lateral_offset: hold(inputs.lateral_offset),
         }
     }
 
@@ -97,6 +104,7 @@ impl InputCourse {
             gap: shift(&self.gap, time),
             acceleration: shift(&self.acceleration, time),
             voltage_command: shift(&self.voltage_command, time),
+            lateral_offset: shift(&self.lateral_offset, time),
         }
     }
 
@@ -128,6 +136,12 @@ impl InputCourse {
         slope
     }
 
+    /// The lateral offset and its rate `time` (s) after the step's start, in m and m/s.
+    pub(crate) fn aside(&self, time: f64) -> [f64; 2] {
+        let [offset, rate, ..] = shift(&self.lateral_offset, time);
+        [offset, rate]
+    }
+
     pub(crate) fn check(&self, time: f64) -> Result<(), Error> {
         self.check_finite()?;
         if self.gap[0] > 0.0 {
@@ -142,6 +156,7 @@ impl InputCourse {
             ("gap or one of its derivatives", &self.gap),
             ("acceleration or one of its derivatives", &self.acceleration),
             ("voltage command or one of its derivatives", &self.voltage_command),
+            ("lateral offset or one of its derivatives", &self.lateral_offset),
         ] {
             if !all_finite(course) {
                 let value = course.iter().copied().find(|v| !v.is_finite()).unwrap_or(f64::NAN);

@@ -44,6 +44,6 @@ impl Magnet {
     /// di/dt without the current limiter.
     fn free_rate(&self, point: &Point) -> f64 {
         let voltage = self.parameters().limits.clamp_voltage(point.command);
-        self.electromagnet().current_rate(point.gap, point.gap_rate, point.current, voltage)
+        self.current_rate([point.gap, point.gap_rate], point.aside, point.current, voltage)
     }
 }

@@ -48,6 +48,8 @@ impl LimitsAtWork {
 pub(crate) struct Point {
     pub gap: f64,
     pub gap_rate: f64,
+    /// Lateral offset (m) and its rate (m/s); 0 without lift loss.
+    pub aside: [f64; 2],
     /// Total current, in A.
     pub current: f64,
     /// Total voltage that the controller asks for, in V.

@@ -8,6 +8,7 @@ use crate::{
     filter::ACCELERATION_SCALE,
     inputs::MagnetInputs,
     lateral::{lateral_force, lateral_gradient},
+    lift_loss::{LiftLoss, Motion, lost_lift, lost_lift_slopes},
     limits::{LimitsAtWork, Point},
     parameters::Law,
     sensors::SensorKnots,
@@ -34,6 +35,9 @@ pub struct MagnetOutputs {
     pub readings: [f64; 2],
     /// Gap that the control law refers to, in m.
     pub reference_gap: f64,
+    /// Fraction of the lift at the same current that the offset costs, 0 without lateral force. Part
+    /// of the force with lift loss only.
+    pub lost_lift: f64,
 }
 
 /// Derivatives of the inputs at an instant, as far as outputs' derivatives depend on them.
@@ -49,6 +53,10 @@ pub struct InputRates {
     pub static_force_acceleration: f64,
     /// Rate of the voltage command, in V/s.
     pub voltage_command_rate: f64,
+    /// Rate of the lateral offset, in m/s; with lift loss only.
+    pub offset_rate: f64,
+    /// Its rate, in m/s²; with lift loss only.
+    pub offset_acceleration: f64,
 }
 
 /// Time derivatives of the outputs at one instant.
@@ -70,8 +78,14 @@ pub struct OutputRates {
 /// are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Partials {
-    /// ∂F/∂c, in N/m: nonzero only while the current limiter holds the current.
+    /// ∂F/∂c, in N/m: nonzero only while the current limiter holds the current, or with lift loss.
     pub force_by_gap: f64,
+    /// ∂F/∂y, in N/m: nonzero with lift loss only.
+    pub force_by_offset: f64,
+    /// ∂i/∂y, in A/m: nonzero with lift loss only.
+    pub current_by_offset: f64,
+    /// Derivatives of the lost fraction of the lift by gap and offset, in 1/m.
+    pub lost_lift: [f64; 2],
     /// ∂i/∂c, in A/m: the flux linkage stays when the gap jumps, the current does not.
     pub current_by_gap: f64,
     /// ∂F/∂F_s: one in the linear law, zero in the other.
@@ -102,23 +116,31 @@ impl Magnet {
     pub fn outputs(&self, state: &State, inputs: &MagnetInputs) -> Result<MagnetOutputs, Error> {
         inputs.check()?;
         let gap = inputs.gap;
-        let (flux, mut current) = self.flux_and_current(state, gap);
+        let (flux, mut current) = self.flux_and_current(state, inputs.place());
         let mut force =
             self.electromagnet().force_of_flux(state.operating_current, flux, inputs.static_force);
         if self.force_is_off(state) {
             (force, current) = (0.0, 0.0);
         }
+        let mut aside = None;
+        if let Some(law) = self.lift_loss() {
+            let total = self.total_flux(state.operating_current, flux);
+            force = law.force_of_flux(inputs.place(), total);
+            aside = Some(law.lateral_of_flux(inputs.place(), total));
+        }
         let width = self.parameters().pole_width;
         let Observation { seen, readings, reference_gap } = self.observe(state, inputs);
         Ok(MagnetOutputs {
             force,
-            lateral_force: width
-                .map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width)),
+            lateral_force: aside.unwrap_or_else(|| {
+                width.map_or(0.0, |width| lateral_force(force, gap, inputs.lateral_offset, width))
+            }),
             current,
             voltage: self.voltage(state, &seen),
             estimates: self.estimates(state, &seen),
             readings,
             reference_gap,
+            lost_lift: width.map_or(0.0, |width| lost_lift(gap, inputs.lateral_offset, width)),
         })
     }
 
@@ -152,7 +174,10 @@ impl Magnet {
             let seen = self.seen(state, state.time, &inputs.signals(), &SensorKnots::default());
             self.command(&state.filter, &seen)
         };
-        self.mode(&Point { gap, gap_rate, current: self.current(state, gap), command })
+        let (_, current) = self.flux_and_current(state, inputs.place());
+        // the offset's rate is an input's rate, which the mode of an instant does not know
+        let aside = [inputs.lateral_offset, 0.0];
+        self.mode(&Point { gap, gap_rate, aside, current, command })
     }
 
     /// Time derivatives of the outputs.
@@ -226,11 +251,29 @@ impl Magnet {
     ) -> (f64, f64, f64) {
         let magnet = self.electromagnet();
         let (gap, gap_rate) = (inputs.gap, inputs.gap_rate);
-        let current = self.current(state, gap);
+        let (flux, current) = self.flux_and_current(state, inputs.place());
         let static_rates = match magnet.law() {
             Law::Linear => (rates.static_force_rate, rates.static_force_acceleration),
             Law::Nonlinear => (0.0, 0.0),
         };
+        if let Some(law) = self.lift_loss() {
+            let motion = Motion {
+                rates: [gap_rate, rates.offset_rate],
+                bends: [rates.gap_acceleration, rates.offset_acceleration],
+            };
+            if coil.mode.current_is_limited() {
+                let [first, second] = law.rates_at_current(inputs.place(), &motion, current);
+                return (first, second, 0.0);
+            }
+            let aside = [inputs.lateral_offset, rates.offset_rate];
+            let current_rate = self.current_rate([gap, gap_rate], aside, current, coil.voltage);
+            let total = self.total_flux(state.operating_current, flux);
+            let flux_rate = coil.voltage - magnet.resistance * current;
+            let flux_second = coil.voltage_rate - magnet.resistance * current_rate;
+            let course = [total, flux_rate, flux_second];
+            let [first, second] = law.rates_of_flux(inputs.place(), &motion, course);
+            return (first, second, current_rate);
+        }
         if coil.mode.current_is_limited() {
             let (by_gap, _) = magnet.force_gradient(gap, current);
             let curvature = match magnet.law() {
@@ -278,9 +321,15 @@ impl Magnet {
             .map_or([0.0; 3], |width| lateral_gradient(outputs.force, gap, lateral_offset, width));
         let held = self.is_sampled() || mode.voltage_is_limited() || self.is_off(state);
         let (by_acceleration, by_command) = if held { (0.0, 0.0) } else { self.feed_through() };
-        Ok(Partials {
+        let mut partials = Partials {
             force_by_gap,
             current_by_gap,
+            force_by_offset: 0.0,
+            current_by_offset: 0.0,
+            lost_lift: self
+                .parameters()
+                .pole_width
+                .map_or([0.0; 2], |width| lost_lift_slopes(gap, lateral_offset, width)),
             force_by_static_force,
             lateral_force_by_gap: by_gap + by_force * force_by_gap,
             lateral_force_by_static_force: by_force * force_by_static_force,
@@ -293,7 +342,39 @@ impl Magnet {
                 ACCELERATION_SCALE * reading_slopes[1]
             },
             reading_slopes,
-        })
+        };
+        if let Some(law) = self.lift_loss() {
+            let limited = mode.current_is_limited();
+            self.spread(law, state, inputs, limited, &mut partials);
+        }
+        Ok(partials)
+    }
+
+    /// What lift loss changes in the partial derivatives.
+    fn spread(
+        &self,
+        law: &LiftLoss,
+        state: &State,
+        inputs: &MagnetInputs,
+        limited: bool,
+        partials: &mut Partials,
+    ) {
+        let place = inputs.place();
+        let (flux, current) = self.flux_and_current(state, place);
+        let (force, lateral, by_place) = if limited {
+            let force = law.force_at_current(place, current);
+            (force, law.lateral_at_current(place, current), [0.0; 2])
+        } else {
+            let total = self.total_flux(state.operating_current, flux);
+            let per_flux = law.reluctance(place);
+            let by_place = [per_flux.by_gap * total, per_flux.by_offset * total];
+            (law.force_at_flux(place, total), law.lateral_at_flux(place, total), by_place)
+        };
+        partials.force_by_gap = force.by_gap;
+        partials.force_by_offset = force.by_offset;
+        partials.lateral_force_by_gap = lateral.by_gap;
+        partials.lateral_force_by_offset = lateral.by_offset;
+        [partials.current_by_gap, partials.current_by_offset] = by_place;
     }
 }
 

@@ -31,6 +31,8 @@ pub struct MagnetParameters {
     pub limits: PowerLimits,
     /// Width w of a pole for the lateral force, in m; `None` switches the lateral force off.
     pub pole_width: Option<f64>,
+    /// Whether an offset costs lift ([`LiftLoss`](crate::LiftLoss)); the nonlinear law only.
+    pub lift_loss: bool,
     /// Longest Runge-Kutta step, in s, where the exact integration does not apply (nonlinear law,
     /// limits, a sampled controller, or conditions).
     pub integration_step: f64,
@@ -135,6 +137,7 @@ impl Default for MagnetParameters {
             filter: filter_design_of_eq_4(),
             limits: PowerLimits::default(),
             pole_width: Some(0.028),
+            lift_loss: false,
             integration_step: 5e-5,
             conditions: Conditions::default(),
         }
@@ -185,6 +188,7 @@ impl MagnetParameters {
         if let Some(width) = self.pole_width {
             positive("pole width (m)", width)?;
         }
+        self.check_lift_loss()?;
         self.control.gains.check()?;
         if let Some(sampling) = self.control.sampling {
             self.check_sampling(&sampling)?;
@@ -204,6 +208,25 @@ impl MagnetParameters {
     pub(crate) fn is_exact(&self) -> bool {
         let continuous = self.control.sampling.is_none();
         self.law == Law::Linear && self.limits.none() && continuous && self.conditions.none()
+    }
+
+    fn check_lift_loss(&self) -> Result<(), Error> {
+        if !self.lift_loss {
+            return Ok(());
+        }
+        if self.law == Law::Linear {
+            return Err(Error::Unsupported {
+                what: "lift loss with the linear law: the loss 2y²/(πwc) is of second order in the \
+                       offset y, so a linear law has none; set nonlinear to true",
+            });
+        }
+        if self.pole_width.is_none() {
+            return Err(Error::Unsupported {
+                what: "lift loss without lateral force: both follow from one co-energy; set \
+                       lateral_guidance to true",
+            });
+        }
+        Ok(())
     }
 
     fn check_sampling(&self, sampling: &Sampling) -> Result<(), Error> {

@@ -10,6 +10,7 @@ use crate::{
     Error,
     conditions::Seen,
     inputs::InputCourse,
+    lift_loss::Place,
     limits::{LimitSide, LimitsAtWork, Point},
     sensors::SensorKnots,
     state::State,
@@ -144,14 +145,12 @@ impl Integration<'_> {
         let limits = &self.magnet.parameters().limits;
         if let (Some(bound), Some(range)) = (mode.current.bound(), limits.current) {
             // The limiter holds the current, so the flux follows the gap.
-            let [gap, _] = self.drive.course.at(at + size);
-            result[5] = self.flux(gap, bound(range));
+            result[5] = self.flux(self.place(at + size), bound(range));
         }
         result
     }
 
     fn rates(&self, z: &Vector, at: f64, mode: LimitsAtWork) -> Vector {
-        let [gap, _] = self.drive.course.at(at);
         let magnet = self.magnet;
         let x = [z[0], z[1], z[2], z[3], z[4]];
         let seen = self.seen(at);
@@ -166,7 +165,7 @@ impl Integration<'_> {
                 (LimitSide::Lower, Some(range)) => range.min,
                 _ => self.command(&x, &seen),
             };
-            voltage - magnet.electromagnet().resistance * self.current(z, gap)
+            voltage - magnet.electromagnet().resistance * self.current(z, self.place(at))
         } else {
             // The current limiter's flux is set by `step`.
             0.0
@@ -184,10 +183,11 @@ impl Integration<'_> {
     }
 
     fn point(&self, z: &Vector, at: f64) -> Point {
-        let [gap, _] = self.drive.course.at(at);
+        let place = self.place(at);
         let gap_rate = self.drive.course.gap_slope(at);
         let command = self.command(&[z[0], z[1], z[2], z[3], z[4]], &self.seen(at));
-        Point { gap, gap_rate, current: self.current(z, gap), command }
+        let aside = self.magnet.lift_loss().map_or([0.0; 2], |_| self.drive.course.aside(at));
+        Point { gap: place.gap, gap_rate, aside, current: self.current(z, place), command }
     }
 
     fn mode(&self, z: &Vector, at: f64) -> LimitsAtWork {
@@ -207,28 +207,34 @@ impl Integration<'_> {
         if limits.current.is_none() || !self.limited {
             return;
         }
-        let [gap, _] = self.drive.course.at(at);
-        let current = self.current(z, gap);
+        let place = self.place(at);
+        let current = self.current(z, place);
         let limited = limits.clamp_current(current);
         if limited != current {
-            z[5] = self.flux(gap, limited);
+            z[5] = self.flux(place, limited);
         }
     }
 
     /// Total current, in A.
-    fn current(&self, z: &Vector, gap: f64) -> f64 {
-        let coil = self.magnet.electromagnet();
-        self.operating + coil.current_of_flux(gap, self.operating, z[5])
+    fn current(&self, z: &Vector, place: Place) -> f64 {
+        self.magnet.current_of_flux(place, self.operating, z[5])
     }
 
     /// Δλ, in Wb, of a total current (A).
-    fn flux(&self, gap: f64, current: f64) -> f64 {
-        let coil = self.magnet.electromagnet();
-        coil.flux_of_current(gap, self.operating, current - self.operating)
+    fn flux(&self, place: Place, current: f64) -> f64 {
+        self.magnet.flux_of_current(place, self.operating, current)
+    }
+
+    /// Gap and offset; without lift loss the offset is not needed.
+    fn place(&self, at: f64) -> Place {
+        let [gap, _] = self.drive.course.at(at);
+        let offset = self.magnet.lift_loss().map_or(0.0, |_| self.drive.course.aside(at)[0]);
+        Place { gap, offset }
     }
 
     fn check_gap(&self, at: f64) -> Result<(), Error> {
-        let [gap, _] = self.drive.course.at(at);
+        let Place { gap, offset } = self.place(at);
+        self.magnet.check_offset(offset, self.drive.time + at)?;
         if gap > 0.0 {
             return Ok(());
         }

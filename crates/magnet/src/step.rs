@@ -26,6 +26,7 @@ impl Magnet {
     ) -> Result<(), Error> {
         positive("step size (s)", size)?;
         course.check(time)?;
+        self.check_offset(course.lateral_offset[0], time)?;
         if self.is_exact() {
             let [gap, _] = course.at(size);
             if gap <= 0.0 {

@@ -8,6 +8,7 @@ use crate::{
     exact::{CoilSystem, Key, LinearMagnet, LinearSystem},
     filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE},
     inputs::{Direct, MagnetInputs},
+    lift_loss::{LiftLoss, Place},
     parameters::{Law, MagnetParameters, positive},
     state::{Hold, State},
 };
@@ -22,6 +23,7 @@ pub struct Magnet {
     linear: LinearMagnet,
     exact: bool,
     conditioned: bool,
+    lift_loss: Option<LiftLoss>,
 }
 
 impl Magnet {
@@ -43,7 +45,18 @@ impl Magnet {
         };
         let exact = parameters.is_exact();
         let conditioned = !parameters.conditions.none();
-        Ok(Self { parameters, electromagnet, filter, control_law, linear, exact, conditioned })
+        let width = parameters.pole_width.filter(|_| parameters.lift_loss);
+        let lift_loss = width.map(|width| LiftLoss::new(electromagnet.constant, width));
+        Ok(Self {
+            parameters,
+            electromagnet,
+            filter,
+            control_law,
+            linear,
+            exact,
+            conditioned,
+            lift_loss,
+        })
     }
 
     /// The parameters of the magnet.
@@ -81,6 +94,11 @@ impl Magnet {
     /// Whether there are [`Conditions`](crate::Conditions).
     pub(crate) fn is_conditioned(&self) -> bool {
         self.conditioned
+    }
+
+    /// The law of lift loss, if it holds.
+    pub fn lift_loss(&self) -> Option<&LiftLoss> {
+        self.lift_loss.as_ref()
     }
 
     /// Whether the controller is sampled.
@@ -129,13 +147,13 @@ impl Magnet {
         self.parameters.limits.clamp_voltage(command)
     }
 
-    /// Flux Δλ (Wb) and current i (A) of a state at the gap `gap` (m). A current limiter keeps the
+    /// Flux Δλ (Wb) and current i (A) of a state at a place. A current limiter keeps the
     /// current where it is when the gap moves, and the flux gives way.
     #[inline]
-    pub(crate) fn flux_and_current(&self, state: &State, gap: f64) -> (f64, f64) {
+    pub(crate) fn flux_and_current(&self, state: &State, place: Place) -> (f64, f64) {
         let operating = state.operating_current;
         let flux = state.flux_deviation;
-        let current = operating + self.electromagnet.current_of_flux(gap, operating, flux);
+        let current = self.current_of_flux(place, operating, flux);
         let limited = if self.is_off(state) {
             self.parameters.limits.freewheeling(current)
         } else {
@@ -144,12 +162,62 @@ impl Magnet {
         if limited == current {
             return (flux, current);
         }
-        (self.electromagnet.flux_of_current(gap, operating, limited - operating), limited)
+        (self.flux_of_current(place, operating, limited), limited)
     }
 
-    /// Total current i, in A, of a state at the gap `gap` (m).
+    /// Total current i, in A, of a state at the gap `gap` (m), centred below the rail.
     pub fn current(&self, state: &State, gap: f64) -> f64 {
-        self.flux_and_current(state, gap).1
+        self.flux_and_current(state, Place { gap, offset: 0.0 }).1
+    }
+
+    /// Total current i, in A, for the flux linkage λ_op + Δλ (Wb).
+    #[inline]
+    pub(crate) fn current_of_flux(&self, place: Place, operating: f64, flux: f64) -> f64 {
+        match &self.lift_loss {
+            None => operating + self.electromagnet.current_of_flux(place.gap, operating, flux),
+            Some(law) => self.total_flux(operating, flux) / law.inductance(place),
+        }
+    }
+
+    /// Δλ, in Wb, of a total current (A).
+    pub(crate) fn flux_of_current(&self, place: Place, operating: f64, current: f64) -> f64 {
+        let coil = &self.electromagnet;
+        match &self.lift_loss {
+            None => coil.flux_of_current(place.gap, operating, current - operating),
+            Some(law) => law.inductance(place) * current - coil.inductance * operating,
+        }
+    }
+
+    /// λ_op + Δλ, in Wb.
+    pub(crate) fn total_flux(&self, operating: f64, flux: f64) -> f64 {
+        self.electromagnet.inductance * operating + flux
+    }
+
+    /// di/dt in A/s for a total voltage, with the gap and the offset and their rates.
+    pub(crate) fn current_rate(
+        &self,
+        [gap, gap_rate]: [f64; 2],
+        [offset, offset_rate]: [f64; 2],
+        current: f64,
+        voltage: f64,
+    ) -> f64 {
+        let coil = &self.electromagnet;
+        let Some(law) = &self.lift_loss else {
+            return coil.current_rate(gap, gap_rate, current, voltage);
+        };
+        let per_flux = law.reluctance(Place { gap, offset });
+        let moved = per_flux.by_gap * gap_rate + per_flux.by_offset * offset_rate;
+        per_flux.value * (voltage - coil.resistance * current) + moved * current / per_flux.value
+    }
+
+    /// Refuses an offset at which lift loss has no law.
+    pub(crate) fn check_offset(&self, offset: f64, time: f64) -> Result<(), Error> {
+        match &self.lift_loss {
+            Some(law) if offset.abs() >= law.limit() => {
+                Err(Error::GuidanceLost { time, offset, width: law.limit() })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The state to start from at `time` (s): the filter at [`Filter::rest`], and in the coil the
@@ -168,7 +236,8 @@ impl Magnet {
     /// carries because it is not positive.
     pub fn initialise(&self, inputs: &MagnetInputs, time: f64) -> Result<State, Error> {
         inputs.check()?;
-        let operating_current = self.operating_current(inputs.static_force)?;
+        self.check_offset(inputs.lateral_offset, time)?;
+        let operating_current = self.operating_current(inputs)?;
         let mut state = State {
             filter: [0.0; 5],
             flux_deviation: 0.0,
@@ -189,7 +258,13 @@ impl Magnet {
             -self.electromagnet.inductance * operating_current
         } else {
             let current = self.resting_current(voltage, operating_current);
-            self.electromagnet.flux_of_current(inputs.gap, operating_current, current)
+            match &self.lift_loss {
+                None => self.electromagnet.flux_of_current(inputs.gap, operating_current, current),
+                Some(_) => {
+                    let total = operating_current + current;
+                    self.flux_of_current(inputs.place(), operating_current, total)
+                }
+            }
         };
         state.hold = Hold::new(time, self.demand(&state, &seen));
         Ok(state)
@@ -206,13 +281,17 @@ impl Magnet {
         limits.clamp_current(total / resistance) - operating_current
     }
 
-    fn operating_current(&self, static_force: f64) -> Result<f64, Error> {
+    fn operating_current(&self, inputs: &MagnetInputs) -> Result<f64, Error> {
         match self.parameters.law {
             Law::Linear => Ok(self.parameters.operating_current),
             Law::Nonlinear => {
+                let MagnetInputs { static_force, lateral_offset: offset, .. } = *inputs;
                 positive("static force (N) of the nonlinear law", static_force)?;
                 let gap = self.electromagnet.nominal_gap;
-                Ok(self.electromagnet.equilibrium_current(static_force, gap))
+                Ok(match &self.lift_loss {
+                    None => self.electromagnet.equilibrium_current(static_force, gap),
+                    Some(law) => law.equilibrium_current(Place { gap, offset }, static_force),
+                })
             }
         }
     }

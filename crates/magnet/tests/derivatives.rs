@@ -51,6 +51,7 @@ fn rates_at(course: &InputCourse, time: f64) -> InputRates {
         static_force_rate: 300.0 + 8e4 * time,
         static_force_acceleration: 8e4,
         voltage_command_rate: later.voltage_command[1],
+        ..InputRates::default()
     }
 }
 

@@ -21,6 +21,7 @@ pub fn lively() -> InputCourse {
         gap: [0.0083, 0.02, -3.0, 400.0],
         acceleration: [1.0, 300.0, -4e4, 3e6],
         voltage_command: [0.5, 300.0, -2e4, 1e6],
+        ..InputCourse::default()
     }
 }
 
