@@ -24,6 +24,7 @@ mod jacobi;
 mod links;
 mod mark;
 mod newton;
+mod outside;
 mod power;
 mod schedule;
 pub mod signal;
@@ -46,6 +47,7 @@ pub use links::{
 };
 pub use mark::Mark;
 pub use newton::Newton;
+pub use outside::Outside;
 pub use power::PowerMeter;
 pub use schedule::{Schedule, StepGroup};
 pub use taylor::Taylor;

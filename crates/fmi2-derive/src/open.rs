@@ -13,11 +13,15 @@ use crate::{DeriveError, Resources, UnitSource};
 /// Beginning of the generation tool of the units that can print their description.
 const KIT: &str = "fmi2-export ";
 
-/// Opens and unpacks a unit. If its resources are changed, its library is loaded and prints the new description.
+/// Opens and unpacks a unit. If its resources are changed, its library is loaded and prints the new description. A folder
+/// is a unit that is unpacked already, and is used as it is.
 ///
 /// # Errors
 /// The unit cannot be used, a change does not fit, or the unit does not accept the resources.
 pub fn open(unit: &UnitSource) -> Result<Package, DeriveError> {
+    if unit.resources.is_empty() && unit.fmu.is_dir() {
+        return Ok(Package::of_folder(&unit.fmu)?);
+    }
     let package = Package::open(&unit.fmu)?;
     if unit.resources.is_empty() {
         return Ok(package);

@@ -100,21 +100,22 @@ impl Printer {
 
     fn co_simulation(&mut self, interface: &Interface) -> io::Result<()> {
         let order = interface.max_output_derivative_order();
+        let limits = &interface.limits;
         self.empty(
             "CoSimulation",
             &[
                 ("modelIdentifier", text(&interface.info.model_identifier)),
-                ("needsExecutionTool", text("false")),
-                ("canHandleVariableCommunicationStepSize", text("true")),
+                ("needsExecutionTool", text(limits.alone.is_some())),
+                ("canHandleVariableCommunicationStepSize", text(limits.variable_step.is_none())),
                 ("canInterpolateInputs", text("true")),
                 ("maxOutputDerivativeOrder", text(order)),
                 // The standard spells it this way.
                 ("canRunAsynchronuously", text("false")),
-                ("canBeInstantiatedOnlyOncePerProcess", text("false")),
+                ("canBeInstantiatedOnlyOncePerProcess", text(limits.instances.is_some())),
                 ("canNotUseMemoryManagementFunctions", text("true")),
-                ("canGetAndSetFMUstate", text("true")),
-                ("canSerializeFMUstate", text("true")),
-                ("providesDirectionalDerivative", text("true")),
+                ("canGetAndSetFMUstate", text(limits.states.is_none())),
+                ("canSerializeFMUstate", text(limits.states.is_none())),
+                ("providesDirectionalDerivative", text(limits.directional.is_none())),
             ],
         )
     }

@@ -18,6 +18,10 @@ impl ExportedInstance {
         direction: &[f64],
         out: &mut [MaybeUninit<f64>],
     ) -> Result<(), Error> {
+        if let Some(why) = &self.table.interface.limits.directional {
+            let text = format!("the unit has no directional derivatives: {why}");
+            return Err(Error::invalid(text));
+        }
         self.check_derivative(unknowns, knowns, direction)?;
         self.refresh()?;
         let mut scratch = self.scratch.take().unwrap_or_else(|| self.new_scratch());

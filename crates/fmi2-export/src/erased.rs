@@ -35,8 +35,12 @@ pub(crate) trait ErasedModel: Send {
     fn report(&mut self, values: &Values, request: &str) -> Result<Option<String>, Error>;
     /// Forgets the state, as before initialization.
     fn forget(&mut self);
-    fn save(&self, saved: &mut SavedModelState);
+    fn experiment(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>);
+    fn messages(&mut self) -> Vec<String>;
+    fn save(&mut self, saved: &mut SavedModelState) -> Result<(), Error>;
     fn restore(&mut self, saved: &SavedModelState) -> Result<(), Error>;
+    /// Called after a state and its values were restored.
+    fn restored(&mut self, values: &mut Values) -> Result<(), Error>;
     fn serialize(&self, saved: &SavedModelState) -> Result<Vec<u8>, Error>;
     fn deserialize(&self, bytes: &[u8]) -> Result<SavedModelState, Error>;
     /// Rebuilds the model from the resources after a panic.
@@ -111,15 +115,32 @@ impl<M: Model> ErasedModel for ModelWithState<M> {
         self.state = None;
     }
 
-    fn save(&self, saved: &mut SavedModelState) {
-        let Some(state) = &self.state else {
+    fn experiment(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) {
+        self.model.experiment(start, stop, tolerance);
+    }
+
+    fn messages(&mut self) -> Vec<String> {
+        self.model.messages()
+    }
+
+    fn restored(&mut self, values: &mut Values) -> Result<(), Error> {
+        match &mut self.state {
+            Some(state) => self.model.restored(state, values),
+            None => Ok(()),
+        }
+    }
+
+    fn save(&mut self, saved: &mut SavedModelState) -> Result<(), Error> {
+        let Some(state) = &mut self.state else {
             *saved = None;
-            return;
+            return Ok(());
         };
+        self.model.saving(state)?;
         match saved.as_mut().and_then(|saved| saved.downcast_mut::<M::State>()) {
             Some(memory) => memory.clone_from(state),
             None => *saved = Some(Box::new(state.clone())),
         }
+        Ok(())
     }
 
     fn restore(&mut self, saved: &SavedModelState) -> Result<(), Error> {

@@ -385,8 +385,8 @@ pub unsafe extern "C" fn get_fmu_state(
         let place = unsafe { saved.as_mut() }.ok_or_else(|| null("FMUstate"))?;
         // SAFETY: null or a saved state of this library that was not freed.
         match unsafe { place.cast::<Snapshot>().as_mut() } {
-            Some(snapshot) => snapshot.retake(instance),
-            None => *place = Box::into_raw(Box::new(Snapshot::take(instance))).cast(),
+            Some(snapshot) => snapshot.retake(instance)?,
+            None => *place = Box::into_raw(Box::new(Snapshot::take(instance)?)).cast(),
         }
         Ok(())
     };

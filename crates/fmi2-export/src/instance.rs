@@ -98,6 +98,7 @@ impl ExportedInstance {
         {
             return Err(Error::invalid(format!("tolerance {tolerance} is not greater than 0")));
         }
+        self.model.experiment(start, stop, tolerance);
         self.progress.time = start;
         self.progress.stop = stop;
         self.progress.state_stale = true;
@@ -155,7 +156,9 @@ impl ExportedInstance {
         match self.progress.mode {
             InstanceMode::Initialization => {
                 if self.progress.state_stale {
-                    self.model.initialise(&mut self.values, time)?;
+                    let initialised = self.model.initialise(&mut self.values, time);
+                    self.take_messages();
+                    initialised?;
                 }
             }
             InstanceMode::Step | InstanceMode::StepFailed => self.tell_parameters()?,
@@ -168,6 +171,23 @@ impl ExportedInstance {
         self.progress.parameters_stale = false;
         self.progress.outputs_stale = false;
         Ok(())
+    }
+
+    /// Queues the model's messages if events are enabled.
+    #[inline]
+    pub(crate) fn take_messages(&mut self) {
+        let messages = self.model.messages();
+        if self.logger.wants_events() {
+            self.events.extend(messages);
+        }
+    }
+
+    /// Refuses to save or restore states if the unit cannot.
+    pub(crate) fn check_saves(&self) -> Result<(), Error> {
+        match &self.table.interface.limits.states {
+            None => Ok(()),
+            Some(why) => Err(Error::invalid(format!("the unit cannot save its state: {why}"))),
+        }
     }
 
     pub(crate) fn tell_parameters(&mut self) -> Result<(), Error> {

@@ -33,7 +33,8 @@ pub use describe::describe;
 pub use error::{Error, ErrorKind};
 pub use fmi2_sys as sys;
 pub use interface::{
-    Declaration, DefaultExperiment, DisplayUnit, Info, Interface, UnitOfMeasure, VariableRow,
+    Declaration, DefaultExperiment, DisplayUnit, Info, Interface, Limits, UnitOfMeasure,
+    VariableRow,
 };
 pub use model::{Model, Seed, Sensitivity, Step};
 pub use motions::Motions;

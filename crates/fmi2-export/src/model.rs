@@ -143,6 +143,37 @@ pub trait Model: Sized + Send + 'static {
         Ok(false)
     }
 
+    /// Start and stop time (s) and relative tolerance, as the importer sets them up before initialization.
+    fn experiment(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) {
+        let _ = (start, stop, tolerance);
+    }
+
+    /// Called before the state is copied to be saved. A model that wraps something with a state of its own puts
+    /// everything of it into `state` here.
+    ///
+    /// # Errors
+    /// The state cannot be saved.
+    fn saving(&mut self, state: &mut Self::State) -> Result<(), Error> {
+        let _ = state;
+        Ok(())
+    }
+
+    /// Called after a saved state and its values have become those of the instance. A model that wraps something
+    /// returns it to `state` here. The instance may be new, and [`Model::initialise`] need not have been called.
+    ///
+    /// # Errors
+    /// The state cannot be restored. The instance then only accepts being reset, restored or freed.
+    fn restored(&mut self, state: &mut Self::State, values: &mut Values) -> Result<(), Error> {
+        let _ = (state, values);
+        Ok(())
+    }
+
+    /// Messages for the importer's log since the last call. They are taken after initialization and after each step,
+    /// and are sent if the importer has turned events on.
+    fn messages(&mut self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Answers a request beyond FMI (`fmi2_export_report`), such as a table that cannot be a
     /// variable; `None` for an unknown request. Must not influence any later result.
     ///

@@ -34,7 +34,8 @@ struct Payload<V> {
 }
 
 impl Snapshot {
-    pub(crate) fn take(instance: &ExportedInstance) -> Self {
+    pub(crate) fn take(instance: &mut ExportedInstance) -> Result<Self, Error> {
+        instance.check_saves()?;
         let mut snapshot = Self {
             guid: instance.guid(),
             progress: instance.progress,
@@ -42,17 +43,18 @@ impl Snapshot {
             saved: None,
             bytes: None,
         };
-        instance.model.save(&mut snapshot.saved);
-        snapshot
+        instance.model.save(&mut snapshot.saved)?;
+        Ok(snapshot)
     }
 
     /// Saves the state again in the same memory.
-    pub(crate) fn retake(&mut self, instance: &ExportedInstance) {
+    pub(crate) fn retake(&mut self, instance: &mut ExportedInstance) -> Result<(), Error> {
         self.guid = instance.guid();
         self.progress = instance.progress;
         self.values.clone_from(&instance.values);
-        instance.model.save(&mut self.saved);
+        instance.model.save(&mut self.saved)?;
         self.bytes = None;
+        Ok(())
     }
 
     pub(crate) fn restore(&self, instance: &mut ExportedInstance) -> Result<(), Error> {
@@ -62,7 +64,11 @@ impl Snapshot {
         instance.model.restore(&self.saved)?;
         instance.values.clone_from(&self.values);
         instance.progress = self.progress;
-        Ok(())
+        let restored = instance.model.restored(&mut instance.values);
+        if restored.is_err() {
+            instance.progress.mode = InstanceMode::Error;
+        }
+        restored
     }
 
     /// The state as bytes, valid in another process with the same unit.
@@ -91,6 +97,7 @@ impl Snapshot {
     }
 
     pub(crate) fn deserialize(bytes: &[u8], instance: &ExportedInstance) -> Result<Self, Error> {
+        instance.check_saves()?;
         let payload = payload(bytes, &instance.guid())?;
         let payload: Payload<Values> = postcard::from_bytes(payload)
             .map_err(|error| Error::caused(&error).context("the serialised state is damaged"))?;

@@ -44,7 +44,9 @@ impl ExportedInstance {
 
     fn advance(&mut self, step: Step) -> Result<(), Error> {
         self.tell_parameters()?;
-        self.model.step(&mut self.values, step)?;
+        let stepped = self.model.step(&mut self.values, step);
+        self.take_messages();
+        stepped?;
         self.progress.time = step.end();
         if self.progress.derivatives_set {
             self.extrapolate_inputs(step.size);

@@ -109,7 +109,25 @@ pub struct Package {
     findings: Vec<Finding>,
     /// name of the binary's file for this system, whether or not it exists
     binary: String,
-    folder: Scratch,
+    folder: Folder,
+}
+
+/// Where an FMU is unpacked.
+#[derive(Debug)]
+enum Folder {
+    /// In a temporary folder.
+    Temporary(Scratch),
+    /// In a folder that somebody else has unpacked it to, and keeps.
+    Given(PathBuf),
+}
+
+impl Folder {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Temporary(scratch) => scratch.path(),
+            Self::Given(path) => path,
+        }
+    }
 }
 
 impl Package {
@@ -140,6 +158,7 @@ impl Package {
         let files: Vec<String> = archive.files().map(str::to_owned).collect();
         let identifier = &description.co_simulation.model_identifier;
         let (binary, odd_name) = own_binary(&files, identifier);
+        let folder = Folder::Temporary(folder);
         let findings = archive
             .warnings()
             .iter()
@@ -151,6 +170,27 @@ impl Package {
             .chain(description.findings.iter().cloned())
             .chain(odd_name)
             .collect();
+        Ok(Self { path: path.to_owned(), description, files, findings, binary, folder })
+    }
+
+    /// Opens an FMU that is already unpacked to a folder, which must stay as it is. Nothing is written.
+    ///
+    /// # Errors
+    /// The folder cannot be read, or the description cannot be used.
+    pub fn of_folder(path: &Path) -> Result<Self, PackageError> {
+        let archived = |source| PackageError::Archive { path: path.to_owned(), source };
+        let read = |source| archived(ArchiveError::Open(source));
+        // an FMU may change the working directory
+        let folder = std::path::absolute(path).map_err(read)?;
+        let text = std::fs::read_to_string(folder.join("modelDescription.xml")).map_err(read)?;
+        let description = ModelDescription::parse(&text)
+            .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
+        let mut files = Vec::new();
+        list(&folder, "", &mut files).map_err(read)?;
+        let identifier = &description.co_simulation.model_identifier;
+        let (binary, odd_name) = own_binary(&files, identifier);
+        let findings = description.findings.iter().cloned().chain(odd_name).collect();
+        let folder = Folder::Given(folder);
         Ok(Self { path: path.to_owned(), description, files, findings, binary, folder })
     }
 
@@ -271,6 +311,21 @@ impl Package {
     pub fn resources(&self) -> PathBuf {
         self.folder.path().join("resources")
     }
+}
+
+/// The files in a folder, by their paths in the FMU.
+fn list(folder: &Path, prefix: &str, files: &mut Vec<String>) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.file_type()?.is_dir() {
+            list(&entry.path(), &format!("{name}/"), files)?;
+        } else {
+            files.push(name);
+        }
+    }
+    files.sort_unstable();
+    Ok(())
 }
 
 /// System and name of the files directly in a subfolder of `binaries`.

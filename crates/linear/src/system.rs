@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use coupling::{Links, Schedule};
 use fmi2_import::instance::Instance;
 use indexmap::IndexMap;
-use master::Setup;
+use master::{Setup, Simulation};
 use master::system::VariableIndex;
 use results::modes::OperatingPoint;
 
@@ -217,7 +217,22 @@ impl Linearised {
     }
 
     fn started(setup: &Setup, wanted: Wanted<'_>) -> Result<Self, LinearError> {
-        let mut simulation = setup.start()?;
+        Self::here(setup, &mut setup.start()?, wanted)
+    }
+
+    /// Asks every unit of a simulation for its linearisation where it is now.
+    ///
+    /// # Errors
+    /// A unit does not report its linearisation.
+    pub fn of(setup: &Setup, simulation: &mut Simulation<'_>) -> Result<Self, LinearError> {
+        Self::here(setup, simulation, Wanted::default())
+    }
+
+    fn here(
+        setup: &Setup,
+        simulation: &mut Simulation<'_>,
+        wanted: Wanted<'_>,
+    ) -> Result<Self, LinearError> {
         let scenario = setup.scenario();
         let stepping = Stepping {
             links: simulation.exchange().links(),
@@ -225,7 +240,7 @@ impl Linearised {
             schedule: setup.coupling().schedule.clone(),
             step: scenario.experiment.step,
         };
-        let time = scenario.experiment.start;
+        let time = simulation.time();
         let mut system = LinearSystem {
             units: Vec::new(),
             connections: stepping.connections(),

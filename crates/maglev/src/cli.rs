@@ -60,6 +60,9 @@ pub enum Command {
     /// Make a new unit of one with other resources, such as another layout
     #[command(arg_required_else_help = true)]
     Derive(commands::derive::Arguments),
+    /// Pack a scenario with its units and the master into one unit
+    #[command(arg_required_else_help = true)]
+    Bundle(commands::bundle::Arguments),
     /// Show the modes of a coupled system: frequencies, damping, participation
     #[command(arg_required_else_help = true)]
     Modes(commands::modes::Arguments),

@@ -33,6 +33,9 @@ pub enum Error {
     /// The stability of the moving train.
     #[error("cannot find the stability of the moving train")]
     Floquet(#[source] FloquetError),
+    /// A system as one unit.
+    #[error("cannot pack the system into one unit")]
+    Bundle(#[source] bundle::BundleError),
     /// A stability map.
     #[error("cannot make the map")]
     Map(#[source] maps::Error),
@@ -171,6 +174,15 @@ impl From<maps::Error> for Error {
     }
 }
 
+impl From<bundle::BundleError> for Error {
+    fn from(error: bundle::BundleError) -> Self {
+        match error {
+            bundle::BundleError::Master(error) => Self::Master(error),
+            error => Self::Bundle(error),
+        }
+    }
+}
+
 impl From<LinearError> for Error {
     fn from(error: LinearError) -> Self {
         match error {
@@ -255,6 +267,7 @@ impl Error {
             Self::Response(error) => return error.help(),
             Self::NothingAsked | Self::NoLoop => "see `maglev response --help` for examples",
             Self::Package(error) => return error.help(),
+            Self::Bundle(error) => return error.help(),
             Self::Derive(error) => return error.help(),
             Self::Library(error) => error.help(),
             Self::Instantiate(error) => return error.fault().help(),

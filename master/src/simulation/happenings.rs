@@ -295,6 +295,7 @@ impl Simulation<'_> {
         let mut discard = false;
         loop {
             let (events, mut jump) = self.happenings.take_due(now);
+            jump |= self.make_changes(now)?;
             for (event, reason) in events {
                 self.apply(now, event, &reason)?;
                 jump = true;

@@ -1,7 +1,6 @@
 //! Creates the instances of a run and connects them.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 use super::happenings::SNAP;
@@ -108,9 +107,9 @@ pub(super) fn connect(
     let mut exchange = Exchange::new(links, scenario.algorithm.degree());
     for (driven, (input, limit)) in story.inputs.iter().zip(given) {
         let slack = SNAP * experiment.step;
-        let (source, held) = (Arc::clone(&driven.source), driven.is_held(system));
+        let (driver, held) = (driven.driver.clone(), driven.is_held(system));
         let course: Course = Box::new(move |time, size| {
-            let p = Taylor(source.course(time, size, slack));
+            let p = driver.course(time, size, slack);
             if held { Taylor::constant(p[0]) } else { p }
         });
         exchange.give(driven.port.instance.into(), input, limit, course);

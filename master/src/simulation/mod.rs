@@ -9,6 +9,7 @@ mod instantiate;
 mod limits;
 mod locate;
 mod loops;
+mod outside;
 mod pool;
 mod selection;
 mod setup;
@@ -33,6 +34,7 @@ use crate::initialize::{initialize, late};
 use crate::participant::{Between, Participant, Slot};
 use crate::system::{InstanceIndex, Port};
 use coupling::{Exchange, UnitIndex};
+use fmi2_import::description::Value;
 use fmi2_import::instance::FmuError;
 use fmi2_import::trace::Trace;
 use results::summary::{CouplingSummary, SolvedLoop};
@@ -52,6 +54,10 @@ pub struct Simulation<'a> {
     done: u64,
     /// time of a stop condition within the last step (s)
     ended: Option<f64>,
+    /// time between two communication points to which the program has advanced (s)
+    apart: Option<f64>,
+    /// what the program changes at the beginning of the next step
+    changes: Vec<(Port, Value)>,
 }
 
 /// Everything of a [`Simulation`] that changes from step to step.
@@ -137,8 +143,19 @@ impl<'a> Simulation<'a> {
         stepper.add_limits(happenings.limits(time));
         let slots = selection.slots(&participants);
         let (loops, notes) = (initialized.loops, late.notes);
-        let (done, ended) = (0, None);
-        Ok(Self { setup, stepper, happenings, participants, slots, loops, notes, done, ended })
+        Ok(Self {
+            setup,
+            stepper,
+            happenings,
+            participants,
+            slots,
+            loops,
+            notes,
+            done: 0,
+            ended: None,
+            apart: None,
+            changes: Vec::new(),
+        })
     }
 
     /// The signals between the units.
@@ -155,16 +172,20 @@ impl<'a> Simulation<'a> {
     pub fn step(&mut self) -> Result<(), Error> {
         let time = self.time();
         let size = self.setup.scenario.experiment.size(self.done);
-        if self.happenings.is_quiet(time, time + size) {
-            self.stepper
-                .step(&mut self.participants, time, size)
-                .map_err(|source| self.failed(time, source))?;
-        } else {
-            self.eventful_step(time, size)?;
-        }
+        self.step_by(time, size)?;
         self.done += 1;
         self.happenings.observe(self.time(), &self.participants);
         Ok(())
+    }
+
+    #[inline]
+    fn step_by(&mut self, time: f64, size: f64) -> Result<(), Error> {
+        if self.changes.is_empty() && self.happenings.is_quiet(time, time + size) {
+            let stepped = self.stepper.step(&mut self.participants, time, size);
+            stepped.map_err(|source| self.failed(time, source))
+        } else {
+            self.eventful_step(time, size)
+        }
     }
 
     #[cold]
@@ -210,7 +231,7 @@ impl<'a> Simulation<'a> {
     /// The time that has been reached (s). That of a stop condition may be within the last step.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.ended.unwrap_or_else(|| self.setup.time_after(self.done))
+        self.ended.or(self.apart).unwrap_or_else(|| self.setup.time_after(self.done))
     }
 
     /// The present value of a recorded String, by its position among [`Setup::signals`].
@@ -352,7 +373,7 @@ impl<'a> Simulation<'a> {
         if !self.stepper.restore(&state.stepper) {
             return Err(StateError::Misfit { what: Misfit::Signals });
         }
-        (self.done, self.ended) = (state.done, None);
+        (self.done, self.ended, self.apart) = (state.done, None, None);
         Ok(())
     }
 }

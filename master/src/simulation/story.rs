@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::system::{Port, System, SystemError};
+use coupling::{Outside, Taylor};
 use fmi2_import::description::{Causality, Type, Value, Variability};
 use scenario::{Comparison, Condition, Scenario};
 use sources::Source;
@@ -74,7 +75,16 @@ pub(super) enum Outcome {
 #[derive(Debug)]
 pub(super) struct DrivenInput {
     pub(super) port: Port,
-    pub(super) source: Arc<Source>,
+    pub(super) driver: Driver,
+}
+
+/// Where the values of a driven input come from.
+#[derive(Debug, Clone)]
+pub(super) enum Driver {
+    /// a signal of the scenario
+    Signal(Arc<Source>),
+    /// the program, by the input's place in its list
+    Outside(Arc<Outside>, usize),
 }
 
 impl Story {
@@ -100,7 +110,7 @@ impl Story {
 
     /// A checksum of the files that determine the story.
     pub(super) fn checksum(&self) -> u32 {
-        self.inputs.iter().fold(0, |sum, it| sum.rotate_left(1) ^ it.source.checksum())
+        self.inputs.iter().fold(0, |sum, it| sum.rotate_left(1) ^ it.driver.checksum())
     }
 
     fn add_inputs(&mut self, scenario: &Scenario, system: &mut System) -> Result<(), Error> {
@@ -121,7 +131,8 @@ impl Story {
                     }
                     let start = Value::Real(source.at(experiment.start)[0]);
                     system.instances[port.instance].inputs.insert(port.variable, start);
-                    self.inputs.push(DrivenInput { port, source: Arc::clone(&source) });
+                    let driver = Driver::Signal(Arc::clone(&source));
+                    self.inputs.push(DrivenInput { port, driver });
                 }
             }
             let breaks = source.breaks(experiment.start, experiment.stop).map_err(failed)?;
@@ -213,6 +224,23 @@ fn drivable(
 fn refused(system: &System, place: &str, port: Port, why: &str) -> SystemError {
     let (place, port) = (place.to_owned(), system.port_name(port));
     SystemError::NotSettable { place, port, why: why.to_owned() }
+}
+
+impl Driver {
+    /// Value and derivatives at the begin of a step (s).
+    pub(super) fn course(&self, time: f64, size: f64, slack: f64) -> Taylor {
+        match self {
+            Self::Signal(source) => Taylor(source.course(time, size, slack)),
+            Self::Outside(outside, input) => outside.course(*input, time, slack),
+        }
+    }
+
+    fn checksum(&self) -> u32 {
+        match self {
+            Self::Signal(source) => source.checksum(),
+            Self::Outside(..) => 0,
+        }
+    }
 }
 
 impl DrivenInput {

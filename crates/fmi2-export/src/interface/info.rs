@@ -93,3 +93,18 @@ impl Info {
         self
     }
 }
+
+/// What a unit cannot do that other units made with this kit can. Each has the reason, for messages.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// Why communication steps must be equal (`canHandleVariableCommunicationStepSize`).
+    pub variable_step: Option<String>,
+    /// Why states cannot be saved and serialised (`canGetAndSetFMUstate`, `canSerializeFMUstate`).
+    pub states: Option<String>,
+    /// Why there are no directional derivatives (`providesDirectionalDerivative`).
+    pub directional: Option<String>,
+    /// Why a process can have one instance only (`canBeInstantiatedOnlyOncePerProcess`).
+    pub instances: Option<String>,
+    /// Why another program is needed (`needsExecutionTool`).
+    pub alone: Option<String>,
+}

@@ -8,7 +8,7 @@ mod unit_of_measure;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 pub use declaration::Declaration;
-pub use info::{DefaultExperiment, Info};
+pub use info::{DefaultExperiment, Info, Limits};
 pub(crate) use unit_of_measure::BASE;
 pub use unit_of_measure::{DisplayUnit, UnitOfMeasure};
 
@@ -130,6 +130,7 @@ pub(crate) type Dependencies = BTreeMap<usize, BTreeSet<usize>>;
 #[derive(Debug)]
 pub struct Interface {
     pub(crate) info: Info,
+    pub(crate) limits: Limits,
     pub(crate) variables: Vec<DeclaredVariable>,
     /// Per type: index in `variables` of each value reference.
     pub(crate) by_type: PerType<Vec<usize>>,
@@ -145,6 +146,7 @@ impl Interface {
     pub(crate) fn new() -> Self {
         Self {
             info: Info::new("", ""),
+            limits: Limits::default(),
             variables: Vec::new(),
             by_type: PerType::default(),
             real_inputs: 0,
@@ -158,6 +160,11 @@ impl Interface {
     /// Sets the unit's name, version and default experiment. Required.
     pub fn describe(&mut self, info: Info) {
         self.info = info;
+    }
+
+    /// Declares what the unit cannot do. By default it can do everything that the kit offers.
+    pub fn limit(&mut self, limits: Limits) {
+        self.limits = limits;
     }
 
     /// Changes the model's name, if it depends on the resources.

@@ -16,6 +16,8 @@ impl Component {
         let answer = match request {
             &Request::SetupExperiment { tolerance, start, stop } => {
                 let (defined, value) = (i32::from(tolerance.is_some()), tolerance.unwrap_or(0.0));
+                let ends = i32::from(stop.is_finite());
+                let stop = if stop.is_finite() { stop } else { start };
                 request!(
                     self,
                     setup_experiment,
@@ -24,7 +26,7 @@ impl Component {
                     defined,
                     value,
                     start,
-                    1,
+                    ends,
                     stop
                 )
             }

@@ -131,7 +131,7 @@ impl Instance {
     }
 
     /// Sets start and stop time, and the relative tolerance for the FMU's own integration if there is
-    /// one.
+    /// one. An infinite stop time is none.
     ///
     /// # Errors
     /// The call fails.
