@@ -11,7 +11,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 UNITS = ROOT / "target" / "fmu"
+# units that contain others; they have tests of their own
+BUNDLES = ("magnet-on-girder", "train")
 MAGLEV = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release" / ("maglev.exe" if os.name == "nt" else "maglev")
+
+
+def single_units():
+    """The units that are not bundles."""
+    return sorted(unit for unit in UNITS.glob("*.fmu") if unit.stem not in BUNDLES)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -14,7 +14,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT, UNITS, run
+from conftest import ROOT, UNITS, run, single_units
 from fmpy import read_model_description
 from fmpy_jacobi import simulate
 
@@ -89,7 +89,7 @@ def test_crosstool_the_two_car_train_with_64_magnets(tmp_path, master):
 @pytest.mark.parametrize("master", ["fmpy", "libcosim", "ecos"])
 def test_crosstool_every_unit_by_itself(tmp_path, master):
     """One instance of each packed unit in one process, nothing connected: the same numbers as ours."""
-    units = {unit.stem: unit for unit in sorted(UNITS.glob("*.fmu"))}
+    units = {unit.stem: unit for unit in single_units()}
     names = {stem: stem.replace("-", "_") for stem in units}
     signals = []
     for stem, unit in units.items():

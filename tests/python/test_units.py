@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import MAGLEV, ROOT, UNITS, maglev
+from conftest import MAGLEV, ROOT, UNITS, maglev, single_units
 from fmpy.validation import validate_fmu
 
 HERE = ROOT / "tests" / "python"
@@ -20,7 +20,7 @@ def script(path, *args):
 
 def units():
     """The packed units; the list is empty before `cargo xtask package`, which `built` reports."""
-    return sorted(UNITS.glob("*.fmu"))
+    return single_units()
 
 
 @pytest.mark.parametrize("unit", units(), ids=lambda p: p.stem)

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use fmi2_derive::UnitSource;
 use fmi2_import::archive::FmuArchive;
-use fmi2_import::package::REFERENCE_RESULTS;
 use indexmap::IndexMap;
 
 use crate::error::BundleError;
@@ -72,7 +71,8 @@ fn files(path: &Path, unit: &Path) -> Result<BTreeMap<String, Vec<u8>>, BundleEr
             }
         }
     }
-    files.retain(|name, _| !(name.starts_with(REFERENCE_RESULTS) || name.starts_with("sources/")));
+    let needed = ["modelDescription.xml", "binaries/", "resources/", "documentation/"];
+    files.retain(|name, _| needed.iter().any(|begin| name.starts_with(begin)));
     Ok(files)
 }
 

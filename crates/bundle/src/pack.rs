@@ -82,7 +82,8 @@ pub fn bundle(order: &Order<'_>) -> Result<Bundled, BundleError> {
             };
         }
     }
-    let sums = resources.iter();
+    // the binaries of other systems must not change the GUID
+    let sums = resources.iter().filter(|(name, _)| !name.contains("/binaries/"));
     let sums = sums.map(|(name, content)| (name.clone(), format!("{:08x}", crc32fast::hash(content))));
     let experiment = order.scenario.experiment;
     let title = order.scenario.title.trim();

@@ -32,6 +32,8 @@
 //! | exporting | [`fmi2_export`](../fmi2_export/index.html) | a Rust model as an FMU |
 //! | | [`fmi2_package`](../fmi2_package/index.html) | packs the library into an .fmu |
 //! | | [`fmi2_derive`](../fmi2_derive/index.html) | an FMU with other resources |
+//! | | [`bundle`](../bundle/index.html) | a whole co-simulation as one FMU |
+//! | | [`bundle_table`](../bundle_table/index.html) | the table of variables in such an FMU |
 //! | both | [`fmi2_sys`](../fmi2_sys/index.html) | the C interface of FMI 2.0 |
 //! | physics | [`magnet`](../magnet/index.html) | electromagnet, filter and controller (eqs 1-5) |
 //! | | [`guideway`](../guideway/index.html) | girders by modal superposition (eqs 6-8, 13) |

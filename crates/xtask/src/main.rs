@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod binaries;
+mod bundles;
 mod check;
 mod documentation;
 mod licences;
@@ -34,7 +35,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Build the units and pack them into target/fmu/*.fmu
+    /// Build the units and pack them into target/fmu/*.fmu, and two bundles of them
     Package {
         /// Fail if a committed modelDescription/*.xml is stale
         #[arg(long)]

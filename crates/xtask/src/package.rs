@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail};
 use fmi2_package::Archive;
 
 use crate::{
-    binaries, documentation, licences, picture,
+    binaries, bundles, documentation, licences, picture,
     reference::Reference,
     target::{self, Target},
     workspace,
@@ -92,9 +92,9 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     let targets = if order.targets.is_empty() { &host[..] } else { &order.targets };
     target::distinct(targets)?;
     // descriptions come from libraries that run here
-    Target::host().build(&[&UNIT_CRATES, order.also].concat())?;
+    Target::host().build(&[&UNIT_CRATES, &[bundles::CRATE, workspace::COMMAND], order.also].concat())?;
     for target in targets.iter().filter(|&target| *target != host[0]) {
-        target.build(&UNIT_CRATES)?;
+        target.build(&[&UNIT_CRATES[..], &[bundles::CRATE]].concat())?;
     }
     let folder = order.out.clone().unwrap_or_else(workspace::unit_dir);
     fs::create_dir_all(&folder).with_context(|| format!("creating {}", folder.display()))?;
@@ -122,6 +122,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
         archive.write(&file)?;
         packed.push(file);
     }
+    packed.extend(bundles::package(targets, order.only.as_deref(), &folder)?);
     if order.maglev {
         for target in targets {
             target.build(&[workspace::COMMAND])?;

@@ -39,6 +39,34 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
     ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
     ("state-feedback", &["fmi2-export"]),
+    // a whole system as one unit
+    ("bundle-table", &[]),
+    (
+        "bundle",
+        &[
+            "bundle-table",
+            "fmi2-derive",
+            "fmi2-import",
+            "fmi2-package",
+            "in-memory",
+            "master",
+            "patterns",
+            "scenario",
+        ],
+    ),
+    (
+        "fmu-bundle",
+        &[
+            "bundle-table",
+            "coupling",
+            "fmi2-export",
+            "fmi2-import",
+            "linear",
+            "master",
+            "scenario",
+            "shared-features",
+        ],
+    ),
     // co-simulation
     ("scenario", &["criteria", "fmi2-derive", "fmi2-import", "patterns", "strict-json"]),
     ("results", &["criteria", "patterns"]),
@@ -106,6 +134,7 @@ const PLAN: &[(&str, &[&str])] = &[
         "maglev-cli",
         &[
             "analysis",
+            "bundle",
             "criteria",
             "figure",
             "fmi2-conformance",

@@ -1,0 +1,82 @@
+//! The library of bundles, and the bundles that ship: `maglev bundle` packs them of scenarios.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result};
+use fmi2_package::Archive;
+
+use crate::{licences, target::Target, workspace};
+
+/// The package of the library.
+pub const CRATE: &str = "fmu-bundle";
+/// Its name in the names of libraries.
+const IDENTIFIER: &str = "bundle";
+/// An archive needs a description; that of a bundle depends on its scenario.
+const DESCRIPTION: &str = r#"<fmiModelDescription><CoSimulation modelIdentifier="bundle"/></fmiModelDescription>"#;
+
+/// A bundle that ships.
+struct Shipped {
+    name: &'static str,
+    scenario: &'static str,
+    options: &'static [&'static str],
+}
+
+const SHIPPED: [Shipped; 2] = [
+    Shipped {
+        name: "magnet-on-girder",
+        scenario: "one-magnet",
+        options: &[
+            "--set",
+            "guideway.chirp_on=false",
+            "--expose",
+            "guideway.*_displacement_01",
+            "--expose",
+            "guideway.*_acceleration_01",
+        ],
+    },
+    Shipped { name: "train", scenario: "low-speed", options: &[] },
+];
+
+/// Writes `bundle-library.zip` with the binaries for all targets, and packs the bundles if one is for this system.
+pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut archive = Archive::new(DESCRIPTION)?;
+    for target in targets {
+        archive.binary(target.platform()?, &target.library(IDENTIFIER))?;
+    }
+    for (name, text) in licences::files_of_program(CRATE, &licences::dependencies()?)? {
+        archive.file(&format!("documentation/licenses/{name}"), text)?;
+    }
+    let library = folder.join("bundle-library.zip");
+    archive.write(&library)?;
+    let mut packed = Vec::new();
+    if !targets.contains(&Target::host()) {
+        eprintln!("no bundles: they are packed on the system that they are for");
+        return Ok(packed);
+    }
+    for it in SHIPPED.iter().filter(|it| only.is_none_or(|prefix| it.name.starts_with(prefix))) {
+        let file = folder.join(format!("{}.fmu", it.name));
+        let scenario = scenario(it.scenario, folder)?;
+        let mut args = vec!["bundle".into(), scenario.into_os_string(), "--out".into(), file.clone().into()];
+        args.extend(["--library".into(), library.clone().into_os_string()]);
+        args.extend(it.options.iter().map(Into::into));
+        workspace::run(workspace::maglev(), &args)?;
+        packed.push(file);
+    }
+    Ok(packed)
+}
+
+/// The scenario with the units of this folder.
+fn scenario(name: &str, folder: &Path) -> Result<PathBuf> {
+    let path = workspace::root().join("scenarios").join(format!("{name}.json"));
+    if folder == workspace::unit_dir() {
+        return Ok(path);
+    }
+    let text = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let copy = folder.join(format!(".{name}.json"));
+    let text = text.replace("../target/fmu", &folder.to_string_lossy());
+    fs::write(&copy, text).with_context(|| format!("writing {}", copy.display()))?;
+    Ok(copy)
+}

@@ -1,0 +1,306 @@
+"""Bundles, whole systems as one unit: the bits of `maglev run` in fmpy, libcosim and ecos, alone and inside each other."""
+
+import csv
+import json
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import MAGLEV, ROOT, UNITS, maglev, results
+from fmpy.fmi2 import FMU2Slave
+
+LIBRARY = UNITS / "bundle-library.zip"
+STOP = 0.05
+
+
+@pytest.fixture(scope="module")
+def bogie(tmp_path_factory):
+    """The bogie as one unit, and a run of the same scenario."""
+    folder = tmp_path_factory.mktemp("bogie")
+    unit = folder / "bogie.fmu"
+    scenario = ROOT / "scenarios" / "one-bogie.json"
+    maglev("bundle", scenario, "--out", unit, "--library", LIBRARY)
+    maglev("run", scenario, "--stop", STOP, "--no-report", "--out", folder / "run")
+    return unit, results(folder / "run")
+
+
+def names(unit):
+    return {v.name: v for v in fmpy.read_model_description(str(unit)).modelVariables}
+
+
+def in_bundle(signal):
+    return signal.replace(".", "_")
+
+
+def same(run, found, time="time"):
+    """The signals of a run and of a tool, bit by bit."""
+    signals = [name for name in run if name != "time"]
+    assert signals
+    for signal in signals:
+        assert np.array_equal(found[in_bundle(signal)], run[signal]), signal
+
+
+@pytest.mark.parametrize("every", [1, 5])
+def test_crosstool_fmpy_gets_the_bits_of_a_run(bogie, every):
+    unit, run = bogie
+    found = fmpy.simulate_fmu(
+        str(unit), stop_time=STOP, step_size=every * 1e-3, output_interval=every * 1e-3, output=[in_bundle(name) for name in run if name != "time"]
+    )
+    same({name: values[::every] for name, values in run.items()}, found)
+
+
+def test_crosstool_values_of_the_importer_are_those_of_set(bogie, tmp_path):
+    """One variable stands for the gains of all magnets."""
+    unit, _ = bogie
+    scenario = ROOT / "scenarios" / "one-bogie.json"
+    options = ["--set", "ems_*.gain_gap=6", "--set", "vehicle.travel_speed=3"]
+    maglev("run", scenario, "--stop", STOP, "--no-report", "--out", tmp_path / "run", *options)
+    run = results(tmp_path / "run")
+    found = fmpy.simulate_fmu(
+        str(unit),
+        stop_time=STOP,
+        step_size=1e-3,
+        output_interval=1e-3,
+        start_values={"ems_gain_gap": 6.0, "vehicle_travel_speed": 3.0},
+        output=[in_bundle(name) for name in run if name != "time"],
+    )
+    same(run, found)
+
+
+class Opened:
+    """A unit in fmpy, call by call."""
+
+    def __init__(self, unit, folder, name="one"):
+        self.description = fmpy.read_model_description(str(unit))
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.fmu = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.fmu.instantiate()
+
+    def start(self, stop=STOP, **values):
+        self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
+        for name, value in values.items():
+            self.fmu.setReal([self.references[name]], [value])
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def get(self, name):
+        return self.fmu.getReal([self.references[name]])[0]
+
+    def end(self):
+        self.fmu.terminate()
+        self.fmu.freeInstance()
+
+
+@pytest.fixture
+def folder(bogie, tmp_path):
+    return fmpy.extract(str(bogie[0]), tmp_path / "unit with blanks")
+
+
+def test_invariant_states_of_the_whole_system_return_the_same_bits(bogie, folder):
+    unit, run = bogie
+    one = Opened(unit, folder)
+    one.start()
+    steps = [n * 1e-3 for n in range(50)]
+    for t in steps[:20]:
+        one.fmu.doStep(t, 1e-3)
+    saved = one.fmu.getFMUState()
+    text = one.fmu.serializeFMUState(saved)
+    gap = "vehicle_gap_04"
+    first = []
+    for t in steps[20:]:
+        one.fmu.doStep(t, 1e-3)
+        first.append(one.get(gap))
+    one.fmu.setFMUState(saved)
+    again = []
+    for t in steps[20:]:
+        one.fmu.doStep(t, 1e-3)
+        again.append(one.get(gap))
+    # a new instance continues, too
+    other = Opened(unit, folder, "other")
+    other.fmu.setFMUState(other.fmu.deSerializeFMUState(text))
+    third = []
+    for t in steps[20:]:
+        other.fmu.doStep(t, 1e-3)
+        third.append(other.get(gap))
+    assert first == again == third == list(run["vehicle.gap_04"][21:])
+    one.fmu.freeFMUState(saved)
+    # and reset starts from the beginning
+    one.fmu.reset()
+    one.start()
+    one.fmu.doStep(0.0, 1e-3)
+    assert one.get(gap) == run["vehicle.gap_04"][1]
+    one.end()
+    other.end()
+
+
+def test_analytic_steps_need_not_be_multiples(bogie, folder):
+    """Steps of 0.7 ms: the values at common points differ by the coupling error of shorter steps."""
+    unit, run = bogie
+    one = Opened(unit, folder)
+    one.start()
+    for n in range(50):
+        one.fmu.doStep(n * 0.7e-3, 0.7e-3)
+    found, expected = one.get("vehicle_gap_04"), run["vehicle.gap_04"][35]
+    assert found != expected and abs(found - expected) < 1e-3 * abs(expected - run["vehicle.gap_04"][0])
+    one.end()
+
+
+def test_analytic_an_input_force_moves_the_car(bogie, folder):
+    """Held, and with derivatives: a force that grows linearly, given every 10 ms."""
+    unit, _ = bogie
+    force = next(name for name in names(unit) if name.endswith("external_force_z"))
+    position = "vehicle_car_1_vertical_displacement"
+
+    def run(step, derivative):
+        one = Opened(unit, folder)
+        one.start()
+        for n in range(round(STOP / step)):
+            one.fmu.setReal([one.references[force]], [1e6 * n * step])
+            if derivative:
+                one.fmu.setRealInputDerivatives([one.references[force]], [1], [1e6])
+            one.fmu.doStep(n * step, step)
+        moved = one.get(position)
+        one.end()
+        return moved
+
+    fine, exact, held = run(1e-3, True), run(1e-2, True), run(1e-2, False)
+    assert abs(exact - fine) < 1e-9 * abs(fine), "derivatives pass to the units inside"
+    assert abs(held - fine) > 1e-2 * abs(fine)
+
+
+def test_issue_tunable_parameters_change_as_by_an_event(bogie, folder, tmp_path):
+    unit, _ = bogie
+    base = json.loads((ROOT / "scenarios" / "one-bogie.json").read_text())
+    base["units"] = {key: str(UNITS / Path(path).name) for key, path in base["units"].items()}
+    base["events"] = [{"at": 0.02, "set": {"ems_*.gain_gap": 6.0}}]
+    del base["$schema"]
+    (tmp_path / "event.json").write_text(json.dumps(base))
+    maglev("run", tmp_path / "event.json", "--stop", STOP, "--no-report", "--out", tmp_path / "run")
+    run = results(tmp_path / "run")
+    one = Opened(unit, folder)
+    one.start()
+    for n in range(50):
+        if n == 20:
+            one.fmu.setReal([one.references["ems_gain_gap"]], [6.0])
+        one.fmu.doStep(n * 1e-3, 1e-3)
+        assert one.get("vehicle_gap_04") == run["vehicle.gap_04"][n + 1], n
+    one.end()
+
+
+def test_issue_a_bundle_leaves_nothing_behind(bogie, folder, tmp_path, monkeypatch):
+    place = tmp_path / "tmp"
+    place.mkdir()
+    monkeypatch.setenv("TMPDIR", str(place))
+    before = sorted(p for p in Path(folder).rglob("*"))
+    one, two = Opened(bogie[0], folder, "one"), Opened(bogie[0], folder, "two")
+    one.start()
+    two.start(vehicle_travel_speed=5.0)
+    for n in range(20):
+        one.fmu.doStep(n * 1e-3, 1e-3)
+        two.fmu.doStep(n * 1e-3, 1e-3)
+    assert one.get("vehicle_gap_04") == bogie[1]["vehicle.gap_04"][20] != two.get("vehicle_gap_04")
+    one.end()
+    two.end()
+    assert not list(place.iterdir())
+    assert before == sorted(p for p in Path(folder).rglob("*"))
+
+
+def test_issue_validate_and_fmpy_find_nothing(bogie):
+    unit, _ = bogie
+    assert fmpy.validation.validate_fmu(str(unit)) == []
+    report = json.loads(maglev("validate", "--dynamic", "--json", unit).stdout)
+    findings = report.get("findings", []) + [f for check in report["checks"] for f in check["findings"]]
+    assert [it for it in findings if it["severity"] != "note"] == []
+
+
+def test_issue_licences_and_documentation_are_inside(bogie):
+    with zipfile.ZipFile(bogie[0]) as archive:
+        files = archive.namelist()
+        licence = archive.read("documentation/licenses/license.txt").decode()
+        page = archive.read("documentation/index.html").decode()
+    for unit in ["vehicle", "guideway", "ems"]:
+        assert f"documentation/units/{unit}/licenses/license.txt" in files
+        assert f"documentation/units/{unit}/index.html" in files
+        assert f"documentation/units/{unit}" in licence and f"units/{unit}/index.html" in page
+
+
+def test_issue_dependencies_lead_through_the_connections(bogie):
+    """A gap depends on no input directly: the vehicle's state is between. A force depends on the voltage's inputs through currents only."""
+    description = fmpy.read_model_description(str(bogie[0]))
+    inputs = {v.name for v in description.modelVariables if v.causality == "input"}
+    gap = next(u for u in description.outputs if u.variable.name == "vehicle_gap_01")
+    assert inputs and gap.dependencies == []
+    initial = next(u for u in description.initialUnknowns if u.variable.name == "vehicle_gap_01")
+    assert {v.name for v in initial.dependencies} < {v.name for v in description.modelVariables if v.causality in ("input", "parameter")}
+
+
+@pytest.mark.parametrize("master", ["libcosim", "ecos"])
+def test_crosstool_other_masters_get_the_bits_of_a_run(bogie, master, tmp_path):
+    unit, run = bogie
+    scenario = {
+        "units": {"bogie": str(unit)},
+        "instances": {"bogie": {"unit": "bogie"}},
+        "connections": [],
+        "experiment": {"stop": STOP, "step": 0.001},
+        "record": {"signals": []},
+    }
+    path = tmp_path / "alone.json"
+    path.write_text(json.dumps(scenario))
+    signals = ["bogie.vehicle_gap_04", "bogie.guideway_midspan_displacement_01"]
+    script = ROOT / "tests" / "python" / "foreign_masters.py"
+    import sys
+
+    done = subprocess.run([sys.executable, script, master, path, str(STOP), *signals], capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0, done.stderr
+    rows = [row for row in csv.reader(done.stdout.splitlines()) if row and row[0][0] in "0123456789"]
+    found = np.array([[float(x) for x in row] for row in rows])
+    assert len(found) == 50
+    assert np.array_equal(found[:, 1], run["vehicle.gap_04"][1:])
+    assert np.array_equal(found[:, 2], run["guideway.midspan_displacement_01"][1:])
+
+
+def test_issue_a_bundle_in_a_scenario_and_in_a_bundle(bogie, tmp_path):
+    """Its modes are those of the system; inside another bundle it gives the same bits."""
+    unit, run = bogie
+    outer = {
+        "units": {"bogie": str(unit)},
+        "instances": {"bogie": {"unit": "bogie"}},
+        "experiment": {"stop": STOP, "step": 0.001},
+        "record": {"signals": ["bogie.vehicle_gap_04"]},
+    }
+    path = tmp_path / "outer.json"
+    path.write_text(json.dumps(outer))
+    maglev("run", path, "--no-report", "--out", tmp_path / "run")
+    assert np.array_equal(results(tmp_path / "run")["bogie.vehicle_gap_04"], run["vehicle.gap_04"])
+
+    def modes(scenario):
+        found = subprocess.run([MAGLEV, "modes", scenario, "--json", "--count", "0"], capture_output=True, text=True, timeout=100)
+        return sorted(m["frequency"] for m in json.loads(found.stdout)["modes"])
+
+    inner, whole = modes(path), modes(ROOT / "scenarios" / "one-bogie.json")
+    assert len(inner) == len(whole) > 10 and np.allclose(inner, whole, rtol=1e-6, atol=1e-6)
+    twice = tmp_path / "twice.fmu"
+    maglev("bundle", path, "--out", twice, "--library", LIBRARY)
+    found = fmpy.simulate_fmu(str(twice), stop_time=STOP, step_size=1e-3, output_interval=1e-3)
+    assert np.array_equal(found["bogie_vehicle_gap_04"], run["vehicle.gap_04"])
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+def test_issue_the_c_host_steps_in_real_time(bogie, folder, tmp_path):
+    program = tmp_path / "real_time"
+    headers = Path(fmpy.__file__).parent / "c-code"
+    source = ROOT / "examples" / "real_time.c"
+    subprocess.run(["gcc", "-O2", "-Wall", "-Werror", "-I", headers, source, "-ldl", "-o", program], check=True)
+    done = subprocess.run([program, folder, "vehicle_gap_04", str(STOP), "0.001", "0"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout.split()[2]) == pytest.approx(bogie[1]["vehicle.gap_04"][50], rel=1e-8)
+    assert "50 steps of 1 ms" in done.stdout and "0 overruns" in done.stdout
