@@ -1,6 +1,10 @@
 //! The pictures of the page.
 
-use analysis::spectrum::Spectrum;
+use analysis::{
+    series,
+    spectrum::{Spectrum, amplitude},
+    window::Window,
+};
 use anyhow::Result;
 use figure::{FigureLine, FigurePanel, draw_over};
 use results::Table;
@@ -8,6 +12,7 @@ use results::Table;
 use crate::{
     measure::{density, deviation, gaps, response, signal, size},
     numbers::{Numbers, Standstill},
+    readings::{self, Dataset},
     runs::{self, FREQUENCIES, MEANS},
 };
 
@@ -17,8 +22,13 @@ const TIME: &str = "time (s)";
 const FREQUENCY: &str = "frequency (Hz)";
 
 /// All pictures: file name and SVG.
-pub fn draw(numbers: &Numbers) -> Result<Vec<(&'static str, String)>> {
+pub fn draw(numbers: &Numbers, dataset: &Dataset) -> Result<Vec<(&'static str, String)>> {
+    let judged = readings::judged(dataset)?;
     Ok(vec![
+        ("readings.svg", readings::overview(&judged)),
+        ("readings-girders.svg", readings::girders_picture(&judged, dataset)?),
+        ("resonance.svg", resonance()?),
+        ("impulse.svg", impulse()?),
         ("low-speed.svg", low_speed()?),
         ("standstill.svg", standstill()?),
         ("standstill-spectra.svg", standstill_spectra(numbers)?),
@@ -50,6 +60,30 @@ fn line(label: &str, table: &Table, name: &str) -> Result<FigureLine> {
 
 fn panel(ylabel: &str, lines: Vec<FigureLine>) -> FigurePanel {
     FigurePanel { ylabel: ylabel.to_owned(), lines }
+}
+
+fn resonance() -> Result<String> {
+    let table = runs::table(runs::LIMITED)?;
+    let lines = vec![
+        line("bogie 4, rear", &table, "vehicle.gap_28")?,
+        line("bogie 1, front", &table, "vehicle.gap_01")?,
+    ];
+    let girder = vec![line("mid-span", &table, "guideway.midspan_displacement_02")?];
+    let panels = [panel("gap (mm)", lines), panel("deflection (mm)", girder)];
+    Ok(draw_over("Resonance of train and girder, limited by stops and skids", TIME, &panels)?)
+}
+
+fn impulse() -> Result<String> {
+    let table = runs::table(runs::IMPULSE)?;
+    let sensor = signal(&table, "guideway.sensor_acceleration")?;
+    let spectrum = amplitude(sensor, series::rate(&table.time)?, Window::Rectangular)?;
+    let mut lines = vec![spectrum_line("sensor at 8 m", &spectrum, 40.0, false)];
+    for (label, frequency) in [("table 3: 7.1 Hz", 7.1), ("table 3: 24.9 Hz", 24.9)] {
+        let mark = mark(label.to_owned(), frequency, &lines[..1]);
+        lines.push(mark);
+    }
+    let panels = [panel("acceleration (mm/s²)", lines)];
+    Ok(draw_over("Spectrum of the bare girder's acceleration after an impulse", FREQUENCY, &panels)?)
 }
 
 fn low_speed() -> Result<String> {

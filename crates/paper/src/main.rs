@@ -9,6 +9,7 @@ mod figures;
 mod measure;
 mod numbers;
 mod page;
+mod readings;
 mod runs;
 
 use std::{
@@ -20,7 +21,7 @@ use std::{
 use anyhow::{Context, Result};
 use clap::Parser;
 
-use self::numbers::Numbers;
+use self::{numbers::Numbers, readings::Dataset};
 
 /// Runs the scenarios of the paper's figures, and writes docs/paper.md with its numbers and figures
 #[derive(Parser)]
@@ -29,20 +30,36 @@ struct Arguments {
     /// Use the results of the previous run instead of running the scenarios
     #[arg(long)]
     keep_results: bool,
+    /// Run the study of readings in place of the figures' scenarios, and write its dataset
+    #[arg(long, conflicts_with = "keep_results")]
+    readings: bool,
+    /// Write the tables of points of that study only
+    #[arg(long)]
+    points: bool,
 }
 
 fn main() -> Result<()> {
     let start = Instant::now();
-    if !Arguments::parse().keep_results {
+    let arguments = Arguments::parse();
+    if arguments.points {
+        return readings::write_tables();
+    }
+    if arguments.readings {
+        write(&Dataset::file(), readings::run_all()?.text()?)?;
+        eprintln!("{:.0} s; `cargo xtask paper` puts the dataset on the page", start.elapsed().as_secs_f64());
+        return Ok(());
+    }
+    if !arguments.keep_results {
         runs::run_all()?;
     }
     let numbers = Numbers::measured()?;
     write(&Numbers::file(), serde_json::to_string_pretty(&numbers)? + "\n")?;
-    for (name, svg) in figures::draw(&numbers)? {
+    let dataset = Dataset::committed()?;
+    for (name, svg) in figures::draw(&numbers, &dataset)? {
         write(&root().join("docs/paper").join(name), svg)?;
     }
     // The page comes last: it may be refused, and the numbers are then needed to see why.
-    write(&page_file(), page::page(&numbers)?)?;
+    write(&page_file(), page::page(&numbers, &dataset)?)?;
     eprintln!("{:.0} s", start.elapsed().as_secs_f64());
     Ok(())
 }
@@ -77,7 +94,7 @@ mod tests {
     /// The page says what the committed numbers bear, and nothing else.
     #[test]
     fn golden_the_page_is_that_of_its_numbers() {
-        let page = page::page(&Numbers::committed().unwrap()).unwrap();
+        let page = page::page(&Numbers::committed().unwrap(), &Dataset::committed().unwrap()).unwrap();
         let committed = fs::read_to_string(page_file()).unwrap().replace("\r\n", "\n");
         assert!(committed == page, "stale; run: cargo xtask paper");
     }
@@ -86,10 +103,11 @@ mod tests {
     #[test]
     fn issue_numbers_that_bear_no_reason_are_refused() {
         let good = Numbers::committed().unwrap();
+        let dataset = Dataset::committed().unwrap();
         let refused = |change: fn(&mut Numbers)| {
             let mut numbers = good.clone();
             change(&mut numbers);
-            page::page(&numbers).unwrap_err().to_string()
+            page::page(&numbers, &dataset).unwrap_err().to_string()
         };
         assert!(refused(|it| it.low_speed.gap_rms = 8.1e-3).contains("RMS of the air gaps"));
         assert!(refused(|it| it.standstill.modes.clear()).contains("7 Hz"));

@@ -1,6 +1,6 @@
 //! What is measured on recorded signals.
 
-use std::ops::Range;
+use std::{f64::consts::TAU, ops::Range};
 
 use analysis::{
     peaks::{PeakSearch, peaks},
@@ -101,6 +101,38 @@ pub fn hump(density: &Spectrum, frequency: f64, half: f64) -> f64 {
     mean(frequency - half) / (mean(below) * mean(above)).sqrt()
 }
 
+/// Natural frequency (Hz) and damping ratio of a mode near a frequency in a free vibration.
+///
+/// From one window of T seconds to the next, the Fourier coefficient of x₀·exp(λt) changes by exp(λT) exactly. The
+/// windows are Hann's, so that other modes leak little; the first begins 0.1 s after the largest value.
+pub fn free_mode(table: &Table, signal: &[f64], near: f64, window: f64) -> Result<(f64, f64)> {
+    let rate = series::rate(&table.time)?;
+    let size = (window * rate).round() as usize;
+    let by_size = |a: &(usize, &f64), b: &(usize, &f64)| a.1.abs().total_cmp(&b.1.abs());
+    let largest = signal.iter().enumerate().max_by(by_size).context("no values")?.0;
+    let begin = largest + (0.1 * rate).round() as usize;
+    ensure!(begin + 2 * size <= signal.len(), "two windows of {window} s do not fit");
+    let coefficient = |first: usize| {
+        let mut sum = [0.0; 2];
+        for (k, value) in signal[first..first + size].iter().enumerate() {
+            let hann = 1.0 - (TAU * k as f64 / size as f64).cos();
+            let phase = TAU * near * k as f64 / rate;
+            sum[0] += value * hann * phase.cos();
+            sum[1] -= value * hann * phase.sin();
+        }
+        sum
+    };
+    let ([a, b], [c, d]) = (coefficient(begin), coefficient(begin + size));
+    // (c + id)/(a + ib) = exp(λT)
+    let square = a * a + b * b;
+    let (real, imaginary) = ((c * a + d * b) / square, (d * a - c * b) / square);
+    let span = size as f64 / rate;
+    let decay = real.hypot(imaginary).ln() / span;
+    let turns = (near * span - imaginary.atan2(real) / TAU).round();
+    let omega = (TAU * turns + imaginary.atan2(real)) / span;
+    Ok((omega.hypot(decay) / TAU, -decay / omega.hypot(decay)))
+}
+
 /// An amplitude or the root of a density.
 pub fn size(spectrum: &Spectrum, k: usize) -> f64 {
     match spectrum.scale {
@@ -180,6 +212,22 @@ mod tests {
         let found = peak_frequencies(&whole, &(5.0..9.0));
         assert!(found.iter().any(|f| (f - 7.0).abs() < 0.1), "{found:?}");
         assert!(signal(&table, "z").is_err());
+    }
+
+    /// Two decaying modes: each is found in spite of the other.
+    #[test]
+    fn analytic_a_free_vibration_of_two_modes() {
+        let time: Vec<f64> = (0..5000).map(|k| f64::from(k) * 0.002).collect();
+        let mode = |t: f64, f: f64, zeta: f64| {
+            let omega = 2.0 * PI * f;
+            (-zeta * omega * t).exp() * ((1.0 - zeta * zeta).sqrt() * omega * t).sin()
+        };
+        let values = time.iter().map(|&t| mode(t, 7.2, 0.011) + 3.0 * mode(t, 25.0, 0.024)).collect();
+        let table = Table { names: vec!["y".to_owned()], time, columns: vec![values] };
+        for (near, window, frequency, damping) in [(7.1, 2.0, 7.2, 0.011), (24.9, 0.4, 25.0, 0.024)] {
+            let (f, zeta) = free_mode(&table, &table.columns[0], near, window).unwrap();
+            assert!((f - frequency).abs() < 0.01 && (zeta - damping).abs() < 2e-4, "{f} Hz, {zeta}");
+        }
     }
 
     #[test]

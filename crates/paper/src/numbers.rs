@@ -21,6 +21,10 @@ pub const BETWEEN: std::ops::Range<f64> = 15.0..20.0;
 /// All of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Numbers {
+    /// The bare girder after an impulse, figure 5.
+    pub impulse: Impulse,
+    /// The resonance that stops and skids limit, figure 2.
+    pub limited: Limited,
     /// Force at mid-span.
     pub standstill: Standstill,
     /// Force at a quarter of the span.
@@ -36,6 +40,26 @@ pub struct Numbers {
     /// With waves down to 5 cm: density around 25 Hz over that of girders without their second mode, of the gaps and of
     /// the spans' accelerations.
     pub second_mode: [f64; 2],
+}
+
+/// What the free vibration of the bare girder gives, first mode first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Impulse {
+    /// Natural frequencies (Hz).
+    pub frequencies: [f64; 2],
+    /// Damping ratios.
+    pub damping: [f64; 2],
+}
+
+/// A gap in resonance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Limited {
+    /// Growth of its amplitude before the first contact (1/s).
+    pub growth: f64,
+    /// Time of the first contact (s).
+    pub contact: f64,
+    /// Smallest and largest value of any gap (m).
+    pub gap_range: [f64; 2],
 }
 
 /// The largest response in a span of time.
@@ -126,6 +150,8 @@ impl Numbers {
             }
         }
         let numbers = Self {
+            impulse: impulse()?,
+            limited: limited()?,
             standstill: standstill("standstill")?,
             quarter: standstill("standstill-quarter")?,
             girders,
@@ -153,6 +179,41 @@ fn rounded(numbers: &Numbers) -> Result<Numbers, serde_json::Error> {
     let mut value = serde_json::to_value(numbers)?;
     round(&mut value);
     serde_json::from_value(value)
+}
+
+fn impulse() -> Result<Impulse> {
+    let table = runs::table(runs::IMPULSE)?;
+    let sensor = signal(&table, "guideway.sensor_acceleration")?;
+    // windows of so many seconds, in which each mode decays to about a third
+    let first = measure::free_mode(&table, sensor, 7.1, 2.0)?;
+    let second = measure::free_mode(&table, sensor, 24.9, 0.4)?;
+    Ok(Impulse { frequencies: [first.0, second.0], damping: [first.1, second.1] })
+}
+
+fn limited() -> Result<Limited> {
+    let table = runs::table(runs::LIMITED)?;
+    let inner = [deviation(&table, "vehicle.gap_28")?];
+    let size = |span| largest(&table, &inner, &span).0;
+    let statistic = |k: usize, what: &str| runs::statistic(runs::LIMITED, &gap_name(k), what);
+    let all = |what| (1..=64).map(|k| statistic(k, what)).collect::<Result<Vec<_>>>();
+    let mut contact = f64::INFINITY;
+    for k in 1..=64 {
+        let force = signal(&table, &format!("vehicle.contact_force_{k:02}"))?;
+        let touches = table.time.iter().zip(force).find(|(_, force)| **force != 0.0);
+        contact = contact.min(touches.map_or(f64::INFINITY, |(time, _)| *time));
+    }
+    Ok(Limited {
+        growth: (size(14.0..15.0) / size(10.0..11.0)).ln() / 4.0,
+        contact,
+        gap_range: [
+            all("min")?.into_iter().fold(f64::INFINITY, f64::min),
+            all("max")?.into_iter().fold(0.0, f64::max),
+        ],
+    })
+}
+
+fn gap_name(k: usize) -> String {
+    format!("vehicle.gap_{k:02}")
 }
 
 const MIDDLE: &str = "guideway.midspan_displacement_02";
@@ -197,7 +258,7 @@ fn girder(frequency: u32, means: &str) -> Result<Girder> {
 }
 
 /// While the train is on the spans, and clear of the run-in, whose irregularity fades in over 10 m.
-const ON_THE_SPANS: std::ops::Range<f64> = 10.0..65.0;
+pub const ON_THE_SPANS: std::ops::Range<f64> = 10.0..65.0;
 
 fn moving(name: &str) -> Result<Moving> {
     let table = runs::table(name)?;
@@ -236,12 +297,14 @@ fn moving(name: &str) -> Result<Moving> {
 
 /// Mean densities of all gaps and of the spans' accelerations, while the train is on the spans.
 fn densities(table: &Table) -> Result<[Spectrum; 2]> {
-    let accelerations = ["01", "02", "03"]
-        .map(|k| deviation(table, &format!("guideway.midspan_acceleration_{k}")))
-        .into_iter()
-        .collect::<Result<Vec<_>>>()?;
     let of = |signals: &[Vec<f64>]| density(table, signals, 0.25, &ON_THE_SPANS);
-    Ok([of(&gaps(table)?)?, of(&accelerations)?])
+    Ok([of(&gaps(table)?)?, of(&accelerations(table)?)?])
+}
+
+/// The spans' accelerations.
+pub fn accelerations(table: &Table) -> Result<Vec<Vec<f64>>> {
+    let of = |k| deviation(table, &format!("guideway.midspan_acceleration_{k}"));
+    ["01", "02", "03"].map(of).into_iter().collect()
 }
 
 /// What the second mode adds around its frequency. A comparison with the bands beside it would show the

@@ -7,17 +7,21 @@ use anyhow::Result;
 use crate::{
     claims::{self, Claim},
     numbers::{Numbers, Standstill},
+    readings::{self, Dataset},
 };
 
 /// The whole page.
-pub fn page(numbers: &Numbers) -> Result<String> {
+pub fn page(numbers: &Numbers, dataset: &Dataset) -> Result<String> {
     let mut text = String::from(HEAD);
+    section(&mut text, RESONANCE, &claims::resonance(numbers)?)?;
+    section(&mut text, BARE_GIRDER, &claims::bare_girder(numbers)?)?;
     section(&mut text, VERIFICATION, &claims::verification(numbers)?)?;
     section(&mut text, STANDSTILL, &claims::standstill(numbers)?)?;
     modes(&mut text, &numbers.standstill)?;
     section(&mut text, GIRDERS, &claims::girders(numbers)?)?;
     girders(&mut text, numbers)?;
     section(&mut text, LOW_SPEED, &claims::low_speed(numbers)?)?;
+    text.push_str(&readings::section(dataset)?);
     text.push_str(FOOT);
     Ok(text)
 }
@@ -39,6 +43,23 @@ It runs the [scenarios](scenarios.md) of the figures anew (four minutes on two c
 numbers no longer bear a reason given here. No parameter was fitted to a picture; the irregularity's amplitude
 was chosen for one number, as said there. What the paper leaves open and how it is read: [physics](physics.md).
 A gap's deviation is that from its value at the start, and the largest of all 64 magnets.
+";
+
+const RESONANCE: &str = "
+## Resonance of train and girder (section 1, figure 2)
+
+`maglev run scenarios/resonance-limited.json`
+
+![Gaps in resonance](paper/resonance.svg)
+";
+
+const BARE_GIRDER: &str = "
+## The bare girder after an impulse (section 2.3, figure 5)
+
+`maglev run scenarios/girder-impulse.json`. Frequency and damping of each mode are those of the free vibration, from one
+window of time to the next.
+
+![Acceleration of the bare girder](paper/impulse.svg)
 ";
 
 const VERIFICATION: &str = "

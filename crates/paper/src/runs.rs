@@ -29,6 +29,11 @@ pub const ONE_MODE: &str = "low-speed-short-waves-one-mode";
 /// The same where magnets feel the track at their centres.
 pub const AT_CENTRES: &str = "low-speed-short-waves-at-centres";
 
+/// The bare girder after an impulse.
+pub const IMPULSE: &str = "girder-impulse";
+/// The resonance of train and girder, limited by stops and skids.
+pub const LIMITED: &str = "resonance-limited";
+
 /// Name of the scenario of a girder of figure 14.
 pub fn girder(frequency: u32, means: &str) -> String {
     format!("standstill-{frequency}hz-{means}")
@@ -37,7 +42,16 @@ pub fn girder(frequency: u32, means: &str) -> String {
 /// The runs: scenarios in `scenarios/` without `.json`, and variants of [`SHORT_WAVES`]; the longest first, so
 /// that the workers end together.
 pub fn scenarios() -> Vec<String> {
-    let long = ["standstill", "standstill-quarter", "low-speed", SHORT_WAVES, ONE_MODE, AT_CENTRES];
+    let long = [
+        "standstill",
+        "standstill-quarter",
+        "low-speed",
+        SHORT_WAVES,
+        ONE_MODE,
+        AT_CENTRES,
+        LIMITED,
+        IMPULSE,
+    ];
     let girders = MEANS.iter().flat_map(|means| FREQUENCIES.map(|f| girder(f, means)));
     long.map(str::to_owned).into_iter().chain(girders).collect()
 }
@@ -95,7 +109,8 @@ fn run(name: &str) -> Result<()> {
     Ok(())
 }
 
-fn maglev() -> Command {
+/// The command `maglev`.
+pub fn maglev() -> Command {
     let mut command = Command::new(crate::target_dir().join("release").join("maglev"));
     command.current_dir(crate::root());
     command
@@ -132,9 +147,15 @@ pub struct Mode {
 /// girder are part, by frequency: at least a hundredth of the girder's, for its own modes on spans
 /// that carry nothing are of it alone.
 pub fn modes(name: &str) -> Result<Vec<Mode>> {
+    modes_with(name, &[])
+}
+
+/// The same with further options.
+pub fn modes_with(name: &str, options: &[String]) -> Result<Vec<Mode>> {
     let output = maglev()
         .args(["modes", "--json"])
         .arg(scenario(name))
+        .args(options)
         .stderr(Stdio::inherit())
         .output()
         .context("starting maglev modes")?;

@@ -58,6 +58,14 @@ impl Table {
         }
     }
 
+    /// Reads a Parquet file of signals over time, such as those that a study keeps.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not such a table.
+    pub fn read_parquet(path: &Path) -> Result<Self, ReadError> {
+        crate::columns::read_parquet(path, |_| true)
+    }
+
     /// The values of a signal.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {

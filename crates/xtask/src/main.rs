@@ -130,6 +130,10 @@ enum Task {
         #[arg(long)]
         keep_results: bool,
     },
+    /// Run the study of the paper's readings, and write its dataset, docs/paper/readings.csv
+    ///
+    /// Takes half an hour on two cores. What is there is not computed again.
+    Readings,
     /// Regenerate the committed files that are generated from code
     ///
     /// These are: FMI bindings, model descriptions, schema, reference pages, reference results.
@@ -176,6 +180,10 @@ fn main() -> Result<()> {
         Task::Mutants(selection) => mutants::run(&selection),
         Task::Screenshot => screenshot::take(),
         Task::Paper { keep_results } => paper(keep_results),
+        Task::Readings => {
+            package::package(&Order { also: &[workspace::COMMAND], ..Order::default() })?;
+            workspace::run(workspace::build_program("paper")?, &["--readings"])
+        }
         Task::Codegen { check } => check::codegen(check),
     }
 }
