@@ -128,8 +128,7 @@ pub fn table(cases: &[&Case]) -> String {
         let _ = write!(text, ",{name}");
     }
     for case in cases {
-        // names have commas
-        let _ = write!(text, "\n\"{}\"", case.name);
+        let _ = write!(text, "\n{}", case.name);
         for value in &case.values {
             let _ = write!(text, ",{value}");
         }

@@ -44,8 +44,10 @@ pub enum Track {
     AtCentres,
     /// Steps of 1 mm at the joints, and nothing else.
     Joints,
-    /// As shipped, and the chirp at the first mid-span.
+    /// As shipped, and the chirp on the first span, as far off its middle as at the standstill.
     Chirp,
+    /// The same, and the train begins on the first span.
+    ChirpFromMiddle,
 }
 
 /// One reading of the paper.
@@ -69,6 +71,8 @@ pub struct Reading {
     pub moving_girders: bool,
     /// Irregularity and excitation of the crossing.
     pub track: Track,
+    /// Whether the text supports all of its values.
+    pub in_text: bool,
 }
 
 /// Mass per length of the shipped girder (kg/m).
@@ -160,7 +164,7 @@ impl Reading {
             .girder(factor, factor)
             .with("chirp_position", self.force)
             .with("initial_position", self.train);
-        let what = format!("standstill, force at {} m, train at {} m", self.force, self.train);
+        let what = format!("standstill | force at {} m | train at {} m", self.force, self.train);
         self.finish(case, &what)
     }
 
@@ -175,7 +179,7 @@ impl Reading {
         };
         let case = |(f, means, stiffness, divisor)| {
             let case = base.clone().girder(factor * stiffness, factor / divisor);
-            self.finish(case, &format!("{what}, {f} Hz by {means}"))
+            self.finish(case, &format!("{what} | {f} Hz by {means}"))
         };
         figure_14().map(case).collect()
     }
@@ -187,19 +191,25 @@ impl Reading {
             if self.track == Track::Joints { Study::Joints } else { self.girder.study() };
         let case = Case::crossing(study).girder(factor, factor);
         let short = |case: Case| case.with("irregularity_shortest_wave", 0.05);
+        let chirp = |case: Case| case.with("chirp_on", true).with("chirp_position", self.force - 25.0);
         let (case, what) = match self.track {
             Track::Shipped => (case, "waves from 0.5 m"),
-            Track::ShortWaves => (short(case), "waves from 5 cm, mean"),
+            Track::ShortWaves => (short(case), "waves from 5 cm"),
             Track::AtCentres => {
                 let case = short(case).with("irregularity_averaged", false);
-                (case.with("irregularity_amplitude", 4e-7), "waves from 5 cm, at the centres")
+                (case.with("irregularity_amplitude", 4e-7), "waves from 5 cm at the centres")
             }
             Track::Joints => (case, "steps at the joints"),
-            Track::Chirp => {
-                (case.with("chirp_on", true).with("chirp_position", 12.5), "chirp")
+            Track::Chirp => (chirp(case), "chirp"),
+            // over mid-span after 7 s
+            Track::ChirpFromMiddle => {
+                (chirp(case).with("initial_position", 2.8), "chirp from mid-span")
             }
         };
-        self.finish(case, &format!("crossing, {what}"))
+        let off = self.force - 37.5;
+        let excited = matches!(self.track, Track::Chirp | Track::ChirpFromMiddle);
+        let place = if excited && off != 0.0 { format!(" {off} m off") } else { String::new() };
+        self.finish(case, &format!("crossing | {what}{place}"))
     }
 
     /// The same crossing over girders without their second mode, where the second frequency is excited.
@@ -207,7 +217,7 @@ impl Reading {
         let excited = !matches!(self.track, Track::Shipped);
         let case = self.crossing().with("modes", 1);
         excited.then(|| {
-            let name = format!("{}, one mode", case.name);
+            let name = format!("{} | one mode", case.name);
             case.named(name)
         })
     }

@@ -25,8 +25,8 @@ const fn new(place: &'static str, paper: &'static str, criterion: &'static str) 
 
 /// All claims.
 pub const CLAIMS: [Claim; 13] = [
-    new("3.2, fig. 11", "deflection of 3.5 mm at mid-span", "3.45 to 3.55 mm"),
-    new("3.2", "gap RMS of 8.01 mm", "8.005 to 8.015 mm"),
+    new("3.2, fig. 11", "deflection of 3.5 mm at mid-span", "3.45 to 3.55 mm; in part: to 3.75 mm, for 3.7 mm was measured"),
+    new("3.2", "gap RMS of 8.01 mm", "8.005 to 8.015 mm; in part: to 8.025 mm, for 8.02 mm was measured"),
     new(
         "3.3, fig. 12",
         "gaps and deflection dominant at 7 s",
@@ -104,12 +104,21 @@ fn both(one: bool, other: bool) -> Verdict {
     }
 }
 
+/// Near the simulated value, or between it and the measured one.
+fn near(value: Option<f64>, [simulated, measured]: [f64; 2], half: f64) -> Verdict {
+    match value {
+        Some(value) if (value - simulated).abs() < half => Verdict::Agrees,
+        Some(value) if value > simulated && value < measured + half => Verdict::InPart,
+        _ => Verdict::Differs,
+    }
+}
+
 fn deflection(crossing: &Row) -> Verdict {
-    of(crossing.deflection.map(|it| crossing.finished() && (it - 3.5e-3).abs() < 0.05e-3))
+    near(crossing.deflection.filter(|_| crossing.finished()), [3.5e-3, 3.7e-3], 0.05e-3)
 }
 
 fn rms(crossing: &Row) -> Verdict {
-    of(crossing.gap_rms.map(|it| crossing.finished() && (it - 8.01e-3).abs() < 0.005e-3))
+    near(crossing.gap_rms.filter(|_| crossing.finished()), [8.01e-3, 8.02e-3], 0.005e-3)
 }
 
 fn seven(row: &Row, at_bogies: bool) -> Verdict {

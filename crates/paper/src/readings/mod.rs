@@ -19,4 +19,4 @@ pub use catalogue::Reading;
 pub use dataset::Dataset;
 pub use picture::{girders as girders_picture, overview};
 pub use run::{run_all, write_tables};
-pub use text::{judged, section};
+pub use text::{holds, judged, section};

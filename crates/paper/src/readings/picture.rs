@@ -36,7 +36,7 @@ pub fn overview(all: &[Judged]) -> String {
     }
     let counts = LEFT + CLAIMS.len() * CELL + 14;
     let _ = writeln!(svg, "<text x=\"{counts}\" y=\"{}\">agrees</text>", TOP + all.len() * ROW + 18);
-    let best = best(all);
+    let best = best(all, false);
     for (k, judged) in all.iter().enumerate() {
         let y = TOP + k * ROW;
         let weight = if best.contains(&k) { "bold" } else { "normal" };

@@ -110,7 +110,7 @@ fn coupled_mode(
     case: &Case,
     known: &mut BTreeMap<String, (Option<f64>, Option<f64>)>,
 ) -> Result<(Option<f64>, Option<f64>)> {
-    if !case.name.contains("standstill, force at 37.5 m, train at 37.5 m") {
+    if !case.name.contains("standstill | force at 37.5 m | train at 37.5 m") {
         return Ok((None, None));
     }
     let scenario = match case.study {

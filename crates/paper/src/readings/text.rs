@@ -1,6 +1,6 @@
 //! The section of `docs/paper.md` on readings.
 
-use std::fmt::Write as _;
+use std::{fmt::Write as _, ops::Range};
 
 use anyhow::Result;
 
@@ -35,10 +35,11 @@ pub fn judged(dataset: &Dataset) -> Result<Vec<Judged>> {
     readings().into_iter().map(one).collect()
 }
 
-/// Those that agree with most claims, and among them with most in part.
-pub fn best(all: &[Judged]) -> Vec<usize> {
-    let most = all.iter().map(Judged::counts).max().unwrap_or_default();
-    (0..all.len()).filter(|&k| all[k].counts() == most).collect()
+/// Those that agree with most claims, and among them with most in part; of those that the text supports, or of all.
+pub fn best(all: &[Judged], in_text: bool) -> Vec<usize> {
+    let counted = || (0..all.len()).filter(|&k| all[k].reading.in_text || !in_text);
+    let most = counted().map(|k| all[k].counts()).max().unwrap_or_default();
+    counted().filter(|&k| all[k].counts() == most).collect()
 }
 
 /// Numbers of the readings, from 1, that agree with a claim.
@@ -63,6 +64,19 @@ fn list(numbers: &[usize]) -> String {
     if parts.is_empty() { "none".to_owned() } else { parts.join(", ") }
 }
 
+/// For which readings claims hold, as a sentence after the verdicts on the shipped reading.
+pub fn holds(all: &[Judged], claims: Range<usize>) -> String {
+    let one = |k: usize| {
+        let readings = list(&agreeing(all, k, Verdict::Agrees));
+        format!("{} ({}): {readings}", letter(k), CLAIMS[k].paper)
+    };
+    let parts: Vec<_> = claims.map(one).collect();
+    format!(
+        "\nFor which [readings](#which-reading-agrees-with-most-of-it) this holds: {}.\n",
+        parts.join("; ")
+    )
+}
+
 const HEAD: &str = "
 ## Which reading agrees with most of it
 
@@ -84,14 +98,13 @@ the recorded values.
 ";
 
 /// The whole section.
-pub fn section(dataset: &Dataset) -> Result<String> {
-    let all = judged(dataset)?;
+pub fn section(dataset: &Dataset, all: &[Judged]) -> Result<String> {
     let mut text = String::from(HEAD);
-    claims(&mut text, &all)?;
-    table(&mut text, &all)?;
-    arguments(&mut text, &all)?;
-    result(&mut text, &all)?;
-    figure_14(&mut text, dataset, &all)?;
+    result(&mut text, all)?;
+    claims(&mut text, all)?;
+    table(&mut text, all)?;
+    arguments(&mut text, all)?;
+    figure_14(&mut text, dataset, all)?;
     Ok(text)
 }
 
@@ -163,18 +176,23 @@ fn result(text: &mut String, all: &[Judged]) -> Result<()> {
         let missed = |c: &usize| all[k].verdicts[*c] == Verdict::Differs;
         (0..CLAIMS.len()).filter(missed).map(|c| letter(c).to_string()).collect::<Vec<_>>()
     };
-    let winners = best(all);
-    let first = winners.first().copied().unwrap_or(0);
-    let (agrees, in_part) = all[first].counts();
-    write!(
-        text,
-        "\n**The reading that agrees with most:** {}. {agrees} of {} claims agree, {in_part} in part; it misses {}.",
-        names(&winners),
-        CLAIMS.len(),
-        missed(first).join(", ")
-    )?;
+    for (what, in_text) in [
+        ("The reading that agrees with most", false),
+        ("The one that agrees with most and whose values the text supports", true),
+    ] {
+        let winners = best(all, in_text);
+        let first = winners.first().copied().unwrap_or(0);
+        let (agrees, in_part) = all[first].counts();
+        writeln!(
+            text,
+            "\n**{what}:** {}. {agrees} of {} claims agree, {in_part} in part; it misses {}.",
+            names(&winners),
+            CLAIMS.len(),
+            missed(first).join(", ")
+        )?;
+    }
     let (agrees, in_part) = all[0].counts();
-    write!(text, " As shipped, {agrees} agree and {in_part} in part.")?;
+    write!(text, "\nAs shipped, {agrees} agree and {in_part} in part.")?;
     let none = (0..CLAIMS.len()).filter(|&c| agreeing(all, c, Verdict::Agrees).is_empty());
     let none: Vec<_> = none.map(|c| format!("{} ({})", letter(c), CLAIMS[c].paper)).collect();
     let none = if none.is_empty() { "nothing".to_owned() } else { none.join("; ") };
