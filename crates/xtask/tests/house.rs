@@ -17,7 +17,8 @@ const PLAN: &[(&str, &[&str])] = &[
     // physics and analysis: no FMI
     ("magnet", &[]),
     ("guideway", &["strict-json"]),
-    ("multibody", &["patterns", "strict-json"]),
+    ("multibody", &["patterns", "strict-json", "track-line"]),
+    ("track-line", &["strict-json"]),
     ("analysis", &[]),
     // small tools
     ("patterns", &[]),
@@ -37,7 +38,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmu-controller", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-ems", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
-    ("fmu-vehicle", &["fmi2-export", "magnet", "multibody"]),
+    ("fmu-vehicle", &["fmi2-export", "magnet", "multibody", "track-line"]),
     ("state-feedback", &["fmi2-export"]),
     // a whole system as one unit
     ("bundle-table", &[]),

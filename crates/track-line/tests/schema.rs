@@ -1,0 +1,14 @@
+//! The committed schema is the one of the types.
+#![allow(clippy::unwrap_used, reason = "a test program")]
+
+use track_line::LineDescription;
+
+#[test]
+fn golden_the_schema_is_that_of_the_types() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fmu-vehicle/resources/line-schema.json");
+    if std::env::var_os("WRITE_SCHEMA").is_some() {
+        std::fs::write(path, LineDescription::schema()).unwrap();
+    }
+    let committed = std::fs::read_to_string(path).unwrap();
+    assert!(committed == LineDescription::schema(), "stale; run: WRITE_SCHEMA=1 cargo test -p track-line --test schema");
+}
