@@ -5,12 +5,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* defined in logger.rs */
-extern void master_log_sink(void *environment, const char *instance, int status,
-                            const char *category, const char *message);
-/* defined in conformance/log.rs */
-extern void conformance_log_sink(void *environment, const char *instance, int status,
-                                 const char *category, const char *format, const char *message);
+/* Functions of logger/mod.rs and of the harness of fmi2-conformance. They are set before the first
+ * use. By name they would be exported by a library that contains a master, such as a bundle. */
+static void (*master_sink)(void *environment, const char *instance, int status,
+                           const char *category, const char *message);
+static void (*conformance_sink)(void *environment, const char *instance, int status,
+                                const char *category, const char *format, const char *message);
+
+void master_log_to(void (*sink)(void *, const char *, int, const char *, const char *))
+{
+    master_sink = sink;
+}
+
+void conformance_log_to(void (*sink)(void *, const char *, int, const char *, const char *,
+                                     const char *))
+{
+    conformance_sink = sink;
+}
 
 /* The text, in `fixed` where it fits, else in memory to be freed; the format itself where it
  * cannot be used. */
@@ -47,7 +58,7 @@ void master_log(void *environment, const char *instance, int status, const char 
         text = formatted(fixed, sizeof fixed, format, arguments);
         va_end(arguments);
     }
-    master_log_sink(environment, instance, status, category, text);
+    master_sink(environment, instance, status, category, text);
     if (text != fixed && text != format)
         free(text);
 }
@@ -65,7 +76,7 @@ void conformance_log(void *environment, const char *instance, int status, const 
         text = formatted(fixed, sizeof fixed, format, arguments);
         va_end(arguments);
     }
-    conformance_log_sink(environment, instance, status, category, format, text);
+    conformance_sink(environment, instance, status, category, format, text);
     if (text != fixed && text != format)
         free(text);
 }

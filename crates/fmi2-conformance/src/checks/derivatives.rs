@@ -24,6 +24,8 @@ table! {
 enum InputCourse {
     /// Held at their values at the start.
     Held,
+    /// Held at their values in the middle of the line.
+    Middle,
     /// Along a line, by input derivatives.
     Line,
     /// Along the same line in small steps, each with the value at its middle.
@@ -43,6 +45,7 @@ fn along(
     for part in 0..parts {
         let share = match course {
             InputCourse::Stairs => (f64::from(part) + 0.5) / f64::from(parts),
+            InputCourse::Middle => 0.5,
             InputCourse::Held | InputCourse::Line => 0.0,
         };
         let at = |input: &RealInput| input.start + input.small * share;
@@ -90,6 +93,7 @@ fn inputs(bench: &Bench) -> CheckResult {
     let held_parts = along(bench, &inputs, PARTS, InputCourse::Held)?;
     let stairs = along(bench, &inputs, PARTS, InputCourse::Stairs)?;
     let line = along(bench, &inputs, 1, InputCourse::Line)?;
+    let middle = along(bench, &inputs, 1, InputCourse::Middle)?;
     let of = ReadList::outputs(bench).reals;
     for index in (0..of.len()).filter(|&index| indirect[index]) {
         let effect = (stairs[index] - held[index]).abs();
@@ -97,7 +101,9 @@ fn inputs(bench: &Bench) -> CheckResult {
         let noise =
             1e-9 * held[index].abs() + 10.0 * (held_parts[index] - held[index]).abs() + 1e-15;
         let error = (line[index] - stairs[index]).abs();
-        if effect > 10.0 * noise && error > 0.1 * effect {
+        // a unit with large steps inside, such as a coupled system, may show an effect one step later
+        let shown = (middle[index] - held[index]).abs() > 0.1 * effect;
+        if effect > 10.0 * noise && shown && error > 0.1 * effect {
             let name = bench.description().name_of(CType::Real, of[index]).unwrap_or("?");
             return fault(format!(
                 "{name} ends at {:?} with input derivatives, at {:?} with {PARTS} small steps \

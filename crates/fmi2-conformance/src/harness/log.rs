@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, Once, PoisonError};
 
 use fmi2_sys as sys;
 
@@ -34,6 +34,16 @@ static LIVE: LazyLock<Mutex<HashSet<usize>>> = LazyLock::new(Mutex::default);
 /// Number of messages with an unknown environment.
 static STRAY: AtomicUsize = AtomicUsize::new(0);
 
+/// Where logger.c delivers the format and the formatted text.
+type Receiver = unsafe extern "C" fn(
+    *mut c_void,
+    *const c_char,
+    c_int,
+    *const c_char,
+    *const c_char,
+    *const c_char,
+);
+
 unsafe extern "C" {
     /// The variadic callback in logger.c.
     fn conformance_log(
@@ -44,6 +54,7 @@ unsafe extern "C" {
         message: *const c_char,
         ...
     );
+    fn conformance_log_to(sink: Receiver);
     fn calloc(count: usize, size: usize) -> *mut c_void;
     fn free(memory: *mut c_void);
 }
@@ -57,8 +68,7 @@ fn text(pointer: *const c_char) -> Option<String> {
 }
 
 /// Called by logger.c with the format and the formatted text.
-#[unsafe(no_mangle)]
-extern "C" fn conformance_log_sink(
+unsafe extern "C" fn conformance_log_sink(
     environment: *mut c_void,
     instance: *const c_char,
     status: c_int,
@@ -96,6 +106,9 @@ impl InstanceLog {
 
     /// The callback functions for an instance whose messages this log receives.
     pub(crate) fn callbacks(&self) -> sys::fmi2CallbackFunctions {
+        static SET: Once = Once::new();
+        // SAFETY: the function has the type that logger.c expects, and nothing is logged before
+        SET.call_once(|| unsafe { conformance_log_to(conformance_log_sink) });
         sys::fmi2CallbackFunctions {
             logger: Some(conformance_log),
             allocateMemory: Some(calloc),

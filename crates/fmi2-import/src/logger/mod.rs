@@ -7,6 +7,7 @@ mod ring;
 mod sink;
 
 use std::ffi::{CStr, c_char, c_int, c_void};
+use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use fmi2_sys as sys;
@@ -36,6 +37,9 @@ pub fn note_arrival() {
     ARRIVED.fetch_add(1, Ordering::Relaxed);
 }
 
+/// Where logger.c delivers the formatted text.
+type Receiver = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
+
 unsafe extern "C" {
     /// The variadic callback in logger.c.
     fn master_log(
@@ -46,14 +50,14 @@ unsafe extern "C" {
         message: *const c_char,
         ...
     );
+    fn master_log_to(sink: Receiver);
     fn calloc(count: usize, size: usize) -> *mut c_void;
     fn free(memory: *mut c_void);
 }
 
 /// Called by logger.c with the formatted text. FMUs may call it from their own threads, before they are
 /// instantiated and after they are freed, and with any environment.
-#[unsafe(no_mangle)]
-extern "C" fn master_log_sink(
+unsafe extern "C" fn master_log_sink(
     environment: *mut c_void,
     instance: *const c_char,
     status: c_int,
@@ -76,6 +80,9 @@ extern "C" fn master_log_sink(
 
 /// The callback functions for the instance with this badge.
 fn callbacks(badge: Badge) -> sys::fmi2CallbackFunctions {
+    static SET: Once = Once::new();
+    // SAFETY: the function has the type that logger.c expects, and nothing is logged before
+    SET.call_once(|| unsafe { master_log_to(master_log_sink) });
     sys::fmi2CallbackFunctions {
         logger: Some(master_log),
         allocateMemory: Some(calloc),
