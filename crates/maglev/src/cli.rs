@@ -63,6 +63,9 @@ pub enum Command {
     /// Pack a scenario with its units and the master into one unit
     #[command(arg_required_else_help = true)]
     Bundle(commands::bundle::Arguments),
+    /// Write a scenario as an SSP archive for other tools, or an SSP archive as a scenario
+    #[command(arg_required_else_help = true)]
+    Export(commands::export::Arguments),
     /// Show the modes of a coupled system: frequencies, damping, participation
     #[command(arg_required_else_help = true)]
     Modes(commands::modes::Arguments),

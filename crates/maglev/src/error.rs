@@ -16,6 +16,7 @@ use linear::LinearError;
 use response::ResponseError;
 use results::ParquetError;
 use scenario::ScenarioError;
+use ssp::SspError;
 use study::StudyError;
 use thiserror::Error;
 
@@ -71,6 +72,21 @@ pub enum Error {
     /// A unit cannot get other resources.
     #[error("cannot make the new unit")]
     Derive(#[from] DeriveError),
+    /// A system in an SSP archive.
+    #[error("cannot use the system")]
+    Ssp(#[from] SspError),
+    /// `export --scenario` of something else.
+    #[error("{path} is not a system (.ssp or .ssd)")]
+    NoSystem {
+        /// The file.
+        path: PathBuf,
+    },
+    /// `validate --dynamic` of a whole system.
+    #[error("--dynamic checks one unit, not a system")]
+    SystemDynamic,
+    /// A temporary folder.
+    #[error("cannot make a temporary folder")]
+    Temporary(#[source] std::io::Error),
     /// A unit's binary.
     #[error("cannot load the unit")]
     Library(#[from] LibraryError),
@@ -232,6 +248,7 @@ impl Error {
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Write { .. } | Self::Program(_) => 1,
+            Self::Temporary(_) | Self::Ssp(SspError::Write { .. }) => 1,
             Self::Reference(ReferenceError::Unit(_)) => 1,
             _ => 2,
         }
@@ -269,6 +286,12 @@ impl Error {
             Self::Package(error) => return error.help(),
             Self::Bundle(error) => return error.help(),
             Self::Derive(error) => return error.help(),
+            Self::Ssp(error) => return error.help(),
+            Self::NoSystem { .. } => "write an archive with --ssp FILE",
+            Self::SystemDynamic => {
+                "write its units into a folder with `maglev export SYSTEM.ssp --scenario DIR`, and check each"
+            }
+            Self::Temporary(_) => "set TMPDIR to a folder that is writable",
             Self::Library(error) => error.help(),
             Self::Instantiate(error) => return error.fault().help(),
             Self::Unreadable(_) => "give the path of a .fmu file",

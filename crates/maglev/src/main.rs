@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         Command::Linearize(arguments) => commands::linearize::run(&arguments),
         Command::Bundle(arguments) => commands::bundle::run(&arguments),
         Command::Derive(arguments) => commands::derive::run(&arguments),
+        Command::Export(arguments) => commands::export::run(&arguments),
         Command::Inspect(arguments) => commands::inspect::run(&arguments),
         Command::Validate(arguments) => commands::validate::run(&arguments),
         Command::Reference(arguments) => commands::reference::run(&arguments),

@@ -86,6 +86,18 @@ const PLAN: &[(&str, &[&str])] = &[
             "sources",
         ],
     ),
+    (
+        "ssp",
+        &[
+            "fmi2-derive",
+            "fmi2-import",
+            "fmi2-package",
+            "master",
+            "patterns",
+            "results",
+            "scenario",
+        ],
+    ),
     ("linear", &["coupling", "fmi2-import", "master", "patterns", "results"]),
     ("stability-map", &[]),
     (
@@ -153,6 +165,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "results",
             "scenario",
             "shared-features",
+            "ssp",
             "study",
             "study-report",
         ],

@@ -16,7 +16,7 @@ use super::table::table;
 /// Arguments of `maglev inspect`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The unit (.fmu).
+    /// The unit (.fmu), or a system (.ssp).
     unit: PathBuf,
     /// Print the whole description (or the modes) as JSON.
     #[arg(long)]
@@ -34,6 +34,9 @@ pub struct Arguments {
 
 /// Prints a page about the unit.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if ssp::is_system(&arguments.unit) {
+        return super::system::inspect(&arguments.unit, arguments.json);
+    }
     let package = Package::open(&arguments.unit)?;
     if arguments.strict {
         fmi2_conformance::refuse_defects(package.path(), package.path())?;

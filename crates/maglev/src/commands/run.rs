@@ -20,6 +20,7 @@ Examples:
   maglev run scenarios/one-bogie.json --set 'ems_*.gain_gap=6' --set vehicle.travel_speed=2
   maglev run scenarios/low-speed.json --checkpoint-every 10 --format csv,parquet
   maglev run target/fmu/ems.fmu --stop 2 --set gap=0.009
+  maglev run SYSTEM.ssp --stop 10 --step 0.001
   maglev run scenarios/low-speed.json --json --no-report | jq .real_time_factor
 
 Files in the folder: results.csv or results.parquet (recorded signals), events.csv (warnings
@@ -36,8 +37,8 @@ fails while it steps. Errors are text on stderr, and the exit status is the same
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario (.json): units, connections and signals to record. Or one unit (.fmu), which
-    /// runs alone and has its outputs recorded.
+    /// The scenario (.json): units, connections and signals to record. Or a system (.ssp), or one
+    /// unit (.fmu), which runs alone and has its outputs recorded.
     scenario: PathBuf,
     /// Folder for the results [default: results/ and the name of the scenario or unit].
     #[arg(long, value_name = "DIR")]
@@ -111,9 +112,18 @@ fn parse_threads(text: &str) -> Result<usize, String> {
 /// Runs the scenario, or the unit.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let given = GivenTimes { stop: arguments.stop, step: arguments.step };
+    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
     let mut scenario = if is_unit(&arguments.scenario) {
         let unit = Package::describe(&arguments.scenario)?;
         scenario::alone(&arguments.scenario, &unit, given, &arguments.set)?
+    } else if ssp::is_system(&arguments.scenario) {
+        // beside the results, for scenario-as-run.json and `maglev resume`
+        let imported = ssp::import(&arguments.scenario, &folder.join("system"))?;
+        let mut scenario = Scenario::load_with(&imported.scenario, given)?;
+        scenario.notes.splice(0..0, imported.notes);
+        scenario.overrides.clone_from(&arguments.set);
+        scenario
     } else {
         let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
         scenario.overrides.clone_from(&arguments.set);
@@ -127,8 +137,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
     }
     change(&mut scenario, arguments);
-    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name.as_str()));
     let job = Job { scenario: &scenario, name: &name, folder: &folder };
     let terminal = arguments.end.terminal(&folder, scenario.log_level);
     watch(&terminal, |observer| job.run(observer))

@@ -13,7 +13,7 @@ use maglev::Error;
 /// Arguments of `maglev validate`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The unit (.fmu).
+    /// The unit (.fmu), or a system (.ssp): its structure and all its units.
     #[arg(required_unless_present = "rules")]
     unit: Option<PathBuf>,
     /// Load the unit and call its C functions, instead of only reading the file.
@@ -38,13 +38,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     match arguments.unit.as_deref() {
         None if arguments.dynamic => super::print(&checks()),
         None => super::print(&rules()),
+        Some(unit) if ssp::is_system(unit) => {
+            if arguments.dynamic {
+                return Err(Error::SystemDynamic);
+            }
+            super::system::validate(unit, arguments.json)
+        }
         Some(unit) if arguments.dynamic => dynamic(unit, arguments),
         Some(unit) => fixed(unit, arguments.json),
     }
 }
 
 /// 1 if there are errors.
-fn status(errors: usize) -> ExitCode {
+pub(super) fn status(errors: usize) -> ExitCode {
     if errors > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
@@ -66,7 +72,7 @@ fn fixed(unit: &Path, as_json: bool) -> Result<ExitCode, Error> {
     Ok(status(count(Severity::Error)))
 }
 
-fn totals(count: impl Fn(Severity) -> usize) -> String {
+pub(super) fn totals(count: impl Fn(Severity) -> usize) -> String {
     format!(
         "{} errors, {} warnings, {} notes",
         count(Severity::Error),
@@ -75,7 +81,7 @@ fn totals(count: impl Fn(Severity) -> usize) -> String {
     )
 }
 
-fn lines(findings: &[Finding]) -> String {
+pub(super) fn lines(findings: &[Finding]) -> String {
     let mut text = String::new();
     for finding in findings {
         // writing to a String cannot fail

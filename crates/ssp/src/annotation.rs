@@ -1,0 +1,66 @@
+//! Annotations: our own, which hold what SSP cannot say, and those of others that state a step size.
+
+use fmi2_import::xml::Plain as _;
+use roxmltree::Node;
+
+use crate::xml::{SSC, SSD, double, listed};
+
+/// Type of our annotation. On the description, its text is a part of a scenario as JSON, as `maglev schema` describes it.
+/// On a connection, it is a part of a connection of a scenario.
+pub const TYPE: &str = "org.maglev-cosimulation.scenario";
+/// Type of OMSimulator's annotation.
+pub(crate) const OMSIMULATOR: &str = "org.openmodelica";
+/// Type of the annotation of the Open Simulation Platform: libcosim, ecos.
+pub(crate) const OSP: &str = "com.opensimulationplatform";
+/// Namespace of OMSimulator's elements.
+pub(crate) const OMSIMULATOR_NAMESPACE: &str =
+    "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
+/// Namespace of the elements of the Open Simulation Platform.
+pub(crate) const OSP_NAMESPACE: &str = "http://opensimulationplatform.com/SSP/OSPAnnotations";
+
+/// An annotation.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Annotation {
+    /// Its type, in reverse-domain style.
+    pub(crate) kind: String,
+    /// The element that has it.
+    pub(crate) place: String,
+    /// What it says, if that is known.
+    pub(crate) meaning: Meaning,
+}
+
+/// What an annotation says.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Meaning {
+    /// Text of ours.
+    Ours(String),
+    /// A fixed communication step (s).
+    Step(f64),
+    /// Nothing that is used.
+    Unused,
+}
+
+impl Annotation {
+    /// All annotations of an element.
+    pub(crate) fn read_all(node: Node<'_, '_>, place: &str) -> Vec<Self> {
+        listed(node, (SSD, "Annotations"), (SSC, "Annotation"))
+            .map(|it| {
+                let kind = it.attr("type").unwrap_or_default().to_owned();
+                let meaning = match kind.as_str() {
+                    TYPE => Meaning::Ours(it.text().unwrap_or_default().to_owned()),
+                    OMSIMULATOR => step(it, "FixedStepMaster", "stepSize"),
+                    OSP => step(it, "FixedStepAlgorithm", "baseStepSize"),
+                    _ => Meaning::Unused,
+                };
+                Self { kind, place: place.to_owned(), meaning }
+            })
+            .collect()
+    }
+}
+
+/// A step size in an element below.
+fn step(node: Node<'_, '_>, element: &str, attribute: &str) -> Meaning {
+    let found = node.descendants().filter(|it| it.tag_name().name() == element);
+    let mut steps = found.filter_map(|it| double(it.attr(attribute)?));
+    steps.find(|step| step.is_finite() && *step > 0.0).map_or(Meaning::Unused, Meaning::Step)
+}

@@ -1,0 +1,16 @@
+//! The files of the standard as values: descriptions (SSD), parameter sets (SSV), parameter mappings (SSM) and signal
+//! dictionaries (SSB).
+
+mod common;
+mod description;
+mod dictionary;
+mod mapping;
+mod values;
+
+pub(crate) use common::{Definitions, Kind, Linear, Transformation};
+pub(crate) use description::{
+    Base, Binding, Component, Connection, Connector, Contents, Description, Element, End, System,
+};
+pub(crate) use dictionary::SignalDictionary;
+pub(crate) use mapping::ParameterMapping;
+pub(crate) use values::{Number, ParameterSet, ParameterValue};
