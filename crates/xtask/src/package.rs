@@ -92,7 +92,7 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     let targets = if order.targets.is_empty() { &host[..] } else { &order.targets };
     target::distinct(targets)?;
     // descriptions come from libraries that run here
-    Target::host().build(&[&UNIT_CRATES, &[bundles::CRATE, workspace::COMMAND], order.also].concat())?;
+    Target::host().build(&[&UNIT_CRATES[..], &[bundles::CRATE, workspace::COMMAND], order.also].concat())?;
     for target in targets.iter().filter(|&target| *target != host[0]) {
         target.build(&[&UNIT_CRATES[..], &[bundles::CRATE]].concat())?;
     }
