@@ -7,6 +7,7 @@ use crate::adjustments::Adjustments;
 use crate::contact::ContactHandles;
 use crate::external::ExternalHandles;
 use crate::journey::JourneyHandles;
+use crate::line::LineHandles;
 use crate::table::{InputHandles, OutputHandles, ParameterHandles, SidewaysHandles};
 
 /// Handles of all variables that depend on others, or others on them.
@@ -19,6 +20,7 @@ pub(crate) struct Handles<'a> {
     pub external: &'a ExternalHandles,
     pub journey: &'a JourneyHandles,
     pub sideways: &'a SidewaysHandles,
+    pub line: Option<&'a LineHandles>,
     pub adjustments: &'a Adjustments,
 }
 
@@ -85,6 +87,10 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
         interface.initially_depends(row, &rest);
     }
     interface.initially_depends(adjustments.mass(), &adjustments.rows().collect::<Vec<_>>());
+    for output in handles.line.into_iter().flat_map(LineHandles::rows) {
+        interface.independent(output);
+        interface.initially_depends(output, &[parameters.initial_position.row()]);
+    }
     interface.independent(outputs.position);
     interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
     interface.independent(outputs.speed);

@@ -26,6 +26,9 @@ mod jerks;
 mod journey;
 #[cfg(test)]
 mod journey_tests;
+mod line;
+#[cfg(test)]
+mod line_tests;
 mod linear;
 mod model;
 mod modes;

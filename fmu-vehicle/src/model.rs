@@ -6,8 +6,9 @@ use fmi2_export::{
 };
 use multibody::{
     AppliedCourse, AppliedForces, Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex,
-    ObservedIndex, Rails, VehicleDescription, VehicleModel, Workspace,
+    ObservedIndex, Rails, Travel, VehicleDescription, VehicleModel, Workspace,
 };
+use track_line::Line;
 
 use crate::adjustments::{AS_IN_FILE, Adjustments};
 use crate::contact::{ContactHandles, check_linear};
@@ -15,6 +16,7 @@ use crate::dependencies::{Handles, depend};
 use crate::external::{ExternalHandles, ExternalLoads};
 use crate::jerks::Jerks;
 use crate::journey::JourneyHandles;
+use crate::line::{self, LineHandles};
 use crate::linear;
 use crate::modes::{self, At};
 use crate::start;
@@ -38,6 +40,9 @@ pub struct VehicleFmu {
     external: ExternalHandles,
     journey: JourneyHandles,
     sideways: SidewaysHandles,
+    /// The line of the resources; the vehicle's model has it too.
+    line: Option<Line>,
+    line_outputs: Option<LineHandles>,
     /// Memory for the values of the external loads.
     loads: ExternalLoads,
     work: Workspace,
@@ -62,7 +67,7 @@ impl VehicleFmu {
         if self.key == key {
             return Ok(());
         }
-        let model = self.adjustments.build(values)?;
+        let model = line::place(self.adjustments.build(values)?, self.line.as_ref())?;
         self.work = model.workspace();
         self.probe = model.workspace();
         self.trial = model.initial_state();
@@ -218,7 +223,9 @@ impl Model for VehicleFmu {
         let text = resources.read_to_string("vehicle.json")?;
         let failed = |e: multibody::Error| Error::caused(&e).context("resource vehicle.json");
         let layout = VehicleDescription::from_json(&text).map_err(failed)?;
+        let line = line::read(resources)?;
         let model = VehicleModel::new(&layout).map_err(failed)?;
+        let model = line::place(model, line.as_ref())?;
         interface.describe(table::info(&model));
         let parameters = ParameterHandles::declare(interface);
         let inputs = InputHandles::declare(interface, model.counts().magnets);
@@ -229,6 +236,7 @@ impl Model for VehicleFmu {
         let adjustments = Adjustments::declare(interface, layout)?;
         let journey = JourneyHandles::declare(interface, &parameters);
         let sideways = SidewaysHandles::declare(interface, model.counts().magnets);
+        let line_outputs = LineHandles::declare(interface, line.as_ref());
         let handles = Handles {
             inputs: &inputs,
             outputs: &outputs,
@@ -237,6 +245,7 @@ impl Model for VehicleFmu {
             external: &external,
             journey: &journey,
             sideways: &sideways,
+            line: line_outputs.as_ref(),
             adjustments: &adjustments,
         };
         depend(interface, &model, &handles);
@@ -257,6 +266,8 @@ impl Model for VehicleFmu {
             external,
             journey,
             sideways,
+            line,
+            line_outputs,
         })
     }
 
@@ -266,15 +277,17 @@ impl Model for VehicleFmu {
         values.set_real(self.adjustments.mass(), self.model.total_mass());
         let journey = self.journey.start(values, time);
         let (contact, landed) = self.contact.start(&self.model, values, journey.speed)?;
+        line::check_start(&self.model, journey.place_at(time), contact.any())?;
         let equilibrium = self.equilibrium(values, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
         self.fastest = start::fastest(&self.model, &equilibrium, &mut self.probe)?;
-        let vehicle = if landed {
+        let mut vehicle = if landed {
             self.landed(values, &contact, &equilibrium)?
         } else {
             self.check_levitated(values, &equilibrium.state, journey.speed)?;
             equilibrium.state
         };
+        vehicle.travel = line::travel(&self.model, &journey, time);
         Ok(State {
             vehicle,
             journey,
@@ -302,6 +315,9 @@ impl Model for VehicleFmu {
         self.contact.write(&self.model, state, &self.inputs, values);
         self.write_magnets(state, values, state.journey.place_at(time));
         self.write_observed(state, values);
+        if let Some(outputs) = &self.line_outputs {
+            outputs.write(&self.model, state.journey.place_at(time), values);
+        }
         let outputs = &self.outputs;
         let speed = state.journey.speed + self.model.relative_speed(&state.vehicle);
         values.set_real(outputs.speed, speed);
@@ -330,6 +346,8 @@ impl Model for VehicleFmu {
         start::check_step(self.fastest, step.size.min(max_step))?;
         self.trial.clone_from(&state.vehicle);
         self.trial.time = step.time;
+        self.trial.travel = line::travel(&self.model, &state.journey, step.time)
+            .map(|travel| Travel { speed: speed[0], ..travel });
         let jump = speed[0] - state.journey.speed;
         if jump != 0.0 {
             self.model.jump(&mut self.trial, jump, &mut self.work).map_err(|e| refused(&e))?;
@@ -346,6 +364,7 @@ impl Model for VehicleFmu {
             .map_err(|e| refused(&e))?;
         state.vehicle.clone_from(&self.trial);
         state.journey = state.journey.after(speed, step);
+        state.vehicle.travel = line::travel(&self.model, &state.journey, step.end());
         state.rates.after(&self.inputs, &self.external, values, step.size);
         Ok(())
     }
@@ -367,7 +386,10 @@ impl Model for VehicleFmu {
         let (gap, gap_rate) = (self.outputs.gap, self.outputs.gap_rate);
         let (acceleration, position) = (self.outputs.acceleration, self.outputs.position);
         let bend = |k: usize| {
-            values.real(acceleration.get(k)) + state.rates.track_rate.get(k).copied().unwrap_or(0.0)
+            // on a line, the gap's axis turns
+            let turned = self.model.magnet_apparent(&state.vehicle, &self.work, MagnetIndex(k)).z;
+            let rail = state.rates.track_rate.get(k).copied().unwrap_or(0.0);
+            values.real(acceleration.get(k)) + rail - turned
         };
         if let Some(k) = find(gap, output) {
             return Ok(match order {
@@ -475,6 +497,8 @@ impl Model for VehicleFmu {
     ) -> Result<Option<String>, Error> {
         self.use_vehicle_of(state, values)?;
         if [StateSpace::REQUEST, Motions::REQUEST].contains(&request) {
+            let straight = line::straightened(&self.model, state)?;
+            let state = straight.as_ref().unwrap_or(state);
             let Self { model, inputs, outputs, contact, external, sideways, .. } = self;
             let handles = linear::Handles { inputs, outputs, contact, external, sideways };
             let report =
@@ -488,6 +512,8 @@ impl Model for VehicleFmu {
         let options = modes::ModesOptions::read(options)?;
         let answer = match options.at {
             At::State => {
+                let straight = line::straightened(&self.model, state)?;
+                let state = straight.as_ref().unwrap_or(state);
                 let track = self.contact.track(values, &self.inputs, state.journey.speed);
                 let magnets = self.inputs.loads(values);
                 let external = self.loads.hold(&self.external, values);

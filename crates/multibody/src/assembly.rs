@@ -71,6 +71,7 @@ impl VehicleModel {
             total_mass: description.bodies.iter().filter(|b| !b.reference).map(|b| b.mass).sum(),
             tolerances: Tolerances::default(),
             scheme: Scheme::default(),
+            line: None,
             composites: merged.composites,
             members: merged.members,
             joints,

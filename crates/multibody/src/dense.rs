@@ -19,6 +19,7 @@ impl VehicleModel {
     ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
         ws.forget();
         ws.touch.set(None);
+        self.follow_line(state.travel, ws);
         let forces = forces.into();
         ws.vertical.copy_from_slice(forces.magnets.vertical);
         ws.lateral.copy_from_slice(forces.magnets.lateral);

@@ -10,6 +10,7 @@ use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, State, Wrench};
+use crate::way::{Travel, Way};
 use crate::workspace::Workspace;
 
 impl VehicleModel {
@@ -38,6 +39,9 @@ impl VehicleModel {
             lateral: vec![0.0; self.magnets.len()],
             external: vec![[0.0; 6]; self.watched.len()],
             acceleration: 0.0,
+            way: None,
+            travel: None,
+            lost: None,
         }
     }
 
@@ -71,15 +75,30 @@ impl VehicleModel {
         if let Some(track) = track {
             self.check_track(track.height.len(), track.rate.len())?;
         }
-        if ws.has_solution(&state.bodies, &forces, track) {
+        if ws.has_solution(&state.bodies, &forces, track, state.travel) {
             return Ok(());
         }
+        self.refuse_contact(state, track)?;
+        self.follow_line(state.travel, ws);
         ws.touch.set(track);
         ws.vertical.copy_from_slice(forces.magnets.vertical);
         ws.lateral.copy_from_slice(forces.magnets.lateral);
         copy_external(&mut ws.external, forces.external);
         ws.acceleration = forces.acceleration;
         self.evaluate(&state.bodies, state.time, ws)
+    }
+
+    /// Takes the travelling frame of an instant.
+    pub(crate) fn follow_line(&self, travel: Option<Travel>, ws: &mut Workspace) {
+        ws.travel = travel;
+        ws.way = self.way(travel);
+    }
+
+    fn refuse_contact(&self, state: &State, track: Option<&TrackContact>) -> Result<(), Error> {
+        match track.filter(|track| track.contact.any()) {
+            Some(_) => self.refuse_line(state, "contact with stops and skids"),
+            None => Ok(()),
+        }
     }
 
     pub(crate) fn check_forces(&self, state: &State, forces: &AppliedForces) -> Result<(), Error> {
@@ -128,6 +147,7 @@ impl VehicleModel {
             self.set_kinematics(bodies, ws);
         }
         self.apply_forces(ws);
+        check_line(time, ws)?;
         self.applied(ws);
         if known {
             self.gammas(ws);
@@ -266,9 +286,11 @@ impl VehicleModel {
     /// Forces of all elements, gravity, inertia in the frame, drive, magnets and contacts.
     pub(crate) fn apply_forces(&self, ws: &mut Workspace) {
         let Workspace { kin, wrenches, vertical, lateral, external, acceleration, .. } = ws;
+        let (way, lost) = (ws.way.as_ref(), &mut ws.lost);
+        let gravity = way.map_or(self.gravity, |way| way.frame.axes.tr_mul(&self.gravity));
         wrenches.fill(Wrench::zero());
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
-            wrench.force = self.gravity * composite.mass;
+            wrench.force = gravity * composite.mass;
         }
         for bushing in &self.bushings {
             bushing.apply(kin, wrenches);
@@ -283,6 +305,12 @@ impl VehicleModel {
             for anchor in &drive.anchors {
                 let body = &kin[anchor.body];
                 let arm = body.turn(&anchor.local);
+                if let Some(way) = way {
+                    let (along, rate, axis) = self.driven(way, anchor, body, lost);
+                    let force = -(drive.stiffness * along + drive.damping * rate);
+                    wrenches[anchor.body].add(&(axis * force), &arm);
+                    continue;
+                }
                 let way = body.r.x + arm.x - anchor.start.x;
                 let rate = body.velocity_at(&arm).x;
                 let force = -(drive.stiffness * way + drive.damping * rate);
@@ -291,7 +319,7 @@ impl VehicleModel {
         }
         let magnets = Loads { vertical, lateral };
         let forces = AppliedForces { magnets, external, acceleration: *acceleration };
-        self.apply_loads(kin, &forces, wrenches);
+        self.apply_loads(kin, &forces, way, lost, wrenches);
         self.apply_contact(ws);
     }
 
@@ -399,9 +427,10 @@ impl VehicleModel {
     ) -> Result<(), Error> {
         self.check_forces(state, forces)?;
         self.prepare(&state.bodies, state.time, ws)?;
-        let Workspace { kin, wrenches, .. } = &mut *ws;
+        self.follow_line(state.travel, ws);
+        let Workspace { kin, wrenches, way, lost, .. } = &mut *ws;
         wrenches.fill(Wrench::zero());
-        self.apply_loads(kin, forces, wrenches);
+        self.apply_loads(kin, forces, way.as_ref(), lost, wrenches);
         for k in self.magnets() {
             let force = further(k);
             if force != Vec3::zeros() {
@@ -409,6 +438,7 @@ impl VehicleModel {
                 wrenches[magnet.body].add(&force, &kin[magnet.body].turn(&magnet.local));
             }
         }
+        check_line(state.time, ws)?;
         self.respond_to_wrenches(state.time, ws)
     }
 
@@ -426,24 +456,48 @@ impl VehicleModel {
         self.check_finite(time, ws)
     }
 
-    fn apply_loads(&self, kin: &[Kinematics], forces: &AppliedForces, wrenches: &mut [Wrench]) {
+    fn apply_loads(
+        &self,
+        kin: &[Kinematics],
+        forces: &AppliedForces,
+        way: Option<&Way>,
+        lost: &mut Option<track_line::Error>,
+        wrenches: &mut [Wrench],
+    ) {
         let Loads { vertical, lateral } = forces.magnets;
         for ((magnet, &up), &left) in self.magnets.iter().zip(vertical).zip(lateral) {
             let arm = kin[magnet.body].turn(&magnet.local);
-            wrenches[magnet.body].add(&Vec3::new(0.0, left, up), &arm);
+            let mut force = Vec3::new(0.0, left, up);
+            if way.is_some() {
+                force = self.turned(way, &kin[magnet.body], &magnet.local, &force, lost);
+            }
+            wrenches[magnet.body].add(&force, &arm);
         }
         for (watched, load) in self.watched.iter().zip(forces.external) {
-            let Some((force, moment)) = external(load) else { continue };
+            let Some((mut force, mut moment)) = external(load) else { continue };
             let member = &self.members[watched.member];
+            if way.is_some() {
+                let body = &kin[member.composite];
+                for vector in [&mut force, &mut moment] {
+                    *vector = self.turned(way, body, &member.offset, vector, lost);
+                }
+            }
             let wrench = &mut wrenches[member.composite];
             wrench.add(&force, &kin[member.composite].turn(&member.offset));
             wrench.moment += moment;
         }
         // without it no bit changes
         if forces.acceleration != 0.0 {
-            self.apply_frame(kin, forces.acceleration, wrenches);
+            self.apply_frame(kin, forces.acceleration, way, lost, wrenches);
         }
     }
+}
+
+/// Refuses an evaluation in which a point had no place on the line.
+pub(crate) fn check_line(time: f64, ws: &mut Workspace) -> Result<(), Error> {
+    let Some(cause) = ws.lost.take() else { return Ok(()) };
+    ws.forget();
+    Err(Error::OffLine { time, cause })
 }
 
 /// Force and moment of an external load; `None` where there is none, which so changes no bit.

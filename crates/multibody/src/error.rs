@@ -44,6 +44,19 @@ pub enum Error {
         /// The joint's equation, counted from 0.
         row: usize,
     },
+    /// Something about the line that the vehicle travels along.
+    #[error("vehicle on a line: {0}")]
+    Line(String),
+    /// A point of the vehicle has left its line.
+    #[error(
+        "at t = {time} s: {cause}; the curve is too tight for the vehicle, or the vehicle has left it"
+    )]
+    OffLine {
+        /// Simulated time in s.
+        time: f64,
+        /// What was not found.
+        cause: track_line::Error,
+    },
     /// A value is not finite.
     #[error("{what} is not finite at t = {time} s")]
     NotFinite {

@@ -6,10 +6,12 @@
 //! A jump of the speed by Δv is the limit of this: impulses −m Δv and M Δv at the same points. Force elements do not
 //! transmit impulses, joints do.
 
+use crate::dynamics::check_line;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::state::{Kinematics, State, Wrench};
+use crate::way::Way;
 use crate::workspace::Workspace;
 
 impl VehicleModel {
@@ -24,6 +26,8 @@ impl VehicleModel {
         &self,
         kin: &[Kinematics],
         acceleration: f64,
+        way: Option<&Way>,
+        lost: &mut Option<track_line::Error>,
         wrenches: &mut [Wrench],
     ) {
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
@@ -34,7 +38,9 @@ impl VehicleModel {
         }
         let force = Vec3::new(self.thrust(acceleration), 0.0, 0.0);
         for magnet in &self.magnets {
-            wrenches[magnet.body].add(&force, &kin[magnet.body].turn(&magnet.local));
+            let body = &kin[magnet.body];
+            let force = self.turned(way, body, &magnet.local, &force, lost);
+            wrenches[magnet.body].add(&force, &body.turn(&magnet.local));
         }
     }
 
@@ -46,7 +52,10 @@ impl VehicleModel {
     pub fn jump(&self, state: &mut State, speed: f64, ws: &mut Workspace) -> Result<(), Error> {
         self.prepare(&state.bodies, state.time, ws)?;
         ws.wrenches.fill(Wrench::zero());
-        self.apply_frame(&ws.kin, speed, &mut ws.wrenches);
+        self.follow_line(state.travel, ws);
+        let Workspace { kin, wrenches, way, lost, .. } = &mut *ws;
+        self.apply_frame(kin, speed, way.as_ref(), lost, wrenches);
+        check_line(state.time, ws)?;
         self.respond_to_wrenches(state.time, ws)?;
         for (body, change) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {
             body.velocity += Vec3::new(change[0], change[1], change[2]);

@@ -16,6 +16,7 @@ use crate::math::{Vec3, normalised};
 use crate::model::VehicleModel;
 use crate::rate::BodyRate;
 use crate::state::{BodyState, State};
+use crate::way::Travel;
 use crate::workspace::Workspace;
 
 /// Largest number of corrections.
@@ -32,6 +33,8 @@ pub(crate) struct Course<'a> {
     pub forces: AppliedCourse<'a>,
     /// The rail, where magnets may touch it.
     pub track: Option<TrackCourse<'a>>,
+    /// The travel at the start of the step, on a line.
+    pub travel: Option<Travel>,
 }
 
 /// An internal step: the time at which the step began, and its own start and size (s).
@@ -66,7 +69,7 @@ impl VehicleModel {
         let forces = forces.into();
         self.check_course(state, &forces)?;
         ws.touch.set(None);
-        let course = Course { forces, track: None };
+        let course = Course { forces, track: None, travel: state.travel };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
         let begin = state.time;
@@ -78,6 +81,7 @@ impl VehicleModel {
             self.project(&mut state.bodies, end, ws)?;
             state.time = end;
         }
+        state.travel = state.travel.map(|it| it.after(&forces.acceleration, size));
         Ok(())
     }
 
@@ -108,6 +112,7 @@ impl VehicleModel {
                 ws.lateral[k] = polynomial(&magnets.lateral[k], t);
             }
             ws.acceleration = polynomial(acceleration, t);
+            self.follow_line(course.travel.map(|travel| travel.after(acceleration, t)), ws);
             if external.is_empty() {
                 ws.external.fill([0.0; 6]);
             }
@@ -124,7 +129,10 @@ impl VehicleModel {
             let ahead = stages.get(s + 1).map_or(0.0, |(next, _)| next * h);
             for (k, body) in stage.iter_mut().enumerate() {
                 let (v, w) = ws.acceleration(BodyIndex(k));
-                let rate = BodyRate::of(body, v, w);
+                let mut rate = BodyRate::of(body, v, w);
+                if let Some(way) = &ws.way {
+                    rate.turn(body, way);
+                }
                 if s == 0 {
                     ws.sum[k] = BodyRate::zero();
                 }

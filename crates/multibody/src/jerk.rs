@@ -9,12 +9,14 @@
 //! factorisation or a solution; the existing factors give ȧ and λ̇ by one back-substitution.
 
 use crate::contact::TrackContact;
+use crate::dynamics::check_line;
 use crate::error::Error;
 use crate::index::{BodyIndex, MagnetIndex};
 use crate::loads::{AppliedForces, copy_external};
 use crate::math::{Vec3, from_rotation_vector, multiply};
 use crate::model::VehicleModel;
 use crate::state::{BodyState, State};
+use crate::way::Way;
 use crate::workspace::Workspace;
 
 /// Step of the central difference, s. Motions of up to 400 rad/s lose (400·DIFFERENCE)²/6 = 2e-7 of
@@ -92,12 +94,19 @@ impl VehicleModel {
                 probe.touch.speed = track.speed + dt * forces.acceleration;
             }
             probe.acceleration = forces.acceleration + rates.acceleration * dt;
+            // the frame of the moment stays, and its origin moves along it
+            probe.way = ws.way.map(|way| Way {
+                shift: dt * (way.speed + 0.5 * dt * forces.acceleration),
+                speed: way.speed + dt * forces.acceleration,
+                ..way
+            });
             copy_external(&mut probe.external, forces.external);
             let shifted = probe.external.as_flattened_mut().iter_mut();
             for (shifted, rate) in shifted.zip(rates.external.as_flattened()) {
                 *shifted += rate * dt;
             }
             self.imbalance(&state.bodies, dt, ws, probe);
+            check_line(state.time, probe)?;
             std::mem::swap(&mut probe.solution, &mut probe.spare);
         }
         // from here on its rate
@@ -157,10 +166,11 @@ impl VehicleModel {
         let alpha = kin.turn(&ws.acceleration(anchor.body).1);
         let alpha_rate = kin.turn(&angular) + w.cross(&alpha);
         let arm_rate = w.cross(&arm);
-        linear
+        let jerk = linear
             + Vec3::new(probe.acceleration, 0.0, 0.0)
             + alpha_rate.cross(&arm)
             + alpha.cross(&arm_rate) * 2.0
-            + w.cross(&(alpha.cross(&arm) + w.cross(&arm_rate)))
+            + w.cross(&(alpha.cross(&arm) + w.cross(&arm_rate)));
+        self.jerk_on_line(ws, anchor, jerk)
     }
 }

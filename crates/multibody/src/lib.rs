@@ -102,6 +102,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 pub mod train;
+mod way;
 mod workspace;
 
 pub use adjust::{Adjustable, Dimension};
@@ -126,6 +127,7 @@ pub use reactions::Reaction;
 pub use scheme::Scheme;
 pub use sides::MEETING_TOLERANCE;
 pub use state::{BodyState, State};
+pub use way::Travel;
 pub use workspace::Workspace;
 
 /// Runs the example of the README.

@@ -90,6 +90,7 @@ impl VehicleModel {
     ) -> Result<Linearisation, Error> {
         // checks the lengths and that the state can be evaluated
         let forces = forces.into();
+        self.refuse_line(state, "a linearisation")?;
         self.accelerations_in_contact(state, forces, track, ws)?;
         let (free, rank) = self.free_motions(state, ws);
         let dof = free.ncols();

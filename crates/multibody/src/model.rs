@@ -13,6 +13,7 @@ use crate::math::Vec3;
 use crate::places::BlockPlaces;
 use crate::scheme::Scheme;
 use crate::state::State;
+use track_line::Line;
 
 /// Tolerances of the closing of joints after each internal step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +60,8 @@ pub struct VehicleModel {
     pub(crate) total_mass: f64,
     pub(crate) tolerances: Tolerances,
     pub(crate) scheme: Scheme,
+    /// The line that it travels along; none on a straight track.
+    pub(crate) line: Option<Line>,
 }
 
 impl VehicleModel {
@@ -144,6 +147,7 @@ impl VehicleModel {
     /// The pose of the description, at rest at time zero.
     #[must_use]
     pub fn initial_state(&self) -> State {
-        State { time: 0.0, bodies: self.composites.iter().map(|c| c.start).collect() }
+        let bodies = self.composites.iter().map(|c| c.start).collect();
+        State { time: 0.0, bodies, travel: None }
     }
 }

@@ -18,7 +18,7 @@ pub struct PointMotion {
     pub position: Vec3,
 }
 
-/// Energies in J; gravity counts from z = 0, springs from their unloaded state.
+/// Energies in J; gravity counts from z = 0, on a line from the height of its start, springs from their unloaded state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
     /// ½ m v² + ½ ω·J ω.
@@ -47,25 +47,25 @@ impl VehicleModel {
     /// Inertial acceleration of magnet k after an evaluation of this state, m/s².
     #[must_use]
     pub fn magnet_acceleration(&self, ws: &Workspace, k: MagnetIndex) -> Vec3 {
-        self.anchor_acceleration(ws, &self.magnets[k])
+        self.on_track(ws, &self.magnets[k], Self::anchor_acceleration)
     }
 
     /// Acceleration of magnet k after [`VehicleModel::load_response`], m/s².
     #[must_use]
     pub fn magnet_response(&self, ws: &Workspace, k: MagnetIndex) -> Vec3 {
-        self.response(ws, &self.magnets[k])
+        self.on_track(ws, &self.magnets[k], Self::response)
     }
 
     /// Acceleration of the centre of mass of observed body k after [`VehicleModel::load_response`], m/s².
     #[must_use]
     pub fn observed_response(&self, ws: &Workspace, k: ObservedIndex) -> Vec3 {
-        self.response(ws, &self.observed_centre(k))
+        self.on_track(ws, &self.observed_centre(k), Self::response)
     }
 
     /// Acceleration of point i of observed body k after [`VehicleModel::load_response`], m/s².
     #[must_use]
     pub fn point_response(&self, ws: &Workspace, k: ObservedIndex, i: usize) -> Vec3 {
-        self.response(ws, &self.watched[k].points[i])
+        self.on_track(ws, &self.watched[k].points[i], Self::response)
     }
 
     /// Group of jointed bodies that carries magnet k.
@@ -99,19 +99,19 @@ impl VehicleModel {
             .bodies
             .get(member.composite.0)
             .map_or(member.twist, |body| multiply(body.attitude, member.twist));
-        roll_pitch_yaw(attitude)
+        roll_pitch_yaw(self.attitude_on_line(state, &self.observed_centre(k), attitude))
     }
 
     /// Acceleration of the centre of mass of observed body k after an evaluation, m/s².
     #[must_use]
     pub fn observed_acceleration(&self, ws: &Workspace, k: ObservedIndex) -> Vec3 {
-        self.anchor_acceleration(ws, &self.observed_centre(k))
+        self.on_track(ws, &self.observed_centre(k), Self::anchor_acceleration)
     }
 
     /// Acceleration of point i of observed body k after an evaluation, m/s².
     #[must_use]
     pub fn point_acceleration(&self, ws: &Workspace, k: ObservedIndex, i: usize) -> Vec3 {
-        self.anchor_acceleration(ws, &self.watched[k].points[i])
+        self.on_track(ws, &self.watched[k].points[i], Self::anchor_acceleration)
     }
 
     /// Mean velocity along the track relative to the nominal speed: the mean of the driven bodies,
@@ -134,10 +134,13 @@ impl VehicleModel {
     pub fn energy(&self, state: &State, ws: &mut Workspace) -> Energy {
         ws.forget();
         self.set_pose(&state.bodies, ws);
+        let way = self.way(state.travel);
         let mut energy =
             Energy { kinetic: self.kinetic_energy(state), gravitational: 0.0, elastic: 0.0 };
         for (composite, body) in self.composites.iter().zip(&state.bodies) {
-            energy.gravitational -= composite.mass * self.gravity.dot(&body.position);
+            let place = way
+                .map_or(body.position, |way| way.frame.position + way.frame.axes * body.position);
+            energy.gravitational -= composite.mass * self.gravity.dot(&place);
         }
         energy.elastic += self.bushings.iter().map(|b| b.energy(&ws.kin)).sum::<f64>();
         energy.elastic += self.springs.iter().map(|s| s.energy(&ws.kin)).sum::<f64>();
@@ -195,10 +198,20 @@ impl VehicleModel {
             let still = Vec3::zeros();
             return PointMotion { displacement: still, velocity: still, position: anchor.start };
         };
-        point_motion(body, anchor)
+        self.motion_on_line(state, anchor, point_motion(body, anchor))
     }
 
-    fn response(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
+    /// An acceleration of a point, in the axes of the track there.
+    fn on_track(
+        &self,
+        ws: &Workspace,
+        anchor: &Anchor,
+        of: impl Fn(&Self, &Workspace, &Anchor) -> Vec3,
+    ) -> Vec3 {
+        self.in_line_axes(ws, anchor, of(self, ws, anchor))
+    }
+
+    pub(crate) fn response(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
         if anchor.body == self.ground() {
             return Vec3::zeros();
         }
@@ -207,7 +220,7 @@ impl VehicleModel {
         linear + kin.turn(&angular).cross(&kin.turn(&anchor.local))
     }
 
-    fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
+    pub(crate) fn anchor_acceleration(&self, ws: &Workspace, anchor: &Anchor) -> Vec3 {
         let frame = Vec3::new(ws.acceleration, 0.0, 0.0);
         if anchor.body == self.ground() {
             return frame;
@@ -218,7 +231,7 @@ impl VehicleModel {
     }
 }
 
-fn point_motion(body: &BodyState, anchor: &Anchor) -> PointMotion {
+pub(crate) fn point_motion(body: &BodyState, anchor: &Anchor) -> PointMotion {
     let turn = rotation_matrix(body.attitude);
     let position = body.position + turn * anchor.local;
     let velocity = body.velocity + turn * body.angular_velocity.cross(&anchor.local);

@@ -21,6 +21,15 @@ impl BodyRate {
         Self { r: body.velocity, p: rate(body.attitude, &body.angular_velocity), v, w }
     }
 
+    /// Adds to the rates of position, attitude and velocity.
+    pub fn shift(&mut self, r: &Vec3, p: &Quat, v: &Vec3) {
+        self.r += r;
+        for (a, b) in self.p.iter_mut().zip(p) {
+            *a += b;
+        }
+        self.v += v;
+    }
+
     pub fn add(&mut self, other: &Self, factor: f64) {
         self.r += other.r * factor;
         for (a, b) in self.p.iter_mut().zip(other.p) {

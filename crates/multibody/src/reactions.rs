@@ -74,6 +74,7 @@ impl VehicleModel {
         track: Option<&TrackContact>,
         ws: &mut Workspace,
     ) -> Result<Reaction, Error> {
+        self.refuse_line(state, "a joint's reaction")?;
         self.accelerations_in_contact(state, forces, track, ws)?;
         if let Some(k) = self.joints.iter().position(|j| j.name == joint) {
             return Ok(self.joint_reaction(JointIndex(k), ws));

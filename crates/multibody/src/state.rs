@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::{
     IDENTITY, Mat3, Quat, Vec3, from_rotation_vector, multiply, normalised, rotation_matrix,
 };
+use crate::way::Travel;
 
 /// Motion of one rigid body (a composite of all bodies joined by brackets).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -35,16 +36,19 @@ pub struct State {
     pub time: f64,
     /// One entry per composite body.
     pub bodies: Vec<BodyState>,
+    /// Where the travelling frame is; needed on a line only ([`VehicleModel::with_line`](crate::VehicleModel::with_line)).
+    pub travel: Option<Travel>,
 }
 
 impl Clone for State {
     fn clone(&self) -> Self {
-        Self { time: self.time, bodies: self.bodies.clone() }
+        Self { time: self.time, bodies: self.bodies.clone(), travel: self.travel }
     }
 
     /// Reuses the memory, so that saving and restoring need not allocate.
     fn clone_from(&mut self, source: &Self) {
         self.time = source.time;
+        self.travel = source.travel;
         self.bodies.clone_from(&source.bodies);
     }
 }

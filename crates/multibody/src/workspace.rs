@@ -7,6 +7,7 @@ use crate::loads::{AppliedForces, ExternalLoad};
 use crate::math::{Quat, Vec3};
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, Wrench};
+use crate::way::{Travel, Way};
 
 /// Scratch memory of one thread of evaluations. It never influences results: remembered factors are
 /// used only for exactly the same pose, remembered accelerations only for exactly the same state
@@ -39,6 +40,11 @@ pub struct Workspace {
     /// Acceleration of the travelling frame, m/s².
     pub(crate) acceleration: f64,
     pub(crate) touch: ContactScratch,
+    /// The travelling frame on a line, and the travel that it is of.
+    pub(crate) way: Option<Way>,
+    pub(crate) travel: Option<Travel>,
+    /// A point that has no place on the line.
+    pub(crate) lost: Option<track_line::Error>,
 }
 
 /// Bitwise equality: 0 and −0 differ, because they can lead to different results.
@@ -103,6 +109,7 @@ impl Workspace {
         bodies: &[BodyState],
         forces: &AppliedForces,
         track: Option<&TrackContact>,
+        travel: Option<Travel>,
     ) -> bool {
         self.evaluated
             && self.touch.same(track)
@@ -111,6 +118,7 @@ impl Workspace {
             && same_bits(forces.magnets.lateral, &self.lateral)
             && self.has_external(forces.external)
             && forces.acceleration.to_bits() == self.acceleration.to_bits()
+            && self.travel == travel
             && self.has_motion(bodies)
     }
 }

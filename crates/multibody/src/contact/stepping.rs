@@ -57,8 +57,9 @@ impl VehicleModel {
         };
         self.check_course(state, &forces)?;
         self.check_track(track.height.len(), track.rate.len())?;
+        self.refuse_line(state, "contact with stops and skids")?;
         ws.touch.contact = Some(track.contact);
-        let course = Course { forces, track: Some(*track) };
+        let course = Course { forces, track: Some(*track), travel: None };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
         let begin = state.time;

@@ -101,6 +101,7 @@ impl VehicleModel {
     ) -> Result<Equilibrium, Error> {
         let Rails { height: track, side } = *rails;
         ws.touch.set(None);
+        self.follow_line(None, ws);
         let mut state = self.initial_state();
         let sides = if side.is_empty() { track.len() } else { side.len() };
         self.check_lengths(&state, [track.len(), sides, external.len()])?;

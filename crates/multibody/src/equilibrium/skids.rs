@@ -46,6 +46,7 @@ impl VehicleModel {
         };
         let mut state = levitated.state.clone();
         self.check_lengths(&state, [track.len(), track.len(), 0])?;
+        self.follow_line(None, ws);
         let drop = skid.gap - self.nominal_gap;
         for body in &mut state.bodies {
             body.position.z -= drop;

@@ -1,0 +1,140 @@
+//! The line that the vehicle travels along: a resource, what the start needs of it, and its outputs.
+
+use fmi2_export::{Error, Interface, RealVar, Resources, UnitOfMeasure, Values};
+use multibody::{Travel, VehicleModel};
+use track_line::{Line, LineDescription};
+
+use crate::journey::Journey;
+use crate::state::State;
+
+/// Name of the resource; without it the track is straight.
+const FILE: &str = "line.json";
+/// Metres of straight track before and behind the outermost magnets that a start needs.
+const MARGIN: f64 = 2.0;
+
+const PER_METRE: UnitOfMeasure = UnitOfMeasure::new("1/m").m(-1);
+
+/// Handles of the outputs that only a vehicle on a line has.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LineHandles {
+    curvature: RealVar,
+    slope: RealVar,
+    cant: RealVar,
+}
+
+/// The line of the resources, if there is one.
+pub(crate) fn read(resources: &Resources) -> Result<Option<Line>, Error> {
+    let Some(bytes) = resources.read_if_present(FILE)? else { return Ok(None) };
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Error::invalid(format!("resource {FILE}: not UTF-8; save it as UTF-8")))?;
+    let failed = |e: track_line::Error| Error::caused(&e).context(format_args!("resource {FILE}"));
+    let description = LineDescription::from_json(&text).map_err(failed)?;
+    Line::new(&description).map(Some).map_err(failed)
+}
+
+/// The vehicle on the line, if there is one.
+pub(crate) fn place(model: VehicleModel, line: Option<&Line>) -> Result<VehicleModel, Error> {
+    let Some(line) = line else { return Ok(model) };
+    model
+        .with_line(line.clone())
+        .map_err(|e| Error::caused(&e).context(format_args!("resource {FILE}")))
+}
+
+/// The travel of a journey at a time.
+pub(crate) fn travel(model: &VehicleModel, journey: &Journey, time: f64) -> Option<Travel> {
+    model.line().map(|_| Travel { place: journey.place_at(time), speed: journey.speed })
+}
+
+impl LineHandles {
+    /// Declares the outputs of a vehicle on a line.
+    pub fn declare(interface: &mut Interface, line: Option<&Line>) -> Option<Self> {
+        line?;
+        let mut output = |name: &str, unit: UnitOfMeasure, nominal: f64, text: &str| {
+            let output = interface.real(name).output().unit(unit).nominal(nominal);
+            output.description(text.to_owned()).done()
+        };
+        Some(Self {
+            curvature: output(
+                "line_curvature",
+                PER_METRE,
+                1e-3,
+                "Curvature of the line in plan at x = 0 of the vehicle, left positive",
+            ),
+            slope: output(
+                "line_slope",
+                UnitOfMeasure::RADIAN,
+                1e-2,
+                "Slope of the line at x = 0 of the vehicle, rising positive",
+            ),
+            cant: output(
+                "line_cant",
+                UnitOfMeasure::RADIAN,
+                1e-2,
+                "Cant of the line at x = 0 of the vehicle, left side up positive",
+            ),
+        })
+    }
+
+    /// The outputs, which depend on the place along the track.
+    pub fn rows(&self) -> [RealVar; 3] {
+        [self.curvature, self.slope, self.cant]
+    }
+
+    /// Writes the outputs.
+    pub fn write(&self, model: &VehicleModel, place: f64, values: &mut Values) {
+        let Some(line) = model.line() else { return };
+        let frame = line.frame(place);
+        let (along, up) = (frame.axes.column(0), frame.axes.row(2));
+        let level = along.x.hypot(along.y);
+        // the heading's rate along the line, by the length in plan
+        let turning = (frame.axes * frame.curvature).z / level;
+        values.set_real(self.curvature, turning);
+        values.set_real(self.slope, along.z.atan2(level));
+        values.set_real(self.cant, up[1].atan2(up[2]));
+    }
+}
+
+/// Whether the line is straight and level below the whole vehicle.
+fn is_plain(model: &VehicleModel, line: &Line, place: f64) -> bool {
+    let start = model.initial_state();
+    let places = model.magnets().map(|k| model.magnet(&start, k).position.x);
+    let (from, to) = places.fold((0.0_f64, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+    line.is_plain(place + from - MARGIN, place + to + MARGIN)
+}
+
+/// Refuses a start where the line is not straight and level, or with stops and skids.
+pub(crate) fn check_start(model: &VehicleModel, place: f64, contact: bool) -> Result<(), Error> {
+    let Some(line) = model.line() else { return Ok(()) };
+    if contact {
+        return Err(Error::invalid(
+            "stops and skids (contact_stop_on, contact_skid_on) along a line are not supported: set them to \
+             false, or take line.json out of the resources",
+        ));
+    }
+    if is_plain(model, line, place) {
+        return Ok(());
+    }
+    let [begin, end] = line.extent();
+    Err(Error::invalid(format!(
+        "the line `{}` (from {begin} m to {end} m) is not straight, level and without cant below the whole \
+         vehicle at initial_position = {place} m, and {MARGIN} m beyond: the static equilibrium of the start \
+         needs that; move initial_position, or the line by its key `start`",
+        line.name()
+    )))
+}
+
+/// A state for a linearisation: where the line is straight and level below the vehicle, it is that of a
+/// straight track.
+pub(crate) fn straightened(model: &VehicleModel, state: &State) -> Result<Option<State>, Error> {
+    let Some((line, travel)) = model.line().zip(state.vehicle.travel) else { return Ok(None) };
+    if !is_plain(model, line, travel.place) {
+        return Err(Error::invalid(format!(
+            "a linearisation along a line is known only where the line is straight, level and without cant \
+             below the whole vehicle, which it is not at {:.3} m",
+            travel.place
+        )));
+    }
+    let mut state = state.clone();
+    state.vehicle.travel = None;
+    Ok(Some(state))
+}
