@@ -30,7 +30,7 @@ fn targets() -> BTreeMap<String, String> {
     variables.collect()
 }
 
-/// Girders of figure 14 in three readings, run up to their largest gap: at 28 A, with the nonlinear law, and heavier.
+/// Girders of figure 14 in three readings, run up to their largest gap: at 28 A, with the nonlinear law, and lighter.
 #[test]
 fn golden_the_dataset_of_readings_is_not_stale() {
     let (points, dataset) = (rows("examples/studies/readings.csv"), rows("docs/paper/readings.csv"));
@@ -38,7 +38,7 @@ fn golden_the_dataset_of_readings_is_not_stale() {
     for case in [
         "28 A | 2781 kg/m | standstill | 5 Hz by stiffness",
         "nonlinear | 2781 kg/m | standstill | 5 Hz by mass",
-        "24 A | 3746 kg/m | standstill | 6 Hz by stiffness",
+        "24 A | 2336 kg/m | standstill | 6 Hz by stiffness",
     ] {
         let point = points.iter().find(|it| it["case"] == case).unwrap();
         let row = dataset.iter().find(|it| it["study"] == "readings" && it["case"] == case).unwrap();

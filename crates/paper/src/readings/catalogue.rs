@@ -18,8 +18,6 @@ pub enum Magnet {
     Half(f64),
     /// Gains on estimates in SI units, not on the scaled outputs of eq. 5.
     GainsInUnits,
-    /// Gains in the order of eq. 5.
-    OrderOfEq5,
 }
 
 /// How table 3's girder is read.
@@ -90,7 +88,6 @@ impl Magnet {
             Self::Nonlinear => "nonlinear".to_owned(),
             Self::Half(current) => format!("32 magnets {current} A"),
             Self::GainsInUnits => "gains in units".to_owned(),
-            Self::OrderOfEq5 => "order of eq. 5".to_owned(),
         }
     }
 
@@ -118,9 +115,6 @@ impl Magnet {
                 ("gain_gap_velocity", "16"),
                 ("gain_gap", "0.028"),
             ]),
-            Self::OrderOfEq5 => {
-                case.with_all(&[("gain_acceleration", "4"), ("gain_position", "7")])
-            }
         }
     }
 }
