@@ -677,3 +677,24 @@ def test_a_run_that_a_magnet_at_the_rail_ends_shows_why(visit, tmp_path):
     assert summary["status"] == "terminated" and "reached the rail" in summary["ended_by"]
     assert summary["ended_by"] in it.page.locator("main").inner_text()
     assert it.page.locator("main .error[role=alert]").count() == 0
+
+
+def test_a_record_is_drawn_beside_the_run(runs, visit):
+    """Its curves are in the plots of the run, and its section has tables and pictures."""
+    signals = results(runs / "usual")
+    rows = zip(signals["time"], signals["vehicle.gap_01"], strict=True)
+    record = runs / "gap.csv"
+    record.write_text("t (ms),gap\n" + "".join(f"{1e3 * t},{1e3 * gap + 0.01}\n" for t, gap in rows))
+    maglev("report", runs / "usual", "--out", runs / "measured.html", "--measured", record,
+           "--time-column", "t (ms)", "--map", "gap=vehicle.gap_01:mm")
+    it = visit(runs / "measured.html")
+    section = it.page.locator("#measured")
+    assert "gap.csv" in section.inner_text() and section.locator("table").count() == 2
+    assert section.locator("img").count() == 3
+    # the pictures are pictures
+    section.locator("img").evaluate_all("(all) => all.forEach((one) => { one.loading = 'eager'; })")
+    it.page.wait_for_function("[...document.querySelectorAll('#measured img')].every((one) => one.naturalWidth > 500)")
+    assert "measured" in it.page.locator(".badge.measured").inner_text()
+    assert it.page.get_by_text("gap.csv: ").count() > 0
+    found = json.loads((runs / "measured.json").read_text())[0]["signals"][0]
+    assert found["rms_error"] == pytest.approx(1e-5, rel=1e-6)

@@ -117,3 +117,30 @@ pub(crate) fn filter(
     filtered.truncate(values.len());
     Ok(filtered)
 }
+
+/// Σ_k y_k x_(k+s) for every shift s; that of a negative shift is at the end, as of the shift plus the length.
+pub(crate) fn correlation_sums(x: &[f64], y: &[f64]) -> Result<Vec<f64>, Error> {
+    let length = (x.len() + y.len()).next_power_of_two();
+    let spectrum = |signal: &[f64]| {
+        let mut transform = Transform::new(length);
+        transform.input.fill(0.0);
+        transform.input[..signal.len()].copy_from_slice(signal);
+        transform.run()?;
+        Ok(transform.output)
+    };
+    let (mut product, other) = (spectrum(x)?, spectrum(y)?);
+    let last = product.len() - 1;
+    for (k, (a, b)) in product.iter_mut().zip(&other).enumerate() {
+        *a *= b.conj() / length as f64;
+        // the first and last value of a real signal's spectrum are real
+        if k == 0 || k == last {
+            a.im = 0.0;
+        }
+    }
+    let inverse = PLANNER.with_borrow_mut(|planner| planner.plan_fft_inverse(length));
+    let mut sums = inverse.make_output_vec();
+    inverse
+        .process(&mut product, &mut sums)
+        .map_err(|error| Error::Transform { length, reason: error.to_string() })?;
+    Ok(sums)
+}

@@ -7,6 +7,7 @@
 //! one-sided spatial power spectral density in m²/(1/m) over the wavenumber in 1/m.
 #![forbid(unsafe_code)]
 
+pub mod compare;
 pub mod error;
 mod fourier;
 pub mod peaks;

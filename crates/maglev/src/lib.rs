@@ -26,6 +26,7 @@
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |
 //! | | [`report`](../report/index.html) | `report.html` and pictures of results |
+//! | | [`measured`](../measured/index.html) | measured time series beside a run |
 //! | | [`study_report`](../study_report/index.html) | `report.html` of a study: maps, effects, Sobol indices |
 //! | importing | [`fmi2_import`](../fmi2_import/index.html) | archive, description, binary, instances, isolation |
 //! | | [`fmi2_conformance`](../fmi2_conformance/index.html) | rules, checks of behaviour, reference results |

@@ -8,6 +8,7 @@ verdictSection();
 sceneSection();
 historySection();
 spectraSection();
+filledSections();
 spectrogramSection();
 modesSection();
 responseSection();

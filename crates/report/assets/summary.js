@@ -6,6 +6,7 @@ const STATUS = {
   interrupted: "interrupted",
   stopped: "ended by a stop condition",
   terminated: "ended by a unit",
+  measured: "measured",
 };
 
 /** How one run ended. */
@@ -15,7 +16,7 @@ function statusLine(run) {
   const reached = summary.reached == null ? "" : ` at ${number(summary.reached)} s of ${number(summary.stop)} s`;
   const line = element("p", { class: "status" },
     element("span", { class: `badge ${summary.status ?? "open"}` }, name),
-    data.runs.length > 1 ? element("strong", {}, ` ${run.name}: `) : " ", data.runs.length > 1 ? `${run.title},${reached}` : reached);
+    data.runs.length > 1 ? element("strong", {}, ` ${run.name}: `) : " ", data.runs.length > 1 ? run.title + (reached && `,${reached}`) : reached);
   const changes = changed(run);
   if (!summary.error && summary.ended_by) return element("div", {}, line, changes, element("p", {}, summary.ended_by));
   if (!summary.error) return element("div", {}, line, changes);

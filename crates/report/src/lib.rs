@@ -29,6 +29,7 @@ pub mod pictures;
 mod response_section;
 mod responses;
 mod scene;
+pub mod section;
 pub mod series;
 mod spectra;
 mod spectrogram;
@@ -37,6 +38,7 @@ mod title;
 use std::path::Path;
 
 use results::RunResults;
+use section::Section;
 
 pub use error::ReportError;
 pub use evidence::{RunEvidence, judge, own_metrics};
@@ -60,7 +62,20 @@ pub fn write_titled(
     title: Option<&str>,
     path: &Path,
 ) -> Result<(), ReportError> {
-    let page = page::html(runs, title);
+    write_with(runs, title, &[], path)
+}
+
+/// The same, with further sections.
+///
+/// # Errors
+/// The report cannot be written.
+pub fn write_with(
+    runs: &[RunResults],
+    title: Option<&str>,
+    sections: &[Section],
+    path: &Path,
+) -> Result<(), ReportError> {
+    let page = page::html(runs, title, sections);
     results::write_whole(path, page.as_bytes())
         .map_err(|source| ReportError::Write { path: path.to_owned(), source })
 }

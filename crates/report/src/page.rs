@@ -7,6 +7,7 @@ use crate::data::RunData;
 use crate::detail::Detail;
 use crate::embed::{Arrays, html as escape, script_json};
 use crate::scene;
+use crate::section::Section;
 use crate::title::distinct_names;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -17,7 +18,7 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Scripts in the order in which they run, in one scope.
-const SCRIPTS: [&str; 22] = [
+const SCRIPTS: [&str; 23] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/print.js"),
     include_str!("../assets/axis.js"),
@@ -30,6 +31,7 @@ const SCRIPTS: [&str; 22] = [
     include_str!("../assets/verdicts.js"),
     include_str!("../assets/fourier.js"),
     include_str!("../assets/responses.js"),
+    include_str!("../assets/sections.js"),
     include_str!("../assets/spectra.js"),
     include_str!("../assets/spectrogram.js"),
     include_str!("../assets/track.js"),
@@ -50,11 +52,12 @@ struct PageData<'a> {
     title: Option<&'a str>,
     three: Option<scene::ThreeLibrary>,
     runs: Vec<RunData<'a>>,
+    sections: &'a [Section],
 }
 
 /// Makes the page. Without a title it is called by what ran.
 #[must_use]
-pub fn html(runs: &[RunResults], title: Option<&str>) -> String {
+pub fn html(runs: &[RunResults], title: Option<&str>, sections: &[Section]) -> String {
     let mut arrays = Arrays::default();
     let names = distinct_names(runs);
     let runs_data: Vec<_> = runs
@@ -68,6 +71,7 @@ pub fn html(runs: &[RunResults], title: Option<&str>) -> String {
         title,
         three: three.then(|| scene::ThreeLibrary::new(&mut arrays)),
         runs: runs_data,
+        sections,
     };
     // plain data can always be printed
     let text = script_json(&data).unwrap_or_default();
@@ -128,7 +132,7 @@ mod tests {
         for (name, text) in files {
             std::fs::write(folder.path().join(name), text).unwrap();
         }
-        html(&[RunResults::read(folder.path()).unwrap()], None)
+        html(&[RunResults::read(folder.path()).unwrap()], None, &[])
     }
 
     /// Names and texts of a run stay texts: the page has only the elements of its template.

@@ -81,7 +81,8 @@ impl SignalClocks {
 }
 
 /// Reduces a signal to at most `most` values, without losing a peak.
-pub(crate) fn reduced(times: &[f64], values: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
+#[must_use]
+pub fn reduced(times: &[f64], values: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
     match points_per_pair(values.len(), most) {
         1 => (times.to_vec(), values.to_vec()),
         points => reduce(times, values, points),

@@ -37,7 +37,7 @@ pub use growing::Position;
 pub use keeper::write_now;
 pub use metrics::write_metrics;
 pub use names::{
-    AS_RUN, CHECKPOINT, EVENTS, FILES, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE,
+    AS_RUN, CHECKPOINT, EVENTS, FILES, MEASURED, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE,
     SUMMARY, TABLE,
 };
 pub use parquet::{ParquetError, copy_to_parquet};

@@ -20,6 +20,8 @@ pub const MODES: &str = "modes.json";
 pub const MODE_SHAPES: &str = "mode-shapes.json";
 /// Frequency responses and margins.
 pub const RESPONSE: &str = "response.json";
+/// A record beside the run.
+pub const MEASURED: &str = "measured.json";
 /// The interactive report.
 pub const REPORT: &str = "report.html";
 /// The list of files that belong to the run.

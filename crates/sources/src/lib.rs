@@ -5,6 +5,7 @@
 //! the kinks of signals that have few. Points with linear or cubic interpolation are too many for that: over a step with
 //! points inside, the course is the line (linear) or the cubic Hermite polynomial (cubic) through both ends.
 
+mod columns;
 mod noise;
 mod points;
 mod read_csv;
@@ -18,6 +19,7 @@ use std::path::PathBuf;
 use scenario::{Interpolation, SignalOverTime};
 use thiserror::Error;
 
+pub use columns::{column_names, read_column};
 use noise::Noise;
 use points::Points;
 use waves::Wave;

@@ -25,6 +25,11 @@ impl Points {
         Self { times, values, slopes, interpolation }
     }
 
+    /// Times and values of the points.
+    pub(crate) fn into_parts(self) -> (Vec<f64>, Vec<f64>) {
+        (self.times, self.values)
+    }
+
     /// Number of points up to the time.
     pub(crate) fn index(&self, time: f64) -> i64 {
         let count = self.times.partition_point(|&it| it <= time);

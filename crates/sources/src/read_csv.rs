@@ -1,11 +1,22 @@
 //! Two columns of a CSV file.
 
+use std::path::Path;
+
 use csv::{ReaderBuilder, StringRecord, Trim};
 use scenario::FileSignal;
 
 use crate::points::Points;
 use crate::rows::{Rows, find};
 use crate::{Row, SourceError};
+
+/// Names of the columns.
+pub(crate) fn names(path: &Path) -> Result<Vec<String>, SourceError> {
+    let failed = |source| SourceError::Csv { path: path.to_owned(), source };
+    let mut reader = ReaderBuilder::new().trim(Trim::All).from_path(path).map_err(failed)?;
+    let header = reader.headers().map_err(failed)?;
+    let names = header.iter().map(|text| text.strip_prefix('\u{feff}').unwrap_or(text));
+    Ok(names.map(str::to_owned).collect())
+}
 
 /// The points of a signal. Rows without a value are left out.
 pub(crate) fn points(signal: &FileSignal) -> Result<Points, SourceError> {

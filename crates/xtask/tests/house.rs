@@ -129,6 +129,20 @@ const PLAN: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "measured",
+        &[
+            "analysis",
+            "figure",
+            "fmi2-import",
+            "patterns",
+            "report",
+            "results",
+            "scenario",
+            "sources",
+            "strict-json",
+        ],
+    ),
+    (
         "in-memory",
         &[
             "analysis",
@@ -159,6 +173,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "linear",
             "maps",
             "master",
+            "measured",
             "patterns",
             "report",
             "response",

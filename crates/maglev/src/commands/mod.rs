@@ -14,6 +14,7 @@ pub mod inspect;
 pub mod linearize;
 pub mod man;
 pub mod map;
+pub mod measured;
 pub mod modes;
 pub mod names;
 pub mod positions;

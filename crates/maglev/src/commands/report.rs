@@ -7,17 +7,20 @@ use clap::{Args, ValueEnum};
 use criteria::Metric;
 use indexmap::IndexMap;
 use maglev::Error;
+use measured::MeasuredError;
 use report::{ReportError, pictures};
-use results::RunResults;
+use results::{ReadError, RunResults};
 
 use super::report_figures::FigureArguments;
-use super::{check, modes};
+use super::measured::RecordArguments;
+use super::{check, measured as record, modes};
 
 const EXAMPLES: &str = "\
 Examples:
   maglev report results/low-speed
   maglev report --modes results/low-speed
   maglev report /tmp/a /tmp/b --out compared.html
+  maglev report results/low-speed --measured bridge.csv --map 'w=guideway.midspan_displacement_02:mm'
   maglev report results/low-speed --format svg,png      # results/low-speed/figures/
   maglev report results/low-speed --format svg --size 90x60 --no-title --log amplitude
 
@@ -48,6 +51,11 @@ pub struct Arguments {
     /// Formats to write, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "html")]
     format: Vec<ReportFormat>,
+    /// Show measured time series beside the runs: a CSV or Parquet file, or a JSON file that names one.
+    #[arg(long, value_name = "FILE")]
+    measured: Option<PathBuf>,
+    #[command(flatten)]
+    record: RecordArguments,
     #[command(flatten)]
     figures: FigureArguments,
 }
@@ -79,22 +87,56 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             return Ok(ExitCode::from(2));
         }
     };
+    if arguments.measured.is_none() && arguments.record.is_given() {
+        let cause = "--map, --time-column and --offset describe a record, but none is given".to_owned();
+        super::tell_chain(&[cause], Some("add --measured FILE"));
+        return Ok(ExitCode::from(2));
+    }
     match make(arguments, &criteria) {
-        Ok(paths) => {
+        Ok((text, paths)) => {
             let lines = paths.iter().map(|path| format!("{}\n", path.display()));
-            super::print(&lines.collect::<String>())
+            super::print(&(text + &lines.collect::<String>()))
         }
-        Err(error) => {
+        Err(Failure::Record(error)) => {
+            super::tell_chain(&error.chain(), error.help());
+            Ok(ExitCode::from(2))
+        }
+        Err(Failure::Report(error)) => {
             super::tell_chain(&error.chain(), error.help());
             Ok(ExitCode::from(if error.is_bad_input() { 2 } else { 1 }))
         }
     }
 }
 
+/// Why nothing was made.
+enum Failure {
+    Report(ReportError),
+    Record(MeasuredError),
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        Self::Report(error)
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        Self::Report(error.into())
+    }
+}
+
+impl From<MeasuredError> for Failure {
+    fn from(error: MeasuredError) -> Self {
+        Self::Record(error)
+    }
+}
+
+/// Makes what is asked for. Returns what to print, and the paths of the files.
 fn make(
     arguments: &Arguments,
     criteria: &IndexMap<String, Metric>,
-) -> Result<Vec<PathBuf>, ReportError> {
+) -> Result<(String, Vec<PathBuf>), Failure> {
     let folders = &arguments.folders;
     let mut runs: Vec<RunResults> =
         folders.iter().map(|it| RunResults::read(it)).collect::<Result<_, _>>()?;
@@ -102,15 +144,16 @@ fn make(
         runs.iter_mut().for_each(|run| run.verdicts = report::judge(run, criteria));
     }
     report::order(&mut runs);
+    let beside = match &arguments.measured {
+        Some(path) => Some(record::beside(path, &arguments.record, &runs)?),
+        None => None,
+    };
     let title = arguments.title.as_deref();
     let first = folders.first().map_or(Path::new(""), PathBuf::as_path);
     let path = arguments.out.clone().unwrap_or_else(|| first.join(results::REPORT));
     let figures = path.with_file_name("figures");
     let mut written = Vec::new();
-    if arguments.format.contains(&ReportFormat::Html) {
-        report::write_titled(&runs, title, &path)?;
-        written.push(path);
-    }
+    let mut text = String::new();
     let formats: Vec<pictures::PictureFormat> = arguments
         .format
         .iter()
@@ -128,8 +171,22 @@ fn make(
             &arguments.figures.options(title),
         )?);
     }
+    if let Some(beside) = &beside {
+        text = beside.lines();
+    }
+    if arguments.format.contains(&ReportFormat::Html) {
+        let mut pages = match beside {
+            Some(beside) => beside.write(runs, title, Vec::new(), &path)?,
+            None => {
+                report::write_titled(&runs, title, &path)?;
+                vec![path]
+            }
+        };
+        pages.append(&mut written);
+        written = pages;
+    }
     let below = written.iter().filter_map(|path| path.strip_prefix(first).ok()?.to_str());
     results::add_files(first, below)
         .map_err(|source| ReportError::Write { path: first.join(results::FILES), source })?;
-    Ok(written)
+    Ok((text, written))
 }
