@@ -18,7 +18,7 @@ Exit statuses:
      error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a unit refuses to start with its parameters; a mode
-     grows; a run does not pass check; validate finds an error; reference
+     grows; a fit does not converge; a run does not pass check; validate finds an error; reference
      results are outside their tolerance; a report cannot be written
   2  bad usage or input: unknown option, invalid scenario or layout, a unit or
      file that cannot be read, a folder that is in use or has no results
@@ -75,6 +75,9 @@ pub enum Command {
     /// Map the least damping of a coupled system over two parameters
     #[command(arg_required_else_help = true)]
     Map(commands::map::Arguments),
+    /// Fit parameters to a measured record, with confidence intervals
+    #[command(arg_required_else_help = true)]
+    Fit(commands::fit::Arguments),
     /// Write a coupled system and its units as state-space models: A, B, C, D with names
     #[command(arg_required_else_help = true)]
     Linearize(commands::linearize::Arguments),

@@ -37,6 +37,12 @@ pub enum Error {
     /// A system as one unit.
     #[error("cannot pack the system into one unit")]
     Bundle(#[source] bundle::BundleError),
+    /// Parameters from a record.
+    #[error("cannot fit the scenario to the record")]
+    Fit(#[source] fit::FitError),
+    /// A report.
+    #[error("cannot make the report")]
+    Page(#[from] report::ReportError),
     /// A stability map.
     #[error("cannot make the map")]
     Map(#[source] maps::Error),
@@ -249,6 +255,7 @@ impl Error {
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Write { .. } | Self::Program(_) => 1,
             Self::Temporary(_) | Self::Ssp(SspError::Write { .. }) => 1,
+            Self::Page(error) if !error.is_bad_input() => 1,
             Self::Reference(ReferenceError::Unit(_)) => 1,
             _ => 2,
         }
@@ -280,6 +287,8 @@ impl Error {
             Self::Study(error) => return error.help(),
             Self::Modes(error) => return error.help(),
             Self::Floquet(error) => return error.help(),
+            Self::Fit(error) => return error.help(),
+            Self::Page(error) => return error.help(),
             Self::Map(error) => return error.help(),
             Self::Response(error) => return error.help(),
             Self::NothingAsked | Self::NoLoop => "see `maglev response --help` for examples",

@@ -18,6 +18,7 @@
 //! | stepping | [`master`](../master/index.html) | system, initialization, simulation |
 //! | | [`in_memory`](../in_memory/index.html) | a run without files, and its figures |
 //! | | [`study`](../study/index.html) | many variants of a scenario |
+//! | | [`fit`](../fit/index.html) | parameters from a measured record |
 //! | | [`linear`](../linear/index.html) | state-space models of coupled systems, their modes |
 //! | | [`maps`](../maps/index.html) | stability maps over two parameters |
 //! | | [`response`](../response/index.html) | frequency responses, margins, root loci |

@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::run(&arguments),
         Command::Response(arguments) => commands::response::run(&arguments),
         Command::Modes(arguments) => commands::modes::run(&arguments),
+        Command::Fit(arguments) => commands::fit::run(&arguments),
         Command::Floquet(arguments) => commands::floquet::run(&arguments),
         Command::Map(arguments) => commands::map::run(&arguments),
         Command::Linearize(arguments) => commands::linearize::run(&arguments),

@@ -1,4 +1,4 @@
-//! `maglev report --measured`: files, figures, bad input.
+//! `maglev report --measured` and `maglev fit`: files, figures, bad input.
 
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
@@ -76,4 +76,36 @@ fn refusal_records_that_cannot_be_used_are_bad_input() {
     report(&["--measured", "record.csv", "--map", "x"]).fails(2, &["COLUMN=INSTANCE.VARIABLE"]);
     fs::write(bench.path("bad.json"), r#"{"file": "record.csv", "columns": {}}"#).unwrap();
     report(&["--measured", "bad.json"]).fails(2, &["bad.json", "columns"]);
+}
+
+/// ω² is the gain of a unit, which comes back within its interval; the residual is white.
+#[test]
+fn analytic_a_gain_is_fitted_to_a_record() {
+    let (bench, signal) = measured();
+    let map = format!("x (mm)={signal}");
+    let vary = "c.gain=-10:-4";
+    let record = ["--measured", "record.csv", "--time-column", "t (ms)", "--map", &map, "--offset", "0.25"];
+    let fit = |more: &[&str]| bench.maglev(&[&["fit", "scenario.json", "--out", "fit"], &record[..], more].concat());
+    let ran = fit(&["--vary", vary]);
+    ran.succeeds();
+    let found: Value = serde_json::from_str(&fs::read_to_string(bench.path("fit/fit.json")).unwrap()).unwrap();
+    let it = &found["parameters"][0];
+    let (value, half) = (it["value"].as_f64().unwrap(), it["half_width"].as_f64().unwrap());
+    // 1.5 times the interval: a fixed record may be one of the twenty outside of it
+    assert!((value + 8.0).abs() < 1.5 * half && half < 0.01, "{value} ± {half}");
+    assert_eq!(found["signals"][0]["whiteness"]["white"], true);
+    // the patch runs, and gives the fitted run
+    bench.maglev(&["run", "fit/fitted.json", "--out", "again", "--no-report"]).succeeds();
+    let column = |file: &str| fs::read_to_string(bench.path(file)).unwrap();
+    let (fitted, again) = (column("fit/fitted/results.csv"), column("again/results.csv"));
+    assert_eq!(fitted.lines().next().unwrap().split(',').nth(1), again.lines().next().unwrap().split(',').nth(1));
+    let report = column("fit/report.html");
+    assert!(report.contains("Fitted parameters") && report.contains("Measured data"));
+    // bad input
+    fit(&[]).fails(2, &["--vary"]);
+    fit(&["--vary", "c.gian=1:2"]).fails(2, &["gian"]);
+    fit(&["--vary", "c.gain=-11:2"]).fails(2, &["exceed those of the unit, -10 to 10"]);
+    fit(&["--vary", "c.fault=0:2"]).fails(2, &["not a Real"]);
+    fit(&["--vary", vary, "--vary", vary]).fails(2, &["varied twice"]);
+    fit(&["--vary", "c.gain=2:1"]).fails(2, &["not below"]);
 }

@@ -155,6 +155,19 @@ const PLAN: &[(&str, &[&str])] = &[
             "scenario",
         ],
     ),
+    (
+        "fit",
+        &[
+            "fmi2-import",
+            "in-memory",
+            "master",
+            "measured",
+            "patterns",
+            "report",
+            "results",
+            "scenario",
+        ],
+    ),
     ("study", &["criteria", "fmi2-derive", "in-memory", "master", "results", "scenario"]),
     ("study-report", &["report", "results"]),
     (
@@ -169,6 +182,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "fmi2-import",
             "fmi2-package",
             "in-memory",
+            "fit",
             "floquet",
             "linear",
             "maps",

@@ -9,6 +9,7 @@ pub mod conformance;
 pub mod derive;
 pub mod display;
 pub mod export;
+pub mod fit;
 pub mod floquet;
 pub mod inspect;
 pub mod linearize;
