@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::Error;
-use crate::description::{GirderDescription, GuidewayDescription};
+use crate::description::{GirderDescription, GuidewayDescription, TabulatedShape};
 
 /// Most by which a given frequency may differ from that of the given stiffness. Beyond it the modes of a simply supported
 /// girder come in another order.
@@ -28,7 +28,13 @@ impl GuidewayDescription {
             check_damping(girder, &path)?;
             check_rotary_inertia(girder, &path)?;
             if let Some(shapes) = &girder.shapes {
-                let columns: Vec<&[f64]> = shapes.iter().map(|s| s.phi.as_slice()).collect();
+                let all = |s: &TabulatedShape| {
+                    let part =
+                        |p: &[f64]| if p.is_empty() { vec![0.0; s.x.len()] } else { p.to_vec() };
+                    [s.phi.clone(), part(&s.y), part(&s.theta)].concat()
+                };
+                let all: Vec<Vec<f64>> = shapes.iter().map(all).collect();
+                let columns: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
                 let same_points = |i: usize, j: usize| shapes[i].x == shapes[j].x;
                 check_distinct(&columns, same_points, |n| format!("{path}.shapes[{n}].phi"))?;
             }

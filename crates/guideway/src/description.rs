@@ -8,8 +8,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 pub use crate::girder_description::{
-    GirderDescription, PierDescription, SectionDescription, SupportDescription, TabulatedShape,
+    GirderDescription, PierDescription, SectionDescription, ShapeComponent, SupportDescription,
+    TabulatedShape,
 };
+pub use crate::rails_description::{
+    CoherenceDescription, MeasuredProfile, PeriodicDescription, PsdDescription, PsdOf,
+    RailIrregularityDescription, RailProfileDescription, RailsDescription, WhichRail,
+};
+pub use crate::space_description::{LateralDescription, TorsionDescription};
 
 /// A guideway: rigid ground, a row of spans, rigid ground. Lengths in m along the track.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,6 +61,18 @@ pub struct GuidewayDescription {
     /// Factor on all modal masses; frequencies change by its inverse root. Default 1.
     #[serde(default = "one")]
     pub mass_factor: f64,
+    /// The two rails, for girders in three dimensions: with them each magnet meets its own rail, which has a vertical
+    /// and a lateral motion, and the unit has lateral forces as inputs. Default: none, the track is a line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rails: Option<RailsDescription>,
+    /// Whether the unit gives the kink and the step of the track at every joint as outputs. Default no.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub joints: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form that serde asks for")]
+fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 fn one() -> f64 {

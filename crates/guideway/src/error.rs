@@ -82,7 +82,7 @@ pub enum Error {
     Load {
         /// Start of the step (s).
         time: f64,
-        /// "force" or "position".
+        /// "force", "position" or "lateral force".
         quantity: &'static str,
         /// Number of the magnet, from 1.
         magnet: usize,

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use crate::beam::BeamModes;
-use crate::check::{at_least_zero, positive};
+use crate::check::positive;
 use crate::cubics::PiecewiseCubics;
 use crate::description::{GirderDescription, TabulatedShape};
 use crate::shapes::{ModeShapes, ShapeRow};
+use crate::space::{self, Family};
 use crate::{Error, GirderMode, Pole, Spline};
 
 /// Most modes of one span.
@@ -22,7 +23,14 @@ pub struct Girder {
     structural: Vec<f64>,
     modes: Vec<GirderMode>,
     coupling: Option<DampingCoupling>,
+    /// Number of modes of each part: [`GirderPart`].
+    parts: [usize; 3],
+    /// Vertical deflection of the modes of the first part.
     shapes: ModeShapes,
+    /// Lateral deflection of the modes that have one.
+    lateral: Option<Family>,
+    /// Twist of the modes that have one.
+    twist: Option<Family>,
     /// Largest wavenumber of a mode shape (rad/m).
     wavenumber: f64,
 }
@@ -47,14 +55,42 @@ impl DampingCoupling {
     }
 }
 
-/// What the three sources of modes have in common.
-struct Modal {
-    masses: Vec<f64>,
-    frequencies: Vec<f64>,
-    shapes: ModeShapes,
+/// Groups of modes of a girder, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GirderPart {
+    /// Vertical bending; with tables or a radius also modes that bend laterally and twist at the same time.
+    Vertical,
+    /// Lateral bending alone.
+    Lateral,
+    /// Torsion alone; their coordinates are in rad, their modal masses in kg·m².
+    Torsion,
+}
+
+impl GirderPart {
+    /// All of them, in order.
+    pub const ALL: [Self; 3] = [Self::Vertical, Self::Lateral, Self::Torsion];
+
+    /// What stands before "mode 1" in names.
+    pub fn prefix(self) -> &'static str {
+        match self {
+            Self::Vertical => "",
+            Self::Lateral => "lateral ",
+            Self::Torsion => "torsion ",
+        }
+    }
+}
+
+/// What the sources of modes have in common.
+pub(crate) struct Modal {
+    pub masses: Vec<f64>,
+    pub frequencies: Vec<f64>,
+    /// What the part is named after: vertical or lateral deflection, or twist.
+    pub shapes: ModeShapes,
     /// Modal damping matrix of supports (N·s/m), row by row; empty without supports.
-    damping: Vec<f64>,
-    wavenumber: f64,
+    pub damping: Vec<f64>,
+    pub wavenumber: f64,
+    /// Lateral deflection and twist of the same modes, if they have them.
+    pub mixed: [Option<ModeShapes>; 2],
 }
 
 impl Girder {
@@ -88,32 +124,72 @@ impl Girder {
             }
         }
         let modal = match &given.shapes {
+            _ if given.radius.is_some() => space::curved(given, count, path)?,
             _ if given.is_beam() => Modal::beam(given, count, path)?,
             Some(tables) => Modal::tables(given, tables, count, path)?,
             None => Modal::sine(given, count, pole, path)?,
         };
-        let structural = (1..=count)
-            .map(|n| damping_ratio(given, n, path))
-            .collect::<Result<Vec<_>, Error>>()?;
+        let mut all = vec![(modal, damping_ratios(&given.damping, count, path)?)];
+        all.extend(space::lateral(given, pole, path)?);
+        let lateral = all.len() - 1;
+        all.extend(space::torsion(given, pole, path)?);
+        let counts: Vec<usize> = all.iter().map(|(modal, _)| modal.masses.len()).collect();
+        let total: usize = counts.iter().sum();
+        if total > MAX_MODES {
+            return Err(Error::invalid(
+                format!("{path}.modes"),
+                format!("{total} modes with those of lateral bending and torsion"),
+                format!("give at most {MAX_MODES} in all"),
+            ));
+        }
+        let parts = [
+            count,
+            if lateral == 1 { counts[1] } else { 0 },
+            counts.get(lateral + 1).copied().unwrap_or(0),
+        ];
         let stiffness_factor = factors.0 * given.stiffness_factor;
         let mass_factor = factors.1 * given.mass_factor;
         let root = (stiffness_factor / mass_factor).sqrt();
-        let modes = (0..count)
-            .map(|n| {
-                // what dampers of supports add, before the factors, which keep damping ratios
-                let critical = 4.0 * PI * modal.frequencies[n] * modal.masses[n];
-                let added = modal.damping.get(n * (count + 1)).map_or(0.0, |c| c / critical);
-                GirderMode {
-                    mass: mass_factor * modal.masses[n],
-                    omega: 2.0 * PI * root * modal.frequencies[n],
-                    zeta: structural[n] + added,
-                }
-            })
-            .collect();
-        let coupling = modal.coupling(root);
-        let Modal { frequencies, shapes, wavenumber, .. } = modal;
+        let mode = |(modal, structural): &(Modal, Vec<f64>), n: usize| {
+            // what dampers of supports add, before the factors, which keep damping ratios
+            let critical = 4.0 * PI * modal.frequencies[n] * modal.masses[n];
+            let own = modal.damping.get(n * (modal.masses.len() + 1));
+            let added = own.map_or(0.0, |c| c / critical);
+            GirderMode {
+                mass: mass_factor * modal.masses[n],
+                omega: 2.0 * PI * root * modal.frequencies[n],
+                zeta: structural[n] + added,
+            }
+        };
+        let modes = all.iter().flat_map(|p| (0..p.1.len()).map(move |n| mode(p, n))).collect();
+        let coupling = coupling(&all, root);
+        let wavenumber = all.iter().map(|(modal, _)| modal.wavenumber).fold(0.0, f64::max);
+        let frequencies = all.iter().flat_map(|(modal, _)| modal.frequencies.clone()).collect();
+        let structural = all.iter().flat_map(|(_, damping)| damping.clone()).collect();
+        let mut all = all.into_iter().map(|(modal, _)| modal);
+        let Some(Modal { shapes, mixed: [y, theta], .. }) = all.next() else {
+            return Err(Error::invalid(format!("{path}.modes"), "none", "give at least one"));
+        };
+        let [mut lateral, mut twist] = [y, theta].map(|s| s.map(|s| Family::new(s, 0, count)));
+        for (part, family) in [(1, &mut lateral), (2, &mut twist)] {
+            if parts[part] > 0 {
+                let first = parts[..part].iter().sum();
+                *family = all.next().map(|modal| Family::new(modal.shapes, first, parts[part]));
+            }
+        }
         let length = given.length;
-        Ok(Self { length, frequencies, structural, modes, coupling, shapes, wavenumber })
+        Ok(Self {
+            length,
+            frequencies,
+            structural,
+            modes,
+            coupling,
+            parts,
+            shapes,
+            lateral,
+            twist,
+            wavenumber,
+        })
     }
 
     /// Span length L (m).
@@ -136,6 +212,40 @@ impl Girder {
         &self.modes
     }
 
+    /// The modes that deflect vertically at the shear centre: those of the part [`GirderPart::Vertical`].
+    pub fn vertical_modes(&self) -> &[GirderMode] {
+        &self.modes[..self.parts[0]]
+    }
+
+    /// Indices of the modes of a part.
+    pub fn part(&self, part: GirderPart) -> std::ops::Range<usize> {
+        let first = self.parts[..part as usize].iter().sum();
+        first..first + self.parts[part as usize]
+    }
+
+    /// The part of mode `n` (from 0), and its number within the part, from 1.
+    pub fn place_of(&self, n: usize) -> (GirderPart, usize) {
+        let of = |part: GirderPart| Some((part, n.checked_sub(self.part(part).start)? + 1));
+        let found = GirderPart::ALL.into_iter().filter(|p| self.part(*p).contains(&n)).find_map(of);
+        found.unwrap_or((GirderPart::Vertical, n + 1))
+    }
+
+    /// Whether any mode bends laterally or twists.
+    pub fn is_spatial(&self) -> bool {
+        self.lateral.is_some() || self.twist.is_some()
+    }
+
+    /// Shapes of a component of motion, the first mode that has it, and how many do: 0 vertical, 1 lateral,
+    /// 2 twist.
+    pub(crate) fn component(&self, k: usize) -> Option<(&ModeShapes, usize, usize)> {
+        let family = match k {
+            0 => return Some((&self.shapes, 0, self.parts[0])),
+            1 => self.lateral.as_ref()?,
+            _ => self.twist.as_ref()?,
+        };
+        Some((&family.shapes, family.first, family.modes))
+    }
+
     /// The coupling of the modes by dampers of supports, if there are any.
     pub(crate) fn coupling(&self) -> Option<&DampingCoupling> {
         self.coupling.as_ref()
@@ -155,7 +265,12 @@ impl Girder {
         self.wavenumber
     }
 
-    /// The mode shapes.
+    /// Whether the force of a pole is spread evenly for any component of motion.
+    pub(crate) fn spread_evenly(&self) -> bool {
+        (0..3).filter_map(|k| self.component(k)).any(|(shapes, ..)| shapes.spread_evenly())
+    }
+
+    /// Vertical deflections of the modes of the first part.
     pub(crate) fn shapes(&self) -> &ModeShapes {
         &self.shapes
     }
@@ -167,7 +282,7 @@ impl Girder {
 }
 
 impl Modal {
-    fn sine(
+    pub(crate) fn sine(
         given: &GirderDescription,
         count: usize,
         pole: &Pole,
@@ -189,6 +304,7 @@ impl Modal {
             shapes: ModeShapes::sine(given.length, count, pole),
             damping: Vec::new(),
             wavenumber: base * count as f64,
+            mixed: [None, None],
         })
     }
 
@@ -208,51 +324,59 @@ impl Modal {
         }
         let tables = &tables[..count];
         let mut masses = Vec::new();
-        let mut splines = Vec::new();
+        let mut splines: [Vec<Spline>; 3] = Default::default();
         for (n, given_shape) in tables.iter().enumerate() {
             let name = format!("shapes[{n}].modal_mass");
             masses.push(positive(given_shape.modal_mass, path, &name, "kg")?);
-            splines.push(table(given_shape, given, &format!("{path}.shapes[{n}]"))?);
+            let tables = space::tables(given_shape, given, &format!("{path}.shapes[{n}]"))?;
+            splines.iter_mut().zip(tables).for_each(|(all, own)| all.push(own));
         }
-        let shapes = if given.elastic_ends {
-            ModeShapes::Cubics(PiecewiseCubics::of_splines(&splines, given.length))
-        } else {
-            ModeShapes::Tables(splines)
-        };
+        let has =
+            |of: &dyn Fn(&TabulatedShape) -> &Vec<f64>| tables.iter().any(|t| !of(t).is_empty());
+        let mixed = [has(&|t| &t.y), has(&|t| &t.theta)];
+        let [z, y, theta] = splines.map(|splines| {
+            if given.elastic_ends {
+                ModeShapes::Cubics(PiecewiseCubics::of_splines(&splines, given.length))
+            } else {
+                ModeShapes::Tables(splines)
+            }
+        });
         let wavenumber = PI / given.length * count as f64;
-        Ok(Self { masses, frequencies, shapes, damping: Vec::new(), wavenumber })
+        let mixed = [mixed[0].then_some(y), mixed[1].then_some(theta)];
+        Ok(Self { masses, frequencies, shapes: z, damping: Vec::new(), wavenumber, mixed })
     }
 
-    fn beam(given: &GirderDescription, count: usize, path: &str) -> Result<Self, Error> {
+    pub(crate) fn beam(given: &GirderDescription, count: usize, path: &str) -> Result<Self, Error> {
         let beam = BeamModes::new(given, count, path)?;
         let mut frequencies = beam.frequencies;
-        for (n, (frequency, &imposed)) in frequencies.iter_mut().zip(&given.frequencies).enumerate()
-        {
-            at_least_zero(imposed, path, &format!("frequencies[{n}]"), "Hz")?;
-            if imposed > 0.0 {
-                *frequency = imposed;
-            }
-        }
+        space::impose(&mut frequencies, &given.frequencies, path)?;
         Ok(Self {
             masses: beam.masses,
             frequencies,
             shapes: ModeShapes::Cubics(beam.shapes),
             damping: beam.damping,
             wavenumber: beam.wavenumber.max(PI / given.length * count as f64),
+            mixed: [None, None],
         })
     }
+}
 
-    /// The coupling by dampers of supports; `root` is the factor on all frequencies, which damping
-    /// matrices follow so that damping ratios stay.
-    fn coupling(&self, root: f64) -> Option<DampingCoupling> {
-        let modes = self.masses.len();
-        let rate = |k: usize| {
+/// The coupling by dampers of supports, part by part; `root` is the factor on all frequencies, which
+/// damping matrices follow so that damping ratios stay.
+fn coupling(all: &[(Modal, Vec<f64>)], root: f64) -> Option<DampingCoupling> {
+    let total: usize = all.iter().map(|(modal, _)| modal.masses.len()).sum();
+    let (mut rates, mut first) = (vec![0.0; total * total], 0);
+    for (modal, _) in all {
+        let modes = modal.masses.len();
+        for (k, damping) in modal.damping.iter().enumerate() {
             let (i, j) = (k / modes, k % modes);
-            if i == j { 0.0 } else { root * self.damping[k] / self.masses[i] }
-        };
-        let rates: Vec<f64> = (0..self.damping.len()).map(rate).collect();
-        rates.iter().any(|&r| r != 0.0).then(|| DampingCoupling::new(rates, modes))
+            if i != j {
+                rates[(first + i) * total + first + j] = root * damping / modal.masses[i];
+            }
+        }
+        first += modes;
     }
+    rates.iter().any(|&r| r != 0.0).then(|| DampingCoupling::new(rates, total))
 }
 
 /// Refuses keys that would have no effect.
@@ -270,6 +394,9 @@ fn check_sources(given: &GirderDescription, path: &str) -> Result<(), Error> {
             "given without shapes_file",
             "give them with `shapes_file`; each item of `shapes` has its own modal_mass",
         );
+    }
+    if !given.components.is_empty() {
+        return fail("components", "given without shapes_file", "remove it, or give `shapes_file`");
     }
     if given.shapes.is_some() && given.is_beam() {
         return fail(
@@ -326,47 +453,25 @@ fn frequency(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Err
     ))
 }
 
-fn damping_ratio(given: &GirderDescription, n: usize, path: &str) -> Result<f64, Error> {
-    let at = (n - 1).min(given.damping.len().saturating_sub(1));
-    let value = *given.damping.get(at).ok_or_else(|| {
-        Error::invalid(
-            format!("{path}.damping"),
-            "empty",
-            "give at least one damping ratio (0 for an undamped span)",
-        )
-    })?;
-    if value >= 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    Err(Error::invalid(
-        format!("{path}.damping[{at}]"),
-        format!("{value}"),
-        "give a finite ratio of at least 0",
-    ))
-}
-
-fn table(shape: &TabulatedShape, girder: &GirderDescription, path: &str) -> Result<Spline, Error> {
-    let length = girder.length;
-    let spline = Spline::new(&shape.x, &shape.phi, path)?;
-    let slack = 1e-9 * length;
-    let (first, last) = spline.range();
-    if first.abs() > slack || (last - length).abs() > slack {
-        return Err(Error::invalid(
-            format!("{path}.x"),
-            format!("points from {first} m to {last} m"),
-            format!("give points from 0 to the span length {length} m"),
-        ));
-    }
-    let largest = shape.phi.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let ends = shape.phi[0].abs().max(shape.phi[shape.phi.len() - 1].abs());
-    let held = girder.elastic_ends || ends <= 1e-6 * largest;
-    if !held || largest == 0.0 {
-        return Err(Error::invalid(
-            format!("{path}.phi"),
-            format!("{} and {} at the ends", shape.phi[0], shape.phi[shape.phi.len() - 1]),
-            "phi must be 0 at both ends, where the span is supported, unless `elastic_ends` is \
-             true, and not 0 everywhere",
-        ));
-    }
-    Ok(spline)
+/// One ratio per mode; beyond the list its last entry.
+pub(crate) fn damping_ratios(given: &[f64], count: usize, path: &str) -> Result<Vec<f64>, Error> {
+    let ratio = |n: usize| {
+        let at = n.min(given.len().saturating_sub(1));
+        let value = *given.get(at).ok_or_else(|| {
+            Error::invalid(
+                format!("{path}.damping"),
+                "empty",
+                "give at least one damping ratio (0 for an undamped span)",
+            )
+        })?;
+        if value >= 0.0 && value.is_finite() {
+            return Ok(value);
+        }
+        Err(Error::invalid(
+            format!("{path}.damping[{at}]"),
+            format!("{value}"),
+            "give a finite ratio of at least 0",
+        ))
+    };
+    (0..count).map(ratio).collect()
 }

@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 ///   `frequencies` then replaces the computed ones where it is not 0.
 ///
 /// Mode n has the damping ratio `damping[n-1]`; beyond the list its last entry.
+///
+/// These modes bend the girder vertically. `lateral` and `torsion` add modes that bend it laterally and twist it;
+/// with a `radius`, or tables of y and theta, one mode does several at once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Girder"))]
@@ -78,6 +81,10 @@ pub struct GirderDescription {
     /// semicolon, tab or blanks; decimals have points. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shapes_file: Option<String>,
+    /// What the columns of `shapes_file` after x are, mode by mode: ["y", "z", "theta"] for three columns per mode.
+    /// Default: "z" alone, the vertical deflection.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<ShapeComponent>,
     /// Modal masses (kg) of the shapes in `shapes_file` as they are scaled there. Default: the integral
     /// of `mass_per_length` times φ².
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -92,6 +99,16 @@ pub struct GirderDescription {
     /// Factor on all modal masses of this kind; frequencies change by its inverse root. Default 1.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub mass_factor: f64,
+    /// Lateral bending. Default: rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral: Option<crate::description::LateralDescription>,
+    /// Torsion. Default: rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsion: Option<crate::description::TorsionDescription>,
+    /// Radius in plan (m) of the girder's axis, positive in a curve to the left. Bending and torsion are then coupled,
+    /// and computed together by curved beam elements with `torsion`. Default: straight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
 }
 
 fn one() -> f64 {
@@ -113,8 +130,21 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// A mode shape φ(x) given at points, interpolated by a natural cubic spline.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A component of a tabulated mode shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum ShapeComponent {
+    /// Lateral displacement of the shear centre (1), left positive.
+    Y,
+    /// Vertical displacement of the shear centre (1), up positive.
+    Z,
+    /// Twist (rad/m), positive if it lifts the left rail.
+    Theta,
+}
+
+/// A mode shape given at points, interpolated by natural cubic splines.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Shape"))]
 #[serde(deny_unknown_fields)]
@@ -123,8 +153,14 @@ pub struct TabulatedShape {
     pub modal_mass: f64,
     /// Points along the span (m), from 0 to L.
     pub x: Vec<f64>,
-    /// φ there (1); 0 at both ends unless `elastic_ends` is true.
+    /// φ there (1), vertical, up positive; 0 at both ends unless `elastic_ends` is true.
     pub phi: Vec<f64>,
+    /// Lateral displacement of the shear centre there (1), left positive. Default: 0 everywhere.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub y: Vec<f64>,
+    /// Twist about the shear centre there (rad/m), positive if it lifts the left rail. Default: 0 everywhere.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub theta: Vec<f64>,
 }
 
 /// A part of a girder with constant properties. What it leaves out is that of the girder.
@@ -150,6 +186,18 @@ pub struct SectionDescription {
     /// Rotary inertia ρI per length (kg·m). Default: the girder's, or 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotary_inertia: Option<f64>,
+    /// Lateral bending stiffness (N·m²). Default: that of the girder's `lateral`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral_bending_stiffness: Option<f64>,
+    /// Torsional stiffness G·J (N·m²). Default: that of the girder's `torsion`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsional_stiffness: Option<f64>,
+    /// Warping stiffness E·I_w (N·m⁴). Default: that of the girder's `torsion`, or 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warping_stiffness: Option<f64>,
+    /// Polar mass moment of inertia per length (kg·m). Default: that of the girder's `torsion`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub polar_inertia: Option<f64>,
 }
 
 /// A support of a girder: a bearing on the ground, or on a pier that stands on the ground.
@@ -181,11 +229,33 @@ pub struct SupportDescription {
     /// Pier under the bearing. Default: the bearing stands on rigid ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pier: Option<PierDescription>,
+    /// Lateral stiffness of the bearing (N/m). Default: rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub lateral_stiffness: Option<f64>,
+    /// Lateral damping of the bearing (N·s/m). Default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
+    pub lateral_damping: f64,
+    /// Whether the girder can slide sideways here. Default no.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub lateral_free: bool,
+    /// Stiffness against twist (N·m/rad) of bearings and pier in series. Default: rigid, a fork.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub torsional_stiffness: Option<f64>,
+    /// Damping against twist (N·m·s/rad). Default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
+    pub torsional_damping: f64,
+    /// Whether the girder can twist here, as on a single bearing. Default no.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub torsion_free: bool,
 }
 
 /// A pier as a mass on a spring and a damper. A pier without mass is no pier: give the stiffness of
 /// bearing and pier in series as that of the bearing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Pier"))]
 #[serde(deny_unknown_fields)]
@@ -200,6 +270,18 @@ pub struct PierDescription {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
     pub damping: f64,
+    /// Lateral stiffness of the pier's top (N/m). Default: rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub lateral_stiffness: Option<f64>,
+    /// Mass that moves laterally with the top of the pier (kg). Default: `mass`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    pub lateral_mass: Option<f64>,
+    /// Lateral damping of pier and foundation (N·s/m). Default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
+    pub lateral_damping: f64,
 }
 
 impl GirderDescription {
@@ -225,14 +307,24 @@ impl GirderDescription {
         })
     }
 
-    /// Multiplies bending and shear stiffness of the beam, and of all its sections.
+    /// Multiplies bending, shear and torsional stiffness of the beam, and of all its sections.
     pub fn scale_beam_stiffness(&mut self, factor: f64) {
-        let sections = self
-            .sections
-            .iter_mut()
-            .flat_map(|section| [&mut section.bending_stiffness, &mut section.shear_stiffness]);
+        let sections = self.sections.iter_mut().flat_map(|section| {
+            [
+                &mut section.bending_stiffness,
+                &mut section.shear_stiffness,
+                &mut section.lateral_bending_stiffness,
+                &mut section.torsional_stiffness,
+                &mut section.warping_stiffness,
+            ]
+        });
         let own = [&mut self.bending_stiffness, &mut self.shear_stiffness];
-        for value in sections.chain(own).flatten() {
+        let lateral = self.lateral.iter_mut().map(|l| &mut l.bending_stiffness);
+        let torsion = self
+            .torsion
+            .iter_mut()
+            .flat_map(|t| [&mut t.torsional_stiffness, &mut t.warping_stiffness]);
+        for value in sections.chain(own).chain(lateral).chain(torsion).flatten() {
             *value *= factor;
         }
     }
@@ -243,9 +335,15 @@ impl GirderDescription {
             support.stiffness = support.stiffness.map(|k| k * stiffness);
             support.rotational_stiffness *= stiffness;
             support.damping *= damping;
+            support.lateral_stiffness = support.lateral_stiffness.map(|k| k * stiffness);
+            support.lateral_damping *= damping;
+            support.torsional_stiffness = support.torsional_stiffness.map(|k| k * stiffness);
+            support.torsional_damping *= damping;
             if let Some(pier) = &mut support.pier {
                 pier.stiffness *= stiffness;
                 pier.damping *= damping;
+                pier.lateral_stiffness = pier.lateral_stiffness.map(|k| k * stiffness);
+                pier.lateral_damping *= damping;
             }
         }
     }

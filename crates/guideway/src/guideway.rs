@@ -4,7 +4,7 @@ use crate::check::{bounded, unique_names};
 use crate::description::GuidewayDescription;
 use crate::propagator::NODES;
 use crate::shapes::ShapeRow;
-use crate::{ChirpForce, Error, Girder, GirderMode, InitialDeflection, Pole, Profile};
+use crate::{ChirpForce, Error, Girder, GirderMode, InitialDeflection, Pole, Profile, Rails};
 
 /// Most magnets: the size of a unit's description grows with their square.
 const MAX_MAGNETS: usize = 4096;
@@ -47,6 +47,8 @@ pub struct Guideway {
     points: Vec<TrackPoint>,
     initial: InitialDeflection,
     profile: Option<Profile>,
+    rails: Option<Rails>,
+    joints: bool,
     chirp: Option<ChirpForce>,
     wavenumber: f64,
     /// Largest distance from a magnet's centre at which its force acts (m).
@@ -83,9 +85,20 @@ impl Guideway {
         irregularity.on &= !(irregularity.file.is_none() && irregularity.amplitude == 0.0);
         let file = profile_file.filter(|_| irregularity.file.is_some());
         let profile = Profile::new(&irregularity, track, pole.length(), file)?;
+        if given.rails.is_none()
+            && let Some((name, _)) = names.iter().zip(&girders).find(|(_, g)| g.is_spatial())
+        {
+            return Err(Error::invalid(
+                "rails",
+                format!("missing, although girder `{name}` bends laterally or twists"),
+                "give `rails` with half_gauge and height, {} for those of the paper's train",
+            ));
+        }
+        let rails = |rails| Rails::new(rails, track, pole.length());
+        let rails = given.rails.as_ref().map(rails).transpose()?;
         let chirp = ChirpForce::new(&given.chirp, middle(&spans))?;
         let wavenumber = girders.iter().map(Girder::wavenumber).fold(0.0, f64::max);
-        let spread_evenly = girders.iter().any(|g| g.shapes().spread_evenly());
+        let spread_evenly = girders.iter().any(Girder::spread_evenly);
         let reach = if spread_evenly { 0.5 * pole.length() } else { pole.reach() };
         let guideway = Self {
             magnets: given.magnets,
@@ -96,6 +109,8 @@ impl Guideway {
             points,
             initial: given.initial,
             profile,
+            rails,
+            joints: given.joints,
             chirp,
             wavenumber,
             reach,
@@ -158,6 +173,21 @@ impl Guideway {
         self.profile.as_ref()
     }
 
+    /// The two rails, if the track has them.
+    pub fn rails(&self) -> Option<&Rails> {
+        self.rails.as_ref()
+    }
+
+    /// Whether kinks and steps at joints are asked for.
+    pub fn joints(&self) -> bool {
+        self.joints
+    }
+
+    /// Largest distance from a magnet's centre at which its force acts (m).
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
+    }
+
     /// The chirp of eq. 13, if it is on.
     pub fn chirp(&self) -> Option<&ChirpForce> {
         self.chirp.as_ref()
@@ -184,7 +214,7 @@ impl Guideway {
     }
 
     /// The span at x, or none on rigid ground. At a joint it is the span that begins there.
-    fn span_at(&self, x: f64) -> Option<&Span> {
+    pub(crate) fn span_at(&self, x: f64) -> Option<&Span> {
         let next = self.spans.partition_point(|s| s.start <= x);
         let span = &self.spans[next.checked_sub(1)?];
         (x < span.end).then_some(span)

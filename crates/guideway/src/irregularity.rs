@@ -55,7 +55,7 @@ impl Profile {
         };
         let profile = match file {
             None => random(given, window)?,
-            Some(text) => from_spline(&parse(text)?, window)?,
+            Some(text) => from_spline(&parse(text, "irregularity.file")?, window)?,
         };
         Ok(Some(if given.averaged { profile.averaged(pole)? } else { profile }))
     }
@@ -75,6 +75,32 @@ impl Profile {
     /// Where the profile begins and ends (m); zero outside.
     pub fn range(&self) -> (f64, f64) {
         (self.start, self.start + self.spacing * (self.knots.len() - 1) as f64)
+    }
+
+    /// The sum of harmonics and of a measured profile within the window; none if there is neither. The measured one is
+    /// faded at its own ends.
+    pub(crate) fn sum(
+        harmonics: &[Harmonic],
+        measured: Option<&Spline>,
+        window: FadeWindow,
+    ) -> Result<Option<Self>, Error> {
+        let measured = measured.map(|spline| from_spline(spline, window)).transpose()?;
+        let highest = harmonics.iter().map(|h| h.wavenumber).fold(0.0, f64::max);
+        if highest == 0.0 {
+            return Ok(measured);
+        }
+        let finest = measured.as_ref().map_or(f64::INFINITY, |m| m.spacing);
+        let cells = window.cells((TAU / highest / KNOTS_PER_WAVE).min(finest))?;
+        let spacing = (window.end - window.start) / cells as f64;
+        let sums = harmonics::tabulate(harmonics, window.start, spacing, cells);
+        let mut profile = Self::tabulate(window, spacing, |i, _| sums[i])?;
+        if let Some(measured) = &measured {
+            for (i, knot) in profile.knots.iter_mut().enumerate() {
+                let more = measured.at(profile.start + profile.spacing * i as f64);
+                *knot = std::array::from_fn(|k| knot[k] + more[k]);
+            }
+        }
+        Ok(Some(profile))
     }
 
     /// Tabulates `f` over the window, faded in and out.
@@ -106,7 +132,7 @@ impl Profile {
     /// and so r̄″ from r′: exact at the knots, whatever the length of pole and waves. The discrete
     /// forces of the pole would not do: eight of them feel half of a wave of 0.1 m, of which a pole of
     /// 0.65 m feels a twentieth.
-    fn averaged(self, pole: f64) -> Result<Self, Error> {
+    pub(crate) fn averaged(self, pole: f64) -> Result<Self, Error> {
         if pole < SHORTEST_POLE * self.spacing {
             return Ok(self);
         }
@@ -180,10 +206,10 @@ fn quintic_area(a: [f64; 3], b: [f64; 3], s: f64, d: f64) -> f64 {
 
 /// Where the profile lives, with its fades.
 #[derive(Debug, Clone, Copy)]
-struct FadeWindow {
-    start: f64,
-    end: f64,
-    fade: f64,
+pub(crate) struct FadeWindow {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+    pub(crate) fade: f64,
 }
 
 impl FadeWindow {
@@ -299,9 +325,9 @@ fn from_spline(spline: &Spline, window: FadeWindow) -> Result<Profile, Error> {
     Profile::tabulate(window, spline.finest_spacing() / 4.0, |_, x| spline.at(x))
 }
 
-/// Reads two columns x, z (m), separated by comma, semicolon, tab or blanks. Empty lines, lines
+/// Reads two columns x, z (m) of the file `name`, separated by comma, semicolon, tab or blanks. Empty lines, lines
 /// that begin with `#` and one heading line before the numbers are skipped.
-fn parse(text: &str) -> Result<Spline, Error> {
+pub(crate) fn parse(text: &str, name: &str) -> Result<Spline, Error> {
     let (mut xs, mut zs) = (Vec::new(), Vec::new());
     let mut heading_allowed = true;
     for (index, line) in text.lines().enumerate() {
@@ -324,7 +350,7 @@ fn parse(text: &str) -> Result<Spline, Error> {
         }
         heading_allowed = false;
     }
-    Spline::new(&xs, &zs, "irregularity.file")
+    Spline::new(&xs, &zs, name)
 }
 
 #[cfg(test)]

@@ -10,6 +10,11 @@
 //! - outputs at magnets and mid-spans (eq. 8): displacement, rate as the moving magnet sees it,
 //!   acceleration.
 //!
+//! With [`Rails`] girders also bend laterally and twist, in modes of their own or in modes that do
+//! several things at once: the displacement of a cross-section has the components (z, y, θ), each
+//! magnet loads its own rail at ±half-gauge b and height h over the shear centre, and meets z ± b·θ
+//! vertically and y − h·θ laterally ([`RailSurface`]).
+//!
 //! The modal equations are linear, and decoupled unless supports have dampers, hence solved exactly
 //! over a step of any size for forces that vary as polynomials ([`Guideway::step`]). [`GuidewayDescription`] is the guideway as
 //! data, [`Guideway`] the checked and immutable model, [`State`] everything that changes,
@@ -37,22 +42,30 @@ mod mode;
 mod motion;
 mod pole;
 mod propagator;
+mod rail_motion;
+mod rails;
+mod rails_description;
 #[cfg(feature = "schema")]
 mod schema;
 mod shapes;
 mod shapes_file;
+mod space;
+mod space_description;
+mod spectrum;
 mod spline;
 
 pub use chirp::ChirpForce;
 pub use description::{GuidewayDescription, InitialDeflection};
 pub use error::Error;
-pub use girder::{Girder, MAX_MODES};
+pub use girder::{Girder, GirderPart, MAX_MODES};
 pub use guideway::{Guideway, Span, TrackPoint};
 pub use irregularity::{Profile, RUN_OUT};
 pub use mode::GirderMode;
-pub use motion::{Load, SpanMotion, State, Surface, Workspace};
+pub use motion::{Load, LoadChange, SpanMotion, State, Surface, Workspace};
 pub use pole::{MAX_FORCES, Pole};
 pub use propagator::{NODES, SUBSTEP_PHASE, nodes};
+pub use rail_motion::{JointMotion, RailSurface};
+pub use rails::Rails;
 pub use spline::Spline;
 
 /// Runs the example of the README.

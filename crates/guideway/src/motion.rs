@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::propagator::{NODES, PropagatorCache, SUBSTEP_PHASE, nodes};
+use crate::rail_motion::ComponentRows;
 use crate::shapes::{ShapeRow, sines_at_nodes};
 use crate::{Error, Guideway, InitialDeflection};
 
@@ -35,17 +36,31 @@ pub struct Load {
     pub force: [f64; 4],
     /// Centre of the magnet (m along the track).
     pub position: [f64; 4],
+    /// Lateral force on the magnet (N), left positive; it pushes the rail to the right. Without rails it has no effect.
+    pub lateral: [f64; 4],
 }
 
 impl Load {
     /// A constant force at a fixed place.
     pub fn standing(force: f64, position: f64) -> Self {
-        Self { force: [force, 0.0, 0.0, 0.0], position: [position, 0.0, 0.0, 0.0] }
+        let held = |value| [value, 0.0, 0.0, 0.0];
+        Self { force: held(force), position: held(position), lateral: [0.0; 4] }
     }
 }
 
+/// A small change of a load.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LoadChange {
+    /// Of the levitation force (N).
+    pub force: f64,
+    /// Of the place (m).
+    pub place: f64,
+    /// Of the lateral force (N).
+    pub lateral: f64,
+}
+
 /// Value of a Taylor polynomial τ after its start.
-fn taylor(u: &[f64; 4], tau: f64) -> f64 {
+pub(crate) fn taylor(u: &[f64; 4], tau: f64) -> f64 {
     u[0] + tau * (u[1] + tau * (u[2] / 2.0 + tau * (u[3] / 6.0)))
 }
 
@@ -55,9 +70,11 @@ const MAX_SUBSTEPS: u32 = 1_000_000;
 /// Scratch memory and cached propagators. Results do not depend on its previous content.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    row: ShapeRow,
+    pub(crate) row: ShapeRow,
+    /// For girders with rails.
+    pub(crate) rows: ComponentRows,
     /// Per mode its force at the nodes of a sub-step.
-    forces: Vec<[f64; NODES]>,
+    pub(crate) forces: Vec<[f64; NODES]>,
     /// For steps of modes that dampers couple.
     next: Vec<f64>,
     cache: PropagatorCache,
@@ -70,6 +87,7 @@ impl Workspace {
         let modes = guideway.modes().len();
         Self {
             row: ShapeRow::with_modes(guideway.most_modes()),
+            rows: ComponentRows::new(guideway.rails().map_or(0, |_| guideway.most_modes())),
             forces: vec![[0.0; NODES]; modes],
             next: vec![0.0; 2 * guideway.most_modes()],
             cache: PropagatorCache::new(modes),
@@ -162,10 +180,13 @@ impl Guideway {
             return Ok(state);
         }
         let moving = if self.initial() == InitialDeflection::QuasiStatic { speed } else { 0.0 };
-        for load in loads {
+        if let Some(rails) = self.rails() {
+            self.rest_on_rails(rails, work, loads, moving, &mut state);
+        }
+        for load in self.on_the_axis(loads) {
             let force = load.force[0];
             self.under_pole(load.position[0], &mut work.row, |span, row, share| {
-                for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                for (n, mode) in self.girders()[span.girder].vertical_modes().iter().enumerate() {
                     let flexibility = share * force / mode.stiffness();
                     state.q[span.first_mode + n] -= flexibility * row.value[n];
                     state.v[span.first_mode + n] -= flexibility * moving * row.slope[n];
@@ -175,7 +196,7 @@ impl Guideway {
         if let Some(chirp) = self.chirp() {
             let force = chirp.at(time);
             self.under_point(chirp.position(), &mut work.row, |span, row| {
-                for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                for (n, mode) in self.girders()[span.girder].vertical_modes().iter().enumerate() {
                     state.q[span.first_mode + n] -= force / mode.stiffness() * row.value[n];
                 }
             });
@@ -212,7 +233,9 @@ impl Guideway {
         for k in 0..count {
             let begin = h * f64::from(k);
             work.forces.fill([0.0; NODES]);
-            if standing {
+            if let Some(rails) = self.rails() {
+                self.add_loads_on_rails(rails, work, loads, begin, h);
+            } else if standing {
                 self.add_standing_loads(work, loads, begin, h);
             } else {
                 self.add_moving_loads(work, loads, begin, h);
@@ -245,7 +268,7 @@ impl Guideway {
     /// `add(i, φᵢ)` for all modes that a pole at x loads.
     fn add_load(&self, x: f64, row: &mut ShapeRow, mut add: impl FnMut(usize, f64)) {
         self.under_pole(x, row, |span, row, share| {
-            let modes = self.girders()[span.girder].modes().len();
+            let modes = self.girders()[span.girder].vertical_modes().len();
             for n in 0..modes {
                 add(span.first_mode + n, share * row.value[n]);
             }
@@ -293,7 +316,7 @@ impl Guideway {
         let force = nodes().map(|node| chirp.at(time + node * h));
         let forces = &mut work.forces;
         self.under_point(chirp.position(), &mut work.row, |span, row| {
-            for n in 0..self.girders()[span.girder].modes().len() {
+            for n in 0..self.girders()[span.girder].vertical_modes().len() {
                 for j in 0..NODES {
                     forces[span.first_mode + n][j] -= force[j] * row.value[n];
                 }
@@ -311,7 +334,10 @@ impl Guideway {
         accelerations: &mut [f64],
     ) {
         accelerations.fill(0.0);
-        for load in loads {
+        if let Some(rails) = self.rails() {
+            self.add_forces_on_rails(rails, work, loads, accelerations);
+        }
+        for load in self.on_the_axis(loads) {
             self.add_load(load.position[0], &mut work.row, |i, phi| {
                 accelerations[i] -= load.force[0] * phi;
             });
@@ -319,7 +345,7 @@ impl Guideway {
         if let Some(chirp) = self.chirp() {
             let force = chirp.at(time);
             self.under_point(chirp.position(), &mut work.row, |span, row| {
-                for n in 0..self.girders()[span.girder].modes().len() {
+                for n in 0..self.girders()[span.girder].vertical_modes().len() {
                     accelerations[span.first_mode + n] -= force * row.value[n];
                 }
             });
@@ -341,22 +367,32 @@ impl Guideway {
         }
     }
 
-    /// How the modal accelerations change with small changes (δforce, δposition) of the loads,
-    /// into `change`: −M⁻¹Σ(δF·φ(x) + F·φ′(x)·δx), the feed-through matrix D of eq. 8 by mode.
+    /// The loads, if the track has no rails.
+    fn on_the_axis<'a>(&self, loads: &'a [Load]) -> &'a [Load] {
+        if self.rails().is_some() { &[] } else { loads }
+    }
+
+    /// How the modal accelerations change with small changes of the loads, into `change`:
+    /// −M⁻¹Σ(δF·φ(x) + F·φ′(x)·δx), the feed-through matrix D of eq. 8 by mode.
     pub fn acceleration_change(
         &self,
         work: &mut Workspace,
         loads: &[Load],
-        changes: impl Iterator<Item = (f64, f64)>,
+        changes: impl Iterator<Item = LoadChange>,
         change: &mut [f64],
     ) {
         change.fill(0.0);
-        for (load, (force, place)) in loads.iter().zip(changes) {
-            if force == 0.0 && place == 0.0 {
+        for (k, (load, by)) in loads.iter().zip(changes).enumerate() {
+            if by == LoadChange::default() {
                 continue;
             }
+            if let Some(rails) = self.rails() {
+                self.change_on_rails(rails, work, (k, load), by, change);
+                continue;
+            }
+            let LoadChange { force, place, .. } = by;
             self.under_pole(load.position[0], &mut work.row, |span, row, share| {
-                for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+                for (n, mode) in self.girders()[span.girder].vertical_modes().iter().enumerate() {
                     let push = force * row.value[n] + load.force[0] * row.slope[n] * place;
                     change[span.first_mode + n] -= share * push / mode.mass;
                 }
@@ -375,13 +411,13 @@ impl Guideway {
     ) {
         change.fill(0.0);
         self.under_point(position, &mut work.row, |span, row| {
-            for (n, mode) in self.girders()[span.girder].modes().iter().enumerate() {
+            for (n, mode) in self.girders()[span.girder].vertical_modes().iter().enumerate() {
                 change[span.first_mode + n] -= force * row.value[n] / mode.mass;
             }
         });
     }
 
-    /// The surface at a magnet centred at x; `accelerations` is the result of
+    /// The surface in the middle of the track under a magnet centred at x; `accelerations` is the result of
     /// [`accelerations`](Self::accelerations).
     pub fn surface(
         &self,
@@ -392,7 +428,7 @@ impl Guideway {
     ) -> Surface {
         let mut s = Surface::default();
         self.under_pole(x, &mut work.row, |span, row, share| {
-            for n in 0..self.girders()[span.girder].modes().len() {
+            for n in 0..self.girders()[span.girder].vertical_modes().len() {
                 let i = span.first_mode + n;
                 let (q, v) = (share * state.q[i], share * state.v[i]);
                 s.u += q * row.value[n];
@@ -458,7 +494,7 @@ impl Guideway {
         let girder = &self.girders()[span.girder];
         girder.shape_at(x, &mut work.row);
         let mut y = SpanMotion::default();
-        for n in 0..girder.modes().len() {
+        for n in 0..girder.vertical_modes().len() {
             let (i, phi) = (span.first_mode + n, work.row.value[n]);
             y.displacement += phi * state.q[i];
             y.velocity += phi * state.v[i];
@@ -476,7 +512,9 @@ impl Guideway {
 
 fn check_loads(loads: &[Load], time: f64) -> Result<(), Error> {
     for (k, load) in loads.iter().enumerate() {
-        for (quantity, values) in [("force", load.force), ("position", load.position)] {
+        for (quantity, values) in
+            [("force", load.force), ("position", load.position), ("lateral force", load.lateral)]
+        {
             if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
                 return Err(Error::Load { time, quantity, magnet: k + 1, value });
             }

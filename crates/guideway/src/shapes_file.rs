@@ -3,7 +3,7 @@
 use crate::check::positive;
 use crate::contradictions::check_distinct;
 use crate::cubics::PiecewiseCubics;
-use crate::description::{GirderDescription, GuidewayDescription, TabulatedShape};
+use crate::description::{GirderDescription, GuidewayDescription, ShapeComponent, TabulatedShape};
 use crate::{Error, Spline};
 
 impl GuidewayDescription {
@@ -20,7 +20,7 @@ impl GuidewayDescription {
     /// Replaces `shapes_file` of a kind of girder by the file's content.
     ///
     /// # Errors
-    /// A line that cannot be used, or modal masses that are missing or invalid.
+    /// A line that cannot be used, components that do not fit, or modal masses that are missing or invalid.
     pub fn set_shapes(&mut self, girder: &str, text: &str) -> Result<(), Error> {
         let Some(kind) = self.girders.get_mut(girder) else { return Ok(()) };
         let path = format!("girders.{girder}");
@@ -33,37 +33,78 @@ impl GuidewayDescription {
             ));
         }
         let columns = read(text, &file)?;
-        let masses = masses(kind, &columns, &path)?;
-        let (x, shapes) = (&columns[0], &columns[1..]);
-        let slices: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
-        let column = |n: usize| format!("{path}.shapes_file, column {}", n + 2);
-        check_distinct(&slices, |_, _| true, column)?;
-        let table = |(phi, &modal_mass): (&Vec<f64>, &f64)| TabulatedShape {
-            modal_mass,
-            x: x.clone(),
-            phi: phi.clone(),
+        let components = match &kind.components[..] {
+            [] => vec![ShapeComponent::Z],
+            given => given.to_vec(),
         };
-        kind.shapes = Some(shapes.iter().zip(&masses).map(table).collect());
+        let twice = (1..components.len()).any(|k| components[..k].contains(&components[k]));
+        if twice || (columns.len() - 1) % components.len() != 0 {
+            return Err(Error::invalid(
+                format!("{path}.components"),
+                format!("{components:?} for {} columns after x in `{file}`", columns.len() - 1),
+                "name each of y, z and theta at most once, and give that many columns per mode",
+            ));
+        }
+        let x = &columns[0];
+        let modes: Vec<&[Vec<f64>]> = columns[1..].chunks(components.len()).collect();
+        let masses = masses(kind, x, &modes, &components, &path)?;
+        // a mode's columns one after the other
+        let all: Vec<Vec<f64>> = modes.iter().map(|mode| mode.concat()).collect();
+        let slices: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
+        let column = |n: usize| format!("{path}.shapes_file, column {}", n * components.len() + 2);
+        check_distinct(&slices, |_, _| true, column)?;
+        let table = |(mode, &modal_mass): (&&[Vec<f64>], &f64)| {
+            let of = |component| {
+                let k = components.iter().position(|c| *c == component)?;
+                mode.get(k).cloned()
+            };
+            TabulatedShape {
+                modal_mass,
+                x: x.clone(),
+                phi: of(ShapeComponent::Z).unwrap_or_else(|| vec![0.0; x.len()]),
+                y: of(ShapeComponent::Y).unwrap_or_default(),
+                theta: of(ShapeComponent::Theta).unwrap_or_default(),
+            }
+        };
+        kind.shapes = Some(modes.iter().zip(&masses).map(table).collect());
         kind.modal_masses.clear();
+        kind.components.clear();
         Ok(())
     }
 }
 
 /// The given modal masses, or the integrals of the mass per length times φ².
-fn masses(kind: &GirderDescription, columns: &[Vec<f64>], path: &str) -> Result<Vec<f64>, Error> {
-    let count = columns.len() - 1;
+fn masses(
+    kind: &GirderDescription,
+    x: &[f64],
+    modes: &[&[Vec<f64>]],
+    components: &[ShapeComponent],
+    path: &str,
+) -> Result<Vec<f64>, Error> {
+    let count = modes.len();
     if !kind.modal_masses.is_empty() {
         if kind.modal_masses.len() != count {
             return Err(Error::invalid(
                 format!("{path}.modal_masses"),
-                format!("{} masses for {count} columns of shapes", kind.modal_masses.len()),
-                "give one per column",
+                format!(
+                    "{} masses for {count} {}",
+                    kind.modal_masses.len(),
+                    if components.len() == 1 { "columns of shapes" } else { "shapes" }
+                ),
+                "give one per shape",
             ));
         }
         for (n, &mass) in kind.modal_masses.iter().enumerate() {
             positive(mass, path, &format!("modal_masses[{n}]"), "kg")?;
         }
         return Ok(kind.modal_masses.clone());
+    }
+    if components != [ShapeComponent::Z] {
+        return Err(Error::invalid(
+            format!("{path}.modal_masses"),
+            "missing",
+            "give the modal masses (kg) of shapes with y or theta, as the other program has them",
+        ));
     }
     let Some(density) = kind.mass_per_length else {
         return Err(Error::invalid(
@@ -75,9 +116,10 @@ fn masses(kind: &GirderDescription, columns: &[Vec<f64>], path: &str) -> Result<
     positive(density, path, "mass_per_length", "kg/m")?;
     positive(kind.length, path, "length", "m")?;
     let path = format!("{path}.shapes_file");
-    let splines = columns[1..]
+    let splines = modes
         .iter()
-        .map(|phi| Spline::new(&columns[0], phi, &path))
+        .flat_map(|mode| mode.iter())
+        .map(|phi| Spline::new(x, phi, &path))
         .collect::<Result<Vec<_>, _>>()?;
     let squares = PiecewiseCubics::of_splines(&splines, kind.length).squares();
     if let Some(n) = squares.iter().position(|&square| square == 0.0) {

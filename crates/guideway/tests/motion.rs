@@ -55,7 +55,7 @@ proptest! {
         let (g, mut work) = build(3, "");
         let loads = |tau: f64| -> Vec<Load> {
             forces.iter().zip(&places).map(|(f, &x)| Load {
-                force: shifted(*f, tau), position: [x, 0.0, 0.0, 0.0] }).collect()
+                force: shifted(*f, tau), position: [x, 0.0, 0.0, 0.0], ..Load::default() }).collect()
         };
         let mut whole = g.initial_state(&mut work, &loads(0.0), 0.0, 0.0).unwrap();
         let mut parts = whole.clone();
@@ -173,7 +173,11 @@ fn invariant_quasi_static_start_hardly_rings() {
         let (g, mut work) = build(1, &format!(r#", "initial": "{initial}""#));
         let speed = 5.0 / 3.6;
         let load = |t: f64| {
-            [Load { force: [3e5, 0.0, 0.0, 0.0], position: [10.0 + speed * t, speed, 0.0, 0.0] }]
+            [Load {
+                force: [3e5, 0.0, 0.0, 0.0],
+                position: [10.0 + speed * t, speed, 0.0, 0.0],
+                ..Load::default()
+            }]
         };
         let mut state = g.initial_state(&mut work, &load(0.0), speed, 0.0).unwrap();
         let mut worst: f64 = 0.0;
@@ -284,8 +288,13 @@ fn analytic_tabulated_sine_shapes_agree_with_the_sine() {
     let sine = build(&text(""));
     let table = build(&text(&format!(r#", "shapes": [{}]"#, shapes.join(", "))));
     let (mut w1, mut w2) = (Workspace::new(&sine), Workspace::new(&table));
-    let load =
-        |t: f64| [Load { force: [1e4, 0.0, 0.0, 0.0], position: [5.0 + 10.0 * t, 10.0, 0.0, 0.0] }];
+    let load = |t: f64| {
+        [Load {
+            force: [1e4, 0.0, 0.0, 0.0],
+            position: [5.0 + 10.0 * t, 10.0, 0.0, 0.0],
+            ..Load::default()
+        }]
+    };
     let (mut a, mut b) = (at_rest(&sine), at_rest(&table));
     for n in 0..300 {
         let t = f64::from(n) * 0.01;
@@ -311,7 +320,7 @@ fn invariant_bad_steps_and_loads_are_refused() {
     let bad = [good[0], Load::standing(f64::NAN, 0.0)];
     let m = g.step(&mut work, &mut state, &bad, 3.0, 0.1).unwrap_err().to_string();
     assert!(m.contains("force of magnet 2"), "{m}");
-    let fast = [Load { force: [0.0; 4], position: [0.0, 1e12, 0.0, 0.0] }; 2];
+    let fast = [Load { force: [0.0; 4], position: [0.0, 1e12, 0.0, 0.0], ..Load::default() }; 2];
     let m = g.step(&mut work, &mut state, &fast, 3.0, 0.1).unwrap_err().to_string();
     assert!(m.contains("sub-steps"), "{m}");
     assert_eq!(state, at_rest(&g));
@@ -371,6 +380,7 @@ fn invariant_bad_descriptions_are_refused_by_path() {
             modal_mass: 1.0,
             x: x.to_vec(),
             phi: phi.to_vec(),
+            ..Default::default()
         };
         vec![shape.clone(), shape]
     };

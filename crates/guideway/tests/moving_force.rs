@@ -38,7 +38,11 @@ fn closed_form(modes: usize, t: f64) -> f64 {
 }
 
 fn load(t: f64, speed: f64) -> [Load; 1] {
-    [Load { force: [FORCE, 0.0, 0.0, 0.0], position: [speed * t, speed, 0.0, 0.0] }]
+    [Load {
+        force: [FORCE, 0.0, 0.0, 0.0],
+        position: [speed * t, speed, 0.0, 0.0],
+        ..Load::default()
+    }]
 }
 
 /// Steps the crossing; calls `see(t, mid-span deflection, down positive)` after each step.

@@ -162,7 +162,11 @@ fn invariant_energy_is_the_work_of_a_force_that_crosses_an_elastic_end() {
     let steps = (22.0 / speed / h) as u32;
     for n in 0..steps {
         let x = -1.0 + speed * h * f64::from(n);
-        let load = Load { force: [force, 0.0, 0.0, 0.0], position: [x, speed, 0.0, 0.0] };
+        let load = Load {
+            force: [force, 0.0, 0.0, 0.0],
+            position: [x, speed, 0.0, 0.0],
+            ..Load::default()
+        };
         let a = surface(&g, &mut work, &state, x);
         g.step(&mut work, &mut state, &[load], h * f64::from(n), h).unwrap();
         let b = surface(&g, &mut work, &state, x + speed * h);

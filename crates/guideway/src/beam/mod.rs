@@ -7,6 +7,7 @@
 mod element;
 mod mesh;
 mod rigid;
+mod twist;
 
 use std::f64::consts::PI;
 
@@ -15,7 +16,8 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use crate::Error;
 use crate::cubics::PiecewiseCubics;
 use crate::description::GirderDescription;
-use mesh::Mesh;
+use mesh::{Mesh, Spring};
+pub(crate) use twist::TwistModes;
 
 /// Largest relative error of the lowest ω² that rounding may cause.
 const ROUNDING: f64 = 1e-3;
@@ -47,7 +49,8 @@ impl BeamModes {
     /// rounding would spoil the result.
     pub fn new(given: &GirderDescription, count: usize, path: &str) -> Result<Self, Error> {
         let mesh = Mesh::new(given, path)?;
-        let (vectors, squares) = solve(&mesh).ok_or_else(|| {
+        let (stiffness, mass) = assemble(&mesh);
+        let (vectors, squares) = eigen(stiffness, &mass).ok_or_else(|| {
             Error::invalid(
                 path,
                 "the modes cannot be computed: the stiffnesses of beam and supports, or the \
@@ -86,7 +89,7 @@ impl BeamModes {
             shapes: polynomials(&mesh, &shapes),
             masses,
             frequencies,
-            damping: damping(&mesh, &shapes),
+            damping: damping_of(&mesh.springs, &shapes),
             wavenumber: waves.fold(0.0, f64::max),
         })
     }
@@ -100,14 +103,14 @@ impl BeamModes {
 /// relative to the largest one, and ω² of the highest mode of a mesh is 10⁸ times that of the first.
 /// Only additions, multiplications, divisions and roots occur, so the bits do not depend on the
 /// machine.
-fn solve(mesh: &Mesh) -> Option<(DMatrix<f64>, Vec<f64>)> {
-    let (stiffness, mass) = assemble(mesh);
+fn eigen(stiffness: DMatrix<f64>, mass: &DMatrix<f64>) -> Option<(DMatrix<f64>, Vec<f64>)> {
+    let size = stiffness.nrows();
     let factor = Cholesky::new(stiffness)?.unpack();
-    let half = factor.solve_lower_triangular(&mass)?;
+    let half = factor.solve_lower_triangular(mass)?;
     let mut inverse = factor.solve_lower_triangular(&half.transpose())?;
     inverse.fill_upper_triangle_with_lower_triangle();
-    let eigen = SymmetricEigen::try_new(inverse, f64::EPSILON, 1000 * mesh.size)?;
-    let mut order: Vec<usize> = (0..mesh.size).collect();
+    let eigen = SymmetricEigen::try_new(inverse, f64::EPSILON, 1000 * size)?;
+    let mut order: Vec<usize> = (0..size).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     let mut vectors = factor.tr_solve_lower_triangular(&eigen.eigenvectors)?;
     let sorted: Vec<_> = order.iter().map(|&k| vectors.column(k).into_owned()).collect();
@@ -191,10 +194,10 @@ fn polynomials(mesh: &Mesh, shapes: &DMatrix<f64>) -> PiecewiseCubics {
 }
 
 /// φᵢᵀCφⱼ of the dampers.
-fn damping(mesh: &Mesh, shapes: &DMatrix<f64>) -> Vec<f64> {
+fn damping_of(springs: &[Spring], shapes: &DMatrix<f64>) -> Vec<f64> {
     let count = shapes.ncols();
     let mut matrix = vec![0.0; count * count];
-    for spring in mesh.springs.iter().filter(|s| s.damping > 0.0) {
+    for spring in springs.iter().filter(|s| s.damping > 0.0) {
         let stretch = |n| shapes[(spring.from, n)] - spring.to.map_or(0.0, |to| shapes[(to, n)]);
         for i in 0..count {
             for j in 0..count {
