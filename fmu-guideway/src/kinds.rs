@@ -48,13 +48,13 @@ impl KindHandles {
         girder: &Girder,
         prefix: &str,
     ) -> Self {
-        let count = girder.modes().len();
+        let count = girder.vertical_modes().len();
         let computed = given.is_beam();
         let imposed = |n: usize| given.frequencies.get(n).copied().unwrap_or(0.0);
         let starts: Vec<f64> = if computed {
             (0..count).map(imposed).collect()
         } else {
-            girder.frequencies().to_vec()
+            girder.frequencies()[..count].to_vec()
         };
         let frequency = interface
             .reals(format!("{prefix}frequency"), count)
@@ -71,7 +71,7 @@ impl KindHandles {
         let damping = interface
             .reals(format!("{prefix}damping"), count)
             .parameter(0.0)
-            .starts(girder.structural_damping().iter().copied())
+            .starts(girder.structural_damping()[..count].iter().copied())
             .min(0.0)
             .unit(UnitOfMeasure::ONE)
             .display("%")
@@ -169,7 +169,7 @@ impl DerivedKind {
         prefix: &str,
         mass_depends_on: &[VariableRow],
     ) -> Self {
-        let count = girder.modes().len();
+        let count = girder.vertical_modes().len();
         let modal_mass = interface
             .reals(format!("{prefix}modal_mass"), count)
             .calculated_parameter()
@@ -208,7 +208,7 @@ impl DerivedKind {
         let mut fill = |row, of: &dyn Fn(&guideway::GirderMode) -> f64| {
             let row = values.reals_mut(row);
             row.fill(0.0);
-            for (value, mode) in row.iter_mut().zip(girder.modes()) {
+            for (value, mode) in row.iter_mut().zip(girder.vertical_modes()) {
                 *value = of(mode);
             }
         };

@@ -21,6 +21,9 @@ mod linear;
 mod model;
 mod parameters;
 mod points;
+mod rails;
+#[cfg(test)]
+mod rails_tests;
 mod table;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! The report `linear`: modes with the magnets at their current positions.
 
 use fmi2_export::{Error, Motions, RealVar, StateSpace, Values};
-use guideway::{Guideway, Load, SpanMotion, State, Surface, Workspace};
+use guideway::{Guideway, Load, LoadChange, RailSurface, SpanMotion, State, Workspace};
 
 use crate::points::PointHandles;
 use crate::table::{InputHandles, OutputHandles};
@@ -19,7 +19,7 @@ pub(crate) fn report(
     guideway: &Guideway,
     work: &mut Workspace,
     loads: &[Load],
-    now: &[Surface],
+    now: &[RailSurface],
     values: &Values,
     (inputs, outputs, points): (&InputHandles, &OutputHandles, &[PointHandles]),
     (chirp_force, chirp_position): (RealVar, f64),
@@ -29,14 +29,18 @@ pub(crate) fn report(
     let modes = guideway.modes().len();
     for kind in ["mode", "rate of mode"] {
         for (k, span) in guideway.spans().iter().enumerate() {
-            for n in 1..=guideway.girders()[span.girder].modes().len() {
-                system.state(format!("span {}, {kind} {n}", k + 1));
+            let girder = &guideway.girders()[span.girder];
+            for n in 0..girder.modes().len() {
+                let (part, number) = girder.place_of(n);
+                let kind = kind.replace("mode", &format!("{}mode", part.prefix()));
+                system.state(format!("span {}, {kind} {number}", k + 1));
             }
         }
     }
     let force = system.inputs(inputs.force);
     let position = system.inputs(inputs.position);
     let speed_input = system.input(inputs.speed);
+    let lateral = inputs.lateral.map(|row| system.inputs(row));
     // q̈ as entries (mode, column, value): columns of A, and of B
     let (mut of_state, mut of_input) = (Vec::new(), Vec::new());
     for span in guideway.spans() {
@@ -52,8 +56,14 @@ pub(crate) fn report(
     }
     let mut change = vec![0.0; modes];
     for k in 0..loads.len() {
-        for (input, by) in [(force + k, (1.0, 0.0)), (position + k, (0.0, 1.0))] {
-            let changes = (0..loads.len()).map(|j| if j == k { by } else { (0.0, 0.0) });
+        let none = LoadChange::default();
+        let own = [
+            Some((force + k, LoadChange { force: 1.0, ..none })),
+            Some((position + k, LoadChange { place: 1.0, ..none })),
+            lateral.map(|lateral| (lateral + k, LoadChange { lateral: 1.0, ..none })),
+        ];
+        for (input, by) in own.into_iter().flatten() {
+            let changes = (0..loads.len()).map(|j| if j == k { by } else { none });
             guideway.acceleration_change(work, loads, changes, &mut change);
             of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, input, value)));
         }
@@ -69,10 +79,17 @@ pub(crate) fn report(
     }
     let displacement = system.outputs(outputs.displacement);
     let rate = system.outputs(outputs.rate);
-    for (k, surface) in now.iter().enumerate() {
-        system.d(displacement + k, position + k, surface.slope());
-        system.d(rate + k, position + k, surface.rate_slope(speed));
-        system.d(rate + k, speed_input, surface.slope());
+    let sideways = outputs.rails.map(|rails| {
+        (system.outputs(rails.lateral_displacement), system.outputs(rails.lateral_rate))
+    });
+    for (k, rail) in now.iter().enumerate() {
+        let vertical = Some((displacement, rate)).map(|rows| (rows, &rail.vertical));
+        let lateral = sideways.map(|rows| (rows, &rail.lateral));
+        for ((displacement, rate), surface) in vertical.into_iter().chain(lateral) {
+            system.d(displacement + k, position + k, surface.slope());
+            system.d(rate + k, position + k, surface.rate_slope(speed));
+            system.d(rate + k, speed_input, surface.slope());
+        }
     }
     // what one mode alone shows
     let still = vec![0.0; modes];
@@ -80,13 +97,18 @@ pub(crate) fn report(
     for i in 0..modes {
         alone.q[i] = 1.0;
         for (k, load) in loads.iter().enumerate() {
-            let surface = guideway.surface(work, &alone, &still, load.position[0]);
-            system.c(displacement + k, i, surface.u);
-            system.c(rate + k, i, speed * surface.u_x);
-            system.c(rate + k, modes + i, surface.u);
+            let rail = guideway.rail(work, &alone, &still, k, load.position[0]);
+            let vertical = Some((displacement, rate)).map(|rows| (rows, rail.vertical));
+            let lateral = sideways.map(|rows| (rows, rail.lateral));
+            for ((displacement, rate), surface) in vertical.into_iter().chain(lateral) {
+                system.c(displacement + k, i, surface.u);
+                system.c(rate + k, i, speed * surface.u_x);
+                system.c(rate + k, modes + i, surface.u);
+            }
         }
         alone.q[i] = 0.0;
     }
+    joints(guideway, work, outputs, &mut system);
     for point in observed(guideway, work, outputs, points) {
         let [displacement, velocity, acceleration] = point.outputs;
         if let Some(y) = displacement.map(|output| system.output(output)) {
@@ -103,10 +125,36 @@ pub(crate) fn report(
     system.to_json()
 }
 
+/// Kinks and steps at joints.
+fn joints(
+    guideway: &Guideway,
+    work: &mut Workspace,
+    outputs: &OutputHandles,
+    system: &mut StateSpace,
+) {
+    let Some(joints) = outputs.joints else { return };
+    let still = vec![0.0; guideway.modes().len()];
+    let mut alone = State { q: still.clone(), v: still };
+    for k in 0..=guideway.spans().len() {
+        let nothing = guideway.joint(work, &alone, k);
+        let rows: Vec<usize> =
+            joints.of(k, &nothing).map(|(output, _)| system.output(output)).collect();
+        for i in 0..alone.q.len() {
+            alone.q[i] = 1.0;
+            let motion = guideway.joint(work, &alone, k);
+            alone.q[i] = 0.0;
+            for (&row, (_, value)) in rows.iter().zip(joints.of(k, &motion)) {
+                system.c(row, i, value);
+            }
+        }
+    }
+}
+
 /// Parts of a span whose deflection is in the report `motions`.
 const EIGHTHS: usize = 8;
 
-/// The report `motions`: the modal coordinates of every span, and its deflection at eighths of its length.
+/// The report `motions`: the modal coordinates of every span, and its deflection at eighths of its length, with
+/// lateral deflection and twist if it has them.
 pub(crate) fn motions(guideway: &Guideway, work: &mut Workspace) -> Result<String, Error> {
     let mut motions = Motions::default();
     let still = vec![0.0; guideway.modes().len()];
@@ -114,18 +162,26 @@ pub(crate) fn motions(guideway: &Guideway, work: &mut Workspace) -> Result<Strin
     for (k, span) in guideway.spans().iter().enumerate() {
         let part = format!("span {}", k + 1);
         let modes = guideway.girders()[span.girder].modes().len();
+        let girder = &guideway.girders()[span.girder];
         for n in 0..modes {
-            let motion = motions.motion(part.as_str(), format!("mode {}", n + 1), None, "");
+            let (kind, number) = girder.place_of(n);
+            let name = format!("{}mode {number}", kind.prefix());
+            let motion = motions.motion(part.as_str(), name, None, "");
             motions.by(motion, span.first_mode + n, 1.0);
         }
-        for eighth in 0..=EIGHTHS {
-            let at = eighth as f64 / EIGHTHS as f64;
-            let motion = motions.motion(part.as_str(), "z", Some(at), "m");
-            for i in span.first_mode..span.first_mode + modes {
-                alone.q[i] = 1.0;
-                let y = guideway.span_motion(work, &alone, &still, k, at).displacement;
-                alone.q[i] = 0.0;
-                motions.by(motion, i, y);
+        let all = [("z", "m"), ("y", "m"), ("rx", "rad")];
+        let components = if girder.is_spatial() { &all[..] } else { &all[..1] };
+        for (component, (direction, unit)) in components.iter().enumerate() {
+            for eighth in 0..=EIGHTHS {
+                let at = eighth as f64 / EIGHTHS as f64;
+                let motion = motions.motion(part.as_str(), *direction, Some(at), unit);
+                for i in span.first_mode..span.first_mode + modes {
+                    alone.q[i] = 1.0;
+                    let x = at * girder.length();
+                    let y = guideway.section_motion(work, &alone, &still, k, x)[component];
+                    alone.q[i] = 0.0;
+                    motions.by(motion, i, y.displacement);
+                }
             }
         }
     }
@@ -162,6 +218,17 @@ fn observed(
             outputs: [Some(outputs.quarter_displacement.get(k)), None, None],
             shape: shape(&mut |state, still| guideway.span_motion(work, state, still, k, 0.25)),
         });
+    }
+    for (row, component) in outputs.rails.iter().flat_map(|rails| rails.of_spans()) {
+        for (k, span) in guideway.spans().iter().enumerate() {
+            let x = 0.5 * guideway.girders()[span.girder].length();
+            all.push(Observed {
+                outputs: [Some(row.get(k)), None, None],
+                shape: shape(&mut |state, still| {
+                    guideway.section_motion(work, state, still, k, x)[component]
+                }),
+            });
+        }
     }
     for (k, point) in points.iter().enumerate() {
         all.push(Observed {

@@ -8,13 +8,16 @@ use fmi2_export::{
     Error, Interface, Model, Motions, RealVar, Resources, Seed, Sensitivity, StateSpace, Step,
     Values,
 };
-use guideway::{Guideway, GuidewayDescription, Load, SpanMotion, Surface, Workspace};
+use guideway::{
+    Guideway, GuidewayDescription, Load, LoadChange, RailSurface, SpanMotion, Surface, Workspace,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::kinds::prefixes;
 use crate::linear;
 use crate::parameters::ParameterHandles;
 use crate::points::PointHandles;
+use crate::rails::{self, JointOutputs, RailOutputs};
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
 
 /// The unit: its layout, the handles of its variables, and the guideway last built.
@@ -42,7 +45,7 @@ struct Built {
     loads: Vec<Load>,
     /// Modal accelerations, and the surface at each magnet, for what `seen` holds.
     accelerations: Vec<f64>,
-    surfaces: Vec<Surface>,
+    surfaces: Vec<RailSurface>,
     seen: Seen,
 }
 
@@ -53,6 +56,7 @@ struct Seen {
     time: f64,
     girders: guideway::State,
     forces: Vec<f64>,
+    lateral: Vec<f64>,
     positions: Vec<f64>,
 }
 
@@ -141,7 +145,7 @@ impl Built {
             work: Workspace::new(&guideway),
             loads: vec![Load::default(); magnets],
             accelerations: vec![0.0; modes],
-            surfaces: vec![Surface::default(); magnets],
+            surfaces: vec![RailSurface::default(); magnets],
             guideway,
             seen: Seen::default(),
         }
@@ -153,6 +157,11 @@ impl Built {
         for (load, (&force, &place)) in self.loads.iter_mut().zip(pairs) {
             *load = Load::standing(force, place);
         }
+        if let Some(lateral) = inputs.lateral {
+            for (load, &force) in self.loads.iter_mut().zip(values.reals(lateral)) {
+                load.lateral[0] = force;
+            }
+        }
     }
 
     /// Forces and places as polynomials over a step.
@@ -160,9 +169,14 @@ impl Built {
         let [v, a, j, _] = *values.taylor(inputs.speed);
         let pairs = values.taylors(inputs.force).iter().zip(values.taylors(inputs.position));
         for (load, (&force, &position)) in self.loads.iter_mut().zip(pairs) {
-            *load = Load { force, position };
+            *load = Load { force, position, ..Load::default() };
             if from_speed && position[1..] == [0.0; 3] {
                 load.position = [position[0], v, a, j];
+            }
+        }
+        if let Some(lateral) = inputs.lateral {
+            for (load, &force) in self.loads.iter_mut().zip(values.taylors(lateral)) {
+                load.lateral = force;
             }
         }
     }
@@ -170,11 +184,13 @@ impl Built {
     /// Computes the surfaces unless they are those of this state and these inputs already.
     fn refresh(&mut self, inputs: &InputHandles, state: &State, values: &Values) {
         let (forces, positions) = (values.reals(inputs.force), values.reals(inputs.position));
+        let lateral = inputs.lateral.map_or(&[][..], |row| values.reals(row));
         let seen = &self.seen;
         if seen.valid
             && seen.time.to_bits() == state.time.to_bits()
             && seen.girders == state.girders
             && seen.forces == forces
+            && seen.lateral == lateral
             && seen.positions == positions
         {
             return;
@@ -182,13 +198,15 @@ impl Built {
         self.hold(inputs, values);
         let Self { guideway, work, loads, accelerations, surfaces, seen, .. } = self;
         guideway.accelerations(work, &state.girders, loads, state.time, accelerations);
-        for (surface, &x) in surfaces.iter_mut().zip(positions) {
-            *surface = guideway.surface(work, &state.girders, accelerations, x);
+        for (k, (surface, &x)) in surfaces.iter_mut().zip(positions).enumerate() {
+            *surface = guideway.rail(work, &state.girders, accelerations, k, x);
         }
         (seen.valid, seen.time) = (true, state.time);
         seen.girders.clone_from(&state.girders);
         seen.forces.clear();
         seen.forces.extend_from_slice(forces);
+        seen.lateral.clear();
+        seen.lateral.extend_from_slice(lateral);
         seen.positions.clear();
         seen.positions.extend_from_slice(positions);
     }
@@ -196,6 +214,13 @@ impl Built {
     /// Motion of the named point `k`.
     fn point(&mut self, girders: &guideway::State, k: usize) -> SpanMotion {
         self.guideway.point(&mut self.work, girders, &self.accelerations, k)
+    }
+
+    /// Vertical, lateral and twisting motion in the middle of span `k`.
+    fn middle(&mut self, girders: &guideway::State, k: usize) -> [SpanMotion; 3] {
+        let span = self.guideway.spans()[k];
+        let x = 0.5 * self.guideway.girders()[span.girder].length();
+        self.guideway.section_motion(&mut self.work, girders, &self.accelerations, k, x)
     }
 
     /// Motion at a quarter of span `k`.
@@ -224,6 +249,11 @@ impl Model for GuidewayFmu {
             let text = resources.read_to_string(&file)?;
             layout.set_shapes(&girder, &text).map_err(in_layout)?;
         }
+        for file in layout.rail_files() {
+            let text = resources.read_to_string(&file)?;
+            let in_file = |error| caused(error).context(&format!("resource {file}"));
+            layout.set_rail_file(&file, &text).map_err(in_file)?;
+        }
         if let Some(file) = &layout.irregularity.file
             && !std::path::Path::new(file).is_absolute()
         {
@@ -233,19 +263,28 @@ impl Model for GuidewayFmu {
         // Only for the table: the profile is built when a simulation needs it.
         let mut bare = layout.clone();
         bare.irregularity.on = false;
+        if let Some(rails) = &mut bare.rails {
+            rails.irregularity.on = false;
+        }
         (bare.stiffness_factor, bare.mass_factor) = (1.0, 1.0);
         let guideway = Guideway::new(&bare, None).map_err(caused)?;
         let prefixes = prefixes(&layout);
         let (magnets, spans) = (guideway.magnets(), guideway.spans().len());
-        let inputs = InputHandles::declare(interface, magnets);
-        let outputs = OutputHandles::declare(interface, magnets, spans);
-        let parameters = ParameterHandles::declare(interface, &layout, &guideway, &prefixes)?;
+        let mut inputs = InputHandles::declare(interface, magnets);
+        let mut outputs = OutputHandles::declare(interface, magnets, spans);
+        let mut parameters = ParameterHandles::declare(interface, &layout, &guideway, &prefixes)?;
         let derived =
             DerivedHandles::declare(interface, &layout, &guideway, &prefixes, &parameters);
         outputs.declare_dependencies(interface, &inputs, &parameters);
         let points = PointHandles::declare(interface, &guideway, &inputs).into();
         // last, so that the variables before it keep their value references
         let chirp_force = parameters.declare_chirp_force(interface);
+        if guideway.rails().is_some() {
+            inputs.lateral = Some(rails::declare_forces(interface, magnets));
+            outputs.rails = Some(RailOutputs::declare(interface, &guideway, &inputs, &outputs));
+        }
+        outputs.joints = guideway.joints().then(|| JointOutputs::declare(interface, &guideway));
+        parameters.declare_rails(interface, &layout, &guideway, &prefixes, &outputs)?;
         let resources = resources.path().to_path_buf();
         let built = None;
         Ok(Self {
@@ -275,6 +314,7 @@ impl Model for GuidewayFmu {
             for (girder, kind) in built.guideway.girders().iter().zip(&self.derived.kinds) {
                 kind.write(girder, values);
             }
+            self.parameters.write_rails(&built.guideway, values);
         }
         Ok(state)
     }
@@ -288,8 +328,8 @@ impl Model for GuidewayFmu {
         values.set_real(chirp_force, force);
         let speed = values.real(inputs.speed);
         let mut write = |row, of: &dyn Fn(&Surface) -> f64| {
-            for (value, surface) in values.reals_mut(row).iter_mut().zip(&built.surfaces) {
-                *value = of(surface);
+            for (value, rail) in values.reals_mut(row).iter_mut().zip(&built.surfaces) {
+                *value = of(&rail.vertical);
             }
         };
         write(outputs.displacement, &Surface::displacement);
@@ -304,6 +344,21 @@ impl Model for GuidewayFmu {
             values.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
             let y = built.quarter(&state.girders, k);
             values.set_real(outputs.quarter_displacement.get(k), y.displacement);
+        }
+        if let Some(rails) = outputs.rails {
+            for (k, rail) in built.surfaces.iter().enumerate() {
+                values.set_real(rails.lateral_displacement.get(k), rail.lateral.displacement());
+                values.set_real(rails.lateral_rate.get(k), rail.lateral.rate(speed));
+            }
+            for k in 0..built.guideway.spans().len() {
+                rails.write_span(k, &built.middle(&state.girders, k), values);
+            }
+        }
+        if let Some(joints) = outputs.joints {
+            for k in 0..=built.guideway.spans().len() {
+                let motion = built.guideway.joint(&mut built.work, &state.girders, k);
+                joints.of(k, &motion).for_each(|(output, value)| values.set_real(output, value));
+            }
         }
         for (k, point) in points.iter().enumerate() {
             point.write(&built.point(&state.girders, k), values);
@@ -353,7 +408,7 @@ impl Model for GuidewayFmu {
         let rows = [outputs.displacement, outputs.rate, outputs.deflection, outputs.irregularity];
         for (i, row) in rows.into_iter().enumerate() {
             let Some(k) = index_in(row, output) else { continue };
-            let s = part(&built.surfaces[k], i);
+            let s = part(&built.surfaces[k].vertical, i);
             return Ok(match (i, order) {
                 (1, 1) => Some(s.acceleration(v, a)),
                 (1, _) => None,
@@ -361,6 +416,27 @@ impl Model for GuidewayFmu {
                 (_, 2) => Some(s.acceleration(v, a)),
                 _ => None,
             });
+        }
+        if let Some(rails) = outputs.rails {
+            for (i, row) in [rails.lateral_displacement, rails.lateral_rate].into_iter().enumerate()
+            {
+                let Some(k) = index_in(row, output) else { continue };
+                let s = built.surfaces[k].lateral;
+                return Ok(match i as u32 + order {
+                    1 => Some(s.rate(v)),
+                    2 => Some(s.acceleration(v, a)),
+                    _ => None,
+                });
+            }
+            for (row, component) in rails.of_spans() {
+                let Some(k) = index_in(row, output) else { continue };
+                let y = built.middle(&state.girders, k)[component];
+                return Ok(match order {
+                    1 => Some(y.velocity),
+                    2 => Some(y.acceleration),
+                    _ => None,
+                });
+            }
         }
         let rows = [outputs.midspan_displacement, outputs.midspan_velocity];
         for (i, row) in rows.into_iter().enumerate() {
@@ -405,7 +481,14 @@ impl Model for GuidewayFmu {
         built.refresh(&inputs, state, values);
         let speed = values.real(inputs.speed);
         let (places, faster) = (seed.reals(inputs.position), seed.real(inputs.speed));
-        for (k, (s, &dx)) in built.surfaces.iter().zip(places).enumerate() {
+        for (k, (rail, &dx)) in built.surfaces.iter().zip(places).enumerate() {
+            let s = &rail.vertical;
+            if let Some(rails) = outputs.rails {
+                let s = &rail.lateral;
+                result.set_real(rails.lateral_displacement.get(k), s.slope() * dx);
+                let rate = s.rate_slope(speed) * dx + s.slope() * faster;
+                result.set_real(rails.lateral_rate.get(k), rate);
+            }
             result.set_real(outputs.displacement.get(k), s.slope() * dx);
             result.set_real(outputs.deflection.get(k), s.u_x * dx);
             result.set_real(outputs.irregularity.get(k), s.r_x * dx);
@@ -413,7 +496,13 @@ impl Model for GuidewayFmu {
             result.set_real(outputs.rate.get(k), rate);
         }
         built.hold(&inputs, values);
-        let changes = seed.reals(inputs.force).iter().zip(places).map(|(&f, &x)| (f, x));
+        let lateral = inputs.lateral.map(|row| seed.reals(row));
+        let changes = seed.reals(inputs.force).iter().zip(places).enumerate();
+        let changes = changes.map(|(k, (&force, &place))| LoadChange {
+            force,
+            place,
+            lateral: lateral.map_or(0.0, |all| all[k]),
+        });
         // The change overwrites the accelerations, so they must be recomputed.
         built.seen.valid = false;
         let Built { guideway, work, loads, accelerations, .. } = built;

@@ -8,6 +8,8 @@ use guideway::description::{GuidewayDescription, InitialDeflection};
 use guideway::{Guideway, MAX_FORCES, RUN_OUT};
 
 use crate::kinds::{KindHandles, factor};
+use crate::rails::RailParameters;
+use crate::table::OutputHandles;
 
 /// Handles of the parameters. Their start values are those of the layout.
 #[derive(Debug, Clone)]
@@ -23,6 +25,8 @@ pub(crate) struct ParameterHandles {
     position_from_speed: BooleanVar,
     irregularity: IrregularityHandles,
     chirp: ChirpHandles,
+    /// Declared last.
+    rails: Option<RailParameters>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -58,7 +62,7 @@ impl ParameterHandles {
         guideway: &Guideway,
         prefixes: &[String],
     ) -> Result<Self, Error> {
-        let most = guideway.girders().iter().map(|g| g.modes().len()).max().unwrap_or(1);
+        let most = guideway.girders().iter().map(|g| g.vertical_modes().len()).max().unwrap_or(1);
         let most = i32::try_from(most).map_err(Error::invalid)?;
         let modes = interface
             .integer("modes")
@@ -122,7 +126,31 @@ impl ParameterHandles {
                 .done(),
             irregularity: IrregularityHandles::declare(interface, layout, guideway)?,
             chirp: ChirpHandles::declare(interface, layout, guideway),
+            rails: None,
         })
+    }
+
+    /// Declares those of a layout with rails; `outputs` depend on them.
+    pub(crate) fn declare_rails(
+        &mut self,
+        interface: &mut Interface,
+        layout: &GuidewayDescription,
+        guideway: &Guideway,
+        prefixes: &[String],
+        outputs: &OutputHandles,
+    ) -> Result<(), Error> {
+        self.rails = RailParameters::declare(interface, layout, guideway, prefixes)?;
+        if let Some(rails) = &self.rails {
+            interface.initially_depends(outputs.irregularity, &rails.of_irregularity());
+        }
+        Ok(())
+    }
+
+    /// Writes what a guideway with rails computes from its parameters.
+    pub(crate) fn write_rails(&self, guideway: &Guideway, values: &mut Values) {
+        if let Some(rails) = &self.rails {
+            rails.write(guideway, values);
+        }
     }
 
     /// Parameters that the modal masses of the kind `k` of span depend on.
@@ -197,6 +225,9 @@ impl ParameterHandles {
         };
         self.irregularity.apply(&mut d, values)?;
         self.chirp.apply(&mut d, values);
+        if let Some(rails) = &self.rails {
+            rails.apply(&mut d, values)?;
+        }
         Ok(d)
     }
 }

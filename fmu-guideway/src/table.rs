@@ -5,6 +5,7 @@ use guideway::{Guideway, GuidewayDescription};
 
 use crate::kinds::DerivedKind;
 use crate::parameters::ParameterHandles;
+use crate::rails::{JointOutputs, RailOutputs};
 
 /// Name, description and default experiment of the unit.
 pub(crate) fn info() -> Info {
@@ -25,6 +26,8 @@ pub(crate) struct InputHandles {
     pub force: RealVars,
     pub position: RealVars,
     pub speed: RealVar,
+    /// Of a layout with rails.
+    pub lateral: Option<RealVars>,
 }
 
 impl InputHandles {
@@ -52,6 +55,7 @@ impl InputHandles {
                 .nominal(10.0)
                 .description("Speed of the magnets along the track")
                 .done(),
+            lateral: None,
         }
     }
 }
@@ -67,6 +71,10 @@ pub(crate) struct OutputHandles {
     pub midspan_velocity: RealVars,
     pub midspan_acceleration: RealVars,
     pub quarter_displacement: RealVars,
+    /// Of a layout with rails.
+    pub rails: Option<RailOutputs>,
+    /// Of a layout that asks for them.
+    pub joints: Option<JointOutputs>,
 }
 
 impl OutputHandles {
@@ -147,6 +155,8 @@ impl OutputHandles {
                 1e-3,
                 "Deflection at a quarter of span {k} from its start, up positive; the second mode shows here",
             ),
+            rails: None,
+            joints: None,
         }
     }
 

@@ -114,6 +114,7 @@ fn invariant_the_unit_is_the_library() {
         let load = |k| Load {
             force: [force(k, t), force_rate(k, t), 0.0, 0.0],
             position: [place(k, t), SPEED, 0.0, 0.0],
+            ..Load::default()
         };
         (0..8).map(load).collect()
     };

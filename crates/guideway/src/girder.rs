@@ -230,6 +230,11 @@ impl Girder {
         found.unwrap_or((GirderPart::Vertical, n + 1))
     }
 
+    /// Whether one mode does several things at once: those of tables, or of a girder with a radius.
+    pub fn mixes(&self) -> bool {
+        [&self.lateral, &self.twist].into_iter().flatten().any(|family| family.first == 0)
+    }
+
     /// Whether any mode bends laterally or twists.
     pub fn is_spatial(&self) -> bool {
         self.lateral.is_some() || self.twist.is_some()

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 ///   fₙ = (π/2)(n/L)²·√(EI/ρA) with `bending_stiffness`, or without it n²·f₁.
 /// - **Tables**: `shapes` or `shapes_file` give the shapes, `frequencies` their frequencies.
 /// - **Beam elements**, if any of `supports`, `sections`, `hinges`, `shear_stiffness`,
-///   `rotary_inertia` and `elements` is given: shapes, masses and frequencies are computed.
+///   `rotary_inertia`, `elements` and `radius` is given: shapes, masses and frequencies are computed.
 ///   `frequencies` then replaces the computed ones where it is not 0.
 ///
 /// Mode n has the damping ratio `damping[n-1]`; beyond the list its last entry.
@@ -294,6 +294,7 @@ impl GirderDescription {
             || self.shear_stiffness.is_some()
             || self.rotary_inertia.is_some()
             || self.elements.is_some()
+            || self.radius.is_some()
     }
 
     /// Number of modes: the given one or its default.

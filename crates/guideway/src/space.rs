@@ -50,7 +50,7 @@ pub(crate) fn lateral(
     }
     let own = format!("{path}.lateral");
     let count = counted(lateral.mode_count(), &own)?;
-    let beam = given.is_beam() || given.radius.is_some();
+    let beam = given.is_beam();
     let lacks = |s: &crate::description::SectionDescription| s.lateral_bending_stiffness.is_none();
     if beam && lateral.bending_stiffness.is_none() {
         let all = given.sections.iter().position(lacks);
