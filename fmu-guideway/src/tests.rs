@@ -80,6 +80,7 @@ fn all_outputs(unit: &mut TestInstance) -> Vec<f64> {
 fn invariant_every_layout_is_a_unit_with_its_counts() {
     for (name, magnets, spans, length) in [
         ("three-spans", 64, 3, 75.0),
+        ("three-spans-3d", 64, 3, 75.0),
         ("one-magnet", 1, 1, 25.0),
         ("one-bogie", 8, 1, 25.0),
         ("one-car", 32, 1, 25.0),

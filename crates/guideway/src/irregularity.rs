@@ -93,7 +93,7 @@ impl Profile {
         let cells = window.cells((TAU / highest / KNOTS_PER_WAVE).min(finest))?;
         let spacing = (window.end - window.start) / cells as f64;
         let sums = harmonics::tabulate(harmonics, window.start, spacing, cells);
-        let mut profile = Self::tabulate(window, spacing, |i, _| sums[i])?;
+        let mut profile = Self::tabulate(window, cells, |i, _| sums[i]);
         if let Some(measured) = &measured {
             for (i, knot) in profile.knots.iter_mut().enumerate() {
                 let more = measured.at(profile.start + profile.spacing * i as f64);
@@ -103,13 +103,13 @@ impl Profile {
         Ok(Some(profile))
     }
 
-    /// Tabulates `f` over the window, faded in and out.
+    /// Tabulates `f` over the window, faded in and out. The number of cells is an argument: from their length
+    /// rounding would sometimes give one more.
     fn tabulate(
         window: FadeWindow,
-        spacing: f64,
+        cells: usize,
         mut f: impl FnMut(usize, f64) -> [f64; 3],
-    ) -> Result<Self, Error> {
-        let cells = window.cells(spacing)?;
+    ) -> Self {
         let spacing = (window.end - window.start) / cells as f64;
         let knots = (0..=cells)
             .map(|i| {
@@ -122,7 +122,7 @@ impl Profile {
                 ]
             })
             .collect();
-        Ok(Self { start: window.start, spacing, knots })
+        Self { start: window.start, spacing, knots }
     }
 
     /// The mean over a pole of length `pole` (m) as a function of the pole's centre,
@@ -314,7 +314,7 @@ fn random(given: &IrregularityDescription, window: FadeWindow) -> Result<Profile
     let cells = window.cells(given.shortest_wave / KNOTS_PER_WAVE)?;
     let spacing = (window.end - window.start) / cells as f64;
     let sums = harmonics::tabulate(&harmonics(given), window.start, spacing, cells);
-    Profile::tabulate(window, spacing, |i, _| sums[i])
+    Ok(Profile::tabulate(window, cells, |i, _| sums[i]))
 }
 
 /// A file's profile within the window and its own range, whichever is narrower.
@@ -322,7 +322,8 @@ fn from_spline(spline: &Spline, window: FadeWindow) -> Result<Profile, Error> {
     let (first, last) = spline.range();
     let window =
         FadeWindow { start: window.start.max(first), end: window.end.min(last), fade: window.fade };
-    Profile::tabulate(window, spline.finest_spacing() / 4.0, |_, x| spline.at(x))
+    let cells = window.cells(spline.finest_spacing() / 4.0)?;
+    Ok(Profile::tabulate(window, cells, |_, x| spline.at(x)))
 }
 
 /// Reads two columns x, z (m) of the file `name`, separated by comma, semicolon, tab or blanks. Empty lines, lines
