@@ -1,5 +1,6 @@
 //! A heat map with the line where its values are zero.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use crate::{PlotError, axis_label, decimals};
@@ -27,6 +28,10 @@ pub struct HeatMap {
     pub marks: Vec<HeatMark>,
     /// A point that is emphasised.
     pub own: Option<(f64, f64)>,
+    /// Where the values are zero between neighbours, if that is known: row and column of the first, whether the other one
+    /// is next to it in the row (or else in the column), and the part of the way to it. Elsewhere the line is
+    /// interpolated.
+    pub crossings: HashMap<(usize, usize, bool), f64>,
 }
 
 /// A labelled point.
@@ -214,7 +219,7 @@ fn cells(svg: &mut String, map: &HeatMap, frame: &Frame, scale: &Scale) {
     }
 }
 
-/// The line of value zero, by linear interpolation between the centres of cells (marching squares).
+/// The line of value zero, between the centres of cells (marching squares).
 fn boundary(svg: &mut String, map: &HeatMap, frame: &Frame, scale: &Scale) {
     let mut path = String::new();
     for r in 1..map.y.len() {
@@ -229,7 +234,18 @@ fn boundary(svg: &mut String, map: &HeatMap, frame: &Frame, scale: &Scale) {
             for k in 0..4 {
                 let (a, b) = (around[k], around[(k + 1) % 4]);
                 if (a.2 > 0.0) != (b.2 > 0.0) {
-                    let part = a.2 / (a.2 - b.2);
+                    // the edge from its lower or left end
+                    let edge = [
+                        (r - 1, c - 1, true),
+                        (r - 1, c, false),
+                        (r, c - 1, true),
+                        (r - 1, c - 1, false),
+                    ];
+                    let known = map
+                        .crossings
+                        .get(&edge[k])
+                        .map(|part| if k < 2 { *part } else { 1.0 - part });
+                    let part = known.unwrap_or(a.2 / (a.2 - b.2));
                     crossings.push((a.0 + part * (b.0 - a.0), a.1 + part * (b.1 - a.1)));
                 }
             }
@@ -359,6 +375,7 @@ mod tests {
             largest: 0.2,
             marks: vec![HeatMark { x: 0.5, y: 0.5, kind: "a".into(), label: "a < b".into() }],
             own: Some((0.25, 0.75)),
+            crossings: HashMap::new(),
         }
     }
 
@@ -379,6 +396,36 @@ mod tests {
             assert!((x.hypot(y) - 0.5_f64.sqrt()).abs() < 2e-3, "{x} {y}");
         }
         assert!(svg.contains("a &lt; b") && svg.contains("this scenario"));
+    }
+
+    /// On a coarse grid the line is exact where crossings are given.
+    #[test]
+    fn analytic_given_crossings_replace_the_interpolation() {
+        let mut coarse = map(6);
+        let axis = coarse.x.clone();
+        for r in 0..6 {
+            for c in 0..6 {
+                let root = |fixed: f64| (0.5 - fixed * fixed).max(0.0).sqrt();
+                for (along_x, from, at) in [(true, c, root(axis[r])), (false, r, root(axis[c]))] {
+                    if from + 1 < 6 && at > axis[from] && at < axis[from + 1] {
+                        let part = (at - axis[from]) / (axis[from + 1] - axis[from]);
+                        coarse.crossings.insert((r, c, along_x), part);
+                    }
+                }
+            }
+        }
+        let svg = draw_heat_map(&coarse).unwrap();
+        let path = svg.lines().find(|line| line.contains("stroke-linecap")).unwrap();
+        let path = path.split('"').nth(1).unwrap();
+        let numbers: Vec<f64> =
+            path.split(|c: char| "ML ".contains(c)).filter_map(|it| it.parse().ok()).collect();
+        assert!(numbers.len() > 8);
+        let half = 0.5 / 5.0;
+        for pair in numbers.chunks_exact(2) {
+            let x = (pair[0] - LEFT) / PLOT.0 * (1.0 + 2.0 * half) - half;
+            let y = (TOP + PLOT.1 - pair[1]) / PLOT.1 * (1.0 + 2.0 * half) - half;
+            assert!((x.hypot(y) - 0.5_f64.sqrt()).abs() < 5e-4, "{x} {y}");
+        }
     }
 
     #[test]

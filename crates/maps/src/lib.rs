@@ -12,6 +12,8 @@
 )]
 
 mod axis;
+mod boundary;
+mod check;
 mod error;
 mod journal;
 mod model;
@@ -26,6 +28,6 @@ mod twin;
 pub use axis::Axis;
 pub use error::Error;
 pub use picture::picture;
-pub use result::{Check, Known, MapAxis, MapCell, ModeKind, StabilityMap};
+pub use result::{BoundaryPoint, Check, Known, MapAxis, MapCell, ModeKind, StabilityMap};
 pub use run::{Request, Watch, map};
 pub use table::write_parquet;

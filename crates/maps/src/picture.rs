@@ -45,6 +45,11 @@ pub fn picture(map: &StabilityMap) -> Result<String, PlotError> {
         largest: LARGEST,
         marks,
         own,
+        crossings: map
+            .boundary
+            .iter()
+            .map(|it| ((it.row, it.column, it.along_x), it.part))
+            .collect(),
     };
     figure::draw_heat_map(&heat)
 }

@@ -13,7 +13,7 @@ pub struct MapCell {
     pub real: f64,
     /// Im λ (1/s).
     pub imaginary: f64,
-    /// Modes that grow.
+    /// Modes that grow, as far as known: where one grows, there may be more.
     pub growing: usize,
     /// Kind of units with the largest share in the mode.
     pub mode: ModeKind,
@@ -85,6 +85,28 @@ pub struct Check {
     pub restarted: Option<f64>,
 }
 
+/// A point of the stability boundary, between two neighbouring points of the grid: a mode with Re λ = 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoundaryPoint {
+    /// Row and column of the first of the two.
+    pub row: usize,
+    /// Column.
+    pub column: usize,
+    /// Whether the second is the next in the row, or else in the column.
+    pub along_x: bool,
+    /// Part of the way to the second.
+    pub part: f64,
+    /// Value of the first parameter.
+    pub x: f64,
+    /// Value of the second one.
+    pub y: Option<f64>,
+    /// |λ|/2π (Hz).
+    pub frequency_hz: f64,
+    /// Distance of 2πi · frequency to the nearest of all eigenvalues of the whole system, relative; at random points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
+}
+
 /// A whole map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StabilityMap {
@@ -102,6 +124,10 @@ pub struct StabilityMap {
     pub kinds: [String; 3],
     /// Comparisons with all eigenvalues.
     pub checks: Vec<Check>,
+    /// The stability boundary, refined between the points of the grid. Empty if that was not possible: then the picture's
+    /// line is interpolated.
+    #[serde(default)]
+    pub boundary: Vec<BoundaryPoint>,
     /// Time of the survey and of everything (s).
     pub seconds: [f64; 2],
     /// Row by row.

@@ -10,15 +10,15 @@ use master::Setup;
 use scenario::Scenario;
 
 use crate::axis::Axis;
+use crate::boundary::boundary;
+use crate::check::Checked;
 use crate::error::Error;
 use crate::journal::Journal;
 use crate::parts::Parts;
-use crate::result::{Check, Known, MapAxis, MapCell, StabilityMap};
+use crate::result::{BoundaryPoint, Known, MapAxis, MapCell, StabilityMap};
 use crate::scene::{Enters, Plan, Reduced, Scene, Varied, by_eigenvalues, setup, system_at};
 use crate::twin::{changed, twins};
 
-/// Points at which the system is also started anew.
-const RESTARTS: usize = 3;
 /// Relative change of the feedthrough of controllers up to which it is due to their operating point, and left out.
 const UNCHANGED: f64 = 0.01;
 
@@ -81,6 +81,7 @@ pub fn map(
         notes.push(format!("Only modes up to {below} Hz are shown."));
     }
     let surveyed = Instant::now();
+    let mut crossings: Vec<BoundaryPoint> = Vec::new();
     for (number, it) in scenes.iter().enumerate() {
         let plan = axes.plan(it, request.threads);
         let (columns, rows) = plan.size();
@@ -96,7 +97,8 @@ pub fn map(
                 take(*row, cells.clone());
             }
         }
-        if done.len() == rows {
+        // the boundary is refined also if all rows are there
+        if done.len() == rows && scenes.len() > 1 {
             continue;
         }
         let finished = |row: usize, cells: Vec<MapCell>| -> Result<(), Error> {
@@ -126,6 +128,11 @@ pub fn map(
             Ok(reduced) => {
                 watch.stage("following and counting the modes");
                 reduced.survey(&|row| done.contains(&row), &finished)?;
+                if scenes.len() == 1 {
+                    watch.stage("refining the boundary");
+                    let cells = state.lock().map(|it| it.so_far()).unwrap_or_default();
+                    crossings = axes.placed(boundary(&reduced, &cells));
+                }
                 if number == 0 {
                     notes.extend(reduced.notes.iter().cloned());
                 }
@@ -153,14 +160,11 @@ pub fn map(
         Err(poisoned) => poisoned.into_inner().whole(),
     };
     watch.stage("comparing with all eigenvalues at random points");
-    let checks = axes.checks(&scenario, &base, &scene, request, &cells)?;
+    let checked = Checked { axes: &axes, scenario: &scenario, base: &base, scene: &scene, request };
+    let checks = checked.points(&cells)?;
+    checked.boundary(&mut crossings)?;
     notes.extend(evidence(&cells));
-    if checks.is_empty() && request.checks > 0 {
-        notes.push(
-            "No point was compared with all eigenvalues of the whole system: the system is started anew along an axis."
-                .to_owned(),
-        );
-    }
+    notes.extend(of_boundary(&crossings));
     let map = StabilityMap {
         title: scenario.title.clone(),
         x: axes.shown(&base, 0),
@@ -169,6 +173,7 @@ pub fn map(
         notes,
         kinds: axes.kinds.clone(),
         checks,
+        boundary: crossings,
         seconds: [survey, begin.elapsed().as_secs_f64()],
         cells,
     };
@@ -200,6 +205,18 @@ fn evidence(cells: &[Vec<MapCell>]) -> Vec<String> {
         ));
     }
     notes
+}
+
+fn of_boundary(boundary: &[BoundaryPoint]) -> Option<String> {
+    let checked: Vec<f64> = boundary.iter().filter_map(|it| it.distance).collect();
+    let worst = checked.iter().copied().fold(0.0, f64::max);
+    (!boundary.is_empty()).then(|| {
+        format!(
+            "The stability boundary was refined at {} places between points (a mode with Re λ = 0); {} of them lie within {worst:.1e} of an eigenvalue of the whole system.",
+            boundary.len(),
+            checked.len()
+        )
+    })
 }
 
 /// The map's inputs in one line, by which its journal is recognised.
@@ -235,6 +252,10 @@ impl Collected {
         }
     }
 
+    fn so_far(&self) -> Vec<Vec<MapCell>> {
+        self.cells.iter().map(|row| row.iter().flatten().cloned().collect()).collect()
+    }
+
     fn whole(self) -> Vec<Vec<MapCell>> {
         self.cells.into_iter().map(|row| row.into_iter().flatten().collect()).collect()
     }
@@ -242,16 +263,16 @@ impl Collected {
 
 /// One start: fixed column, row and value of `over`, where these need one.
 #[derive(Debug, Clone, Copy, Default)]
-struct SceneIndex {
-    column: Option<usize>,
-    row: Option<usize>,
-    over: Option<usize>,
+pub(crate) struct SceneIndex {
+    pub column: Option<usize>,
+    pub row: Option<usize>,
+    pub over: Option<usize>,
 }
 
-struct Axes {
-    x: Varied,
-    y: Option<Varied>,
-    over: Option<Varied>,
+pub(crate) struct Axes {
+    pub x: Varied,
+    pub y: Option<Varied>,
+    pub over: Option<Varied>,
     /// Names of the three parts.
     kinds: [String; 3],
     start: (usize, usize),
@@ -348,11 +369,11 @@ impl Axes {
         Ok(())
     }
 
-    fn size(&self) -> (usize, usize) {
+    pub fn size(&self) -> (usize, usize) {
         (self.x.axis.values.len(), self.y.as_ref().map_or(1, |it| it.axis.values.len()))
     }
 
-    fn scenes(&self) -> Vec<SceneIndex> {
+    pub fn scenes(&self) -> Vec<SceneIndex> {
         let list = |it: Option<&Varied>| -> Vec<Option<usize>> {
             match it {
                 Some(it) if it.enters == Enters::Plant => {
@@ -374,14 +395,14 @@ impl Axes {
         all
     }
 
-    fn plan(&self, scene: &SceneIndex, threads: usize) -> Plan<'_> {
+    pub fn plan(&self, scene: &SceneIndex, threads: usize) -> Plan<'_> {
         let columns = scene.column.is_none().then_some(&self.x);
         let rows = if scene.row.is_none() { self.y.as_ref() } else { None };
         let start = (columns.map_or(0, |_| self.start.0), rows.map_or(0, |_| self.start.1));
         Plan { columns, rows, start, threads }
     }
 
-    fn given(&self, scene: &SceneIndex) -> Vec<(&str, f64)> {
+    pub fn given(&self, scene: &SceneIndex) -> Vec<(&str, f64)> {
         let of = |it: Option<&'_ Varied>, k: Option<usize>| {
             it.zip(k).map(|(it, k)| (it.axis.target.clone(), it.axis.values[k]))
         };
@@ -395,6 +416,21 @@ impl Axes {
             .zip(targets)
             .filter_map(|(given, it)| Some((it?.axis.target.as_str(), given?.1)))
             .collect()
+    }
+
+    /// The values of the parameters at points of the boundary.
+    fn placed(&self, mut boundary: Vec<BoundaryPoint>) -> Vec<BoundaryPoint> {
+        let value = |it: &Varied, k: usize, part: f64| {
+            let values = &it.axis.values;
+            let step = if part > 0.0 { values[k + 1] - values[k] } else { 0.0 };
+            values[k] + part * step
+        };
+        for it in &mut boundary {
+            let parts = if it.along_x { (it.part, 0.0) } else { (0.0, it.part) };
+            it.x = value(&self.x, it.column, parts.0);
+            it.y = self.y.as_ref().map(|of| value(of, it.row, parts.1));
+        }
+        boundary
     }
 
     fn over_value(&self, scene: &SceneIndex) -> Option<f64> {
@@ -441,61 +477,6 @@ impl Axes {
             scenario: current(base, &it.axis),
             enters,
         }
-    }
-
-    /// Random points against all eigenvalues, and a few of them started anew.
-    fn checks(
-        &self,
-        scenario: &Scenario,
-        base: &Setup,
-        scene: &Scene,
-        request: &Request,
-        cells: &[Vec<MapCell>],
-    ) -> Result<Vec<Check>, Error> {
-        let plan = self.plan(&SceneIndex::default(), 1);
-        let simple = self.scenes().len() == 1;
-        let (nx, ny) = self.size();
-        let mut random = 0x9e37_79b9_7f4a_7c15_u64;
-        let mut next = |n: usize| {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (random >> 33) as usize % n.max(1)
-        };
-        let points: Vec<(usize, usize)> =
-            (0..request.checks).map(|_| (next(nx), next(ny))).collect();
-        let mut checks = Vec::new();
-        let mut check =
-            |(column, row): (usize, usize), system: &linear::LinearSystem| -> Result<(), Error> {
-                let cell = &cells[row][column];
-                let (least, values) = by_eigenvalues(system, request.below)?;
-                let s = |v: &faer::prelude::c64| (v.re - cell.real).hypot(v.im - cell.imaginary);
-                let distance = values.iter().map(s).fold(f64::INFINITY, f64::min)
-                    / cell.real.hypot(cell.imaginary).max(1e-9);
-                let x = self.x.axis.values[column];
-                let y = self.y.as_ref().map(|it| it.axis.values[row]);
-                checks.push(Check {
-                    x,
-                    y,
-                    distance,
-                    growing: least.growing,
-                    mapped: cell.growing,
-                    restarted: None,
-                });
-                Ok(())
-            };
-        if simple {
-            system_at(base, scene, &plan, &points, true, &mut check)?;
-        }
-        let restarts = if simple { RESTARTS.min(points.len()) } else { 0 };
-        for (k, &(column, row)) in points.iter().take(restarts).enumerate() {
-            let mut given = vec![(self.x.axis.target.as_str(), self.x.axis.values[column])];
-            given.extend(self.y.as_ref().map(|it| (it.axis.target.as_str(), it.axis.values[row])));
-            let other = setup(scenario, &given)?;
-            let fresh = Scene::start(&other)?;
-            checks[k].restarted = Some(by_eigenvalues(&fresh.system, request.below)?.0.damping);
-        }
-        Ok(checks)
     }
 }
 

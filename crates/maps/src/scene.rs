@@ -10,8 +10,8 @@ use master::graph::Graph;
 use master::system::VariableIndex;
 use scenario::{Override, Scenario};
 use stability_map::{
-    Attached, Cell, Contour, Controller, Controllers, Count, Evidence, Grid, Level, Plant, Point,
-    Region, Space, damping, survey,
+    Attached, Cell, Controller, Controllers, Count, Evidence, Followed, Grid, Ladder, Level, Plant,
+    Point, Region, Space, damping, survey,
 };
 
 use crate::axis::Axis;
@@ -107,14 +107,14 @@ pub(crate) type Reason = String;
 
 /// A scene in reduced form.
 pub(crate) struct Reduced<'a> {
-    plan: Plan<'a>,
+    pub plan: Plan<'a>,
     parts: Parts,
-    space: Space,
+    pub space: Space,
     levels: Vec<Level>,
     controllers: Model,
     shape: Controller,
-    pub contour: Contour,
-    followed: stability_map::Followed,
+    ladder: Ladder,
+    followed: Followed,
     pub notes: Vec<String>,
 }
 
@@ -188,15 +188,12 @@ impl<'a> Reduced<'a> {
             .eigenvalues()
             .map_err(|_| stability_map::MapError::Eigenvalues { what: "the whole system" })?;
         let region = region(&values, below);
-        let known = |all: &stability_map::Followed| -> Vec<c64> {
-            all.active.iter().map(|it| it.s).collect()
-        };
-        let first_contour = Contour::new(region, point, &[])?;
-        let followed = first_contour.start(point)?;
-        let mut contour = Contour::new(region, point, &known(&followed))?;
-        contour.below = below;
-        let grows = followed.active.iter().any(|it| it.s.re > 0.0);
-        if contour.count(point, &known(&followed))? != Count::Unknown(0) && !grows {
+        let followed = Followed::start(region, point, &values);
+        let known = followed.known();
+        let ladder = Ladder::new(region, below, point, &known)?;
+        let contour = ladder.top();
+        let grows = known.iter().any(|s| s.re > 0.0);
+        if contour.count(point, &known)? != Count::Unknown(0) && !grows {
             return Ok(Err(
                 "the count of modes by the argument principle does not agree with all eigenvalues at the first point"
                     .to_owned(),
@@ -209,16 +206,48 @@ impl<'a> Reduced<'a> {
             ));
         } else if contour.misfit() > 1e-9 {
             notes.push(format!(
-                "The count takes the measurements of a controller as proportional to each other; they are up to {:.1e}. Modes are computed without this assumption.",
+                "The count takes the measurements of a controller as proportional to each other; {:.1e} of them is not, of which the larger part is taken into account. Modes are computed without this assumption.",
                 contour.misfit()
             ));
         }
         notes.push(format!(
-            "All modes with a damping ratio below {:.3} are counted, on a boundary of {} points.",
+            "Modes up to the least damped one are counted, if its damping ratio is below {:.3}{}, on a boundary of {} points.",
             region.damping,
+            if below.is_finite() { " and its frequency below the limit" } else { "" },
             contour.len()
         ));
-        Ok(Ok(Self { plan, parts, space, levels, controllers, shape, contour, followed, notes }))
+        Ok(Ok(Self { plan, parts, space, levels, controllers, shape, ladder, followed, notes }))
+    }
+
+    /// The attached part and the controllers at a point of the grid, or between two neighbours of a row (or column):
+    /// their numbers are interpolated by a parabola.
+    pub fn between(
+        &self,
+        (column, row): (usize, usize),
+        along_x: bool,
+        part: f64,
+    ) -> (Level, Controllers) {
+        let axis = if along_x { self.plan.columns } else { self.plan.rows };
+        let values: &[f64] = axis.map_or(&[], |it| &it.axis.values);
+        let weights = parabola(values, if along_x { column } else { row }, part);
+        let place = |k: usize| if along_x { (k, row) } else { (column, k) };
+        let sum = |of: &dyn Fn(&Level) -> &Mat<f64>| {
+            let level = |k: usize| of(&self.levels[level_index(&self.plan, place(k))]);
+            let shape = level(weights[0].0);
+            let mut sum = Mat::zeros(shape.nrows(), shape.ncols());
+            weights.iter().for_each(|&(k, weight)| sum += weight * level(k));
+            sum
+        };
+        let level =
+            Level { a: sum(&|it| &it.a), beta: sum(&|it| &it.beta), gamma: sum(&|it| &it.gamma) };
+        let mut numbers: Vec<f64> = Vec::new();
+        for &(k, weight) in &weights {
+            let (c, r) = place(k);
+            let there = self.controllers.at(c, r);
+            numbers.resize(there.len(), 0.0);
+            numbers.iter_mut().zip(there).for_each(|(sum, x)| *sum += weight * x);
+        }
+        (level, controllers_of(&numbers, &self.shape, &self.parts, &self.space))
     }
 
     /// Computes all rows that are not done.
@@ -230,7 +259,7 @@ impl<'a> Reduced<'a> {
         let rows = Rows { reduced: self, is_done, done, failure: Mutex::new(None) };
         survey(
             &self.space,
-            &self.contour,
+            &self.ladder,
             &rows,
             self.plan.start,
             &self.followed,
@@ -383,7 +412,15 @@ fn controllers_at(
     space: &Space,
     (column, row): (usize, usize),
 ) -> Controllers {
-    let numbers = model.at(column, row);
+    controllers_of(&model.at(column, row), shape, parts, space)
+}
+
+fn controllers_of(
+    numbers: &[f64],
+    shape: &Controller,
+    parts: &Parts,
+    space: &Space,
+) -> Controllers {
     let (n, channels) = (shape.a.nrows(), shape.b.ncols());
     let of = |numbers: &[f64]| Controller {
         a: Mat::from_fn(n, n, |i, j| numbers[j * n + i]),
@@ -392,9 +429,25 @@ fn controllers_at(
         d: shape.d.clone(),
     };
     if parts.equal {
-        return space.controllers(&Controllers::Equal(of(&numbers), parts.controllers.len()));
+        return space.controllers(&Controllers::Equal(of(numbers), parts.controllers.len()));
     }
     Controllers::Each(numbers.chunks(n * n + n * channels + n).map(of).collect())
+}
+
+/// Weights of three values (or two, if there are no more) for a place between value k and the next one.
+fn parabola(values: &[f64], k: usize, part: f64) -> Vec<(usize, f64)> {
+    let n = values.len();
+    if n < 2 || k + 1 >= n {
+        return vec![(k, 1.0)];
+    }
+    let first = k.min(n.saturating_sub(3));
+    let nodes: Vec<usize> = (first..n.min(first + 3)).collect();
+    let x = values[k] + part * (values[k + 1] - values[k]);
+    let weight = |i: usize| -> f64 {
+        let others = nodes.iter().filter(|&&j| j != i);
+        others.map(|&j| (x - values[j]) / (values[i] - values[j])).product()
+    };
+    nodes.iter().map(|&i| (i, weight(i))).collect()
 }
 
 /// A frequency limit (Hz) in rad/s.
@@ -421,7 +474,15 @@ fn region(values: &[c64], below: f64) -> Region {
     let gap = |pair: &&[f64]| pair[1] / pair[0];
     let widest = ends.windows(2).max_by(|a, b| gap(a).total_cmp(&gap(b)));
     let slope = widest.map_or(0.05, |pair| (pair[0] * pair[1]).sqrt());
-    Region { sigma, damping: slope / slope.hypot(1.0), radius: 100.0 * fastest }
+    // modes above the limit are not shown, so they need not be counted; a gap above it for the arc
+    let mut above = vec![1.1 * below];
+    above.extend(sizes().filter(|it| *it > 1.1 * below && *it < 1.6 * below));
+    above.push(1.6 * below);
+    above.sort_by(f64::total_cmp);
+    let widest = above.windows(2).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+    let limit = widest.map_or(f64::INFINITY, |pair| (pair[0] * pair[1]).sqrt());
+    let radius = if below.is_finite() { limit.min(100.0 * fastest) } else { 100.0 * fastest };
+    Region { sigma, damping: slope / slope.hypot(1.0), radius }
 }
 
 /// All eigenvalues of the states that are in a loop with another unit, as a cell.

@@ -4,16 +4,17 @@ use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
 
+use crate::explore::NEARLY_REAL;
 use crate::gains::Gains;
 use crate::space::{Level, Space};
-use crate::system::Controllers;
+use crate::system::{Controller, Controllers};
 
 /// Iterations before the matrix is factorised again.
 const FROZEN: usize = 5;
 /// Iterations in all.
 const MOST: usize = 13;
 /// Change of s, as a fraction, at which it has converged.
-const CONVERGED: f64 = 1e-11;
+const CONVERGED: f64 = 1e-9;
 /// Residual ‖N z‖ / ‖z‖ of a converged zero, relative to the size of N's columns at z.
 const RESIDUAL: f64 = 1e-9;
 
@@ -28,6 +29,10 @@ pub struct Branch {
     pub z: Vec<c64>,
     /// w: wᵀN = 0.
     pub w: Vec<c64>,
+    /// Changes of s and z from the point before to this one.
+    moved: Option<(c64, Vec<c64>)>,
+    /// Points since it was refined.
+    pub(crate) age: usize,
     factors: Option<std::sync::Arc<PartialPivLu<c64>>>,
 }
 
@@ -69,14 +74,15 @@ impl Branch {
             z = normal(solve(&factors, &z))?;
             w = normal(solve_transposed(&factors, &w))?;
         }
-        let mut branch = Self { id, s, z, w, factors: Some(std::sync::Arc::new(factors)) };
+        let factors = Some(std::sync::Arc::new(factors));
+        let mut branch = Self { id, s, z, w, moved: None, age: 0, factors };
         branch.refine(point).then_some(branch)
     }
 
     /// A zero of the plant alone that no force reaches: the same for all controllers.
     #[must_use]
     pub fn fixed(id: usize, s: c64) -> Self {
-        Self { id, s, z: Vec::new(), w: Vec::new(), factors: None }
+        Self { id, s, z: Vec::new(), w: Vec::new(), moved: None, age: 0, factors: None }
     }
 
     /// Of a pair takes the zero with Im s > 0.
@@ -85,27 +91,60 @@ impl Branch {
             let conjugate = |x: &mut c64| *x = x.conj();
             conjugate(&mut self.s);
             self.z.iter_mut().chain(&mut self.w).for_each(conjugate);
-            self.factors = None;
+            (self.factors, self.moved) = (None, None);
         }
+    }
+
+    /// s without an imaginary part that is a rounding error.
+    pub(crate) fn place(&self) -> c64 {
+        let s = self.s;
+        if s.im.abs() <= NEARLY_REAL * s.norm() { c64::new(s.re, 0.0) } else { s }
+    }
+
+    /// Where it is likely to be now.
+    pub(crate) fn ahead(&self) -> c64 {
+        let by = self.moved.as_ref().map_or(c64::new(0.0, 0.0), |(step, _)| *step);
+        self.s + by * self.age as f64
     }
 
     /// Moves to the zero of a near point. `false`, and no change, if there is none within reach.
     pub fn refine(&mut self, point: Point<'_>) -> bool {
         if self.z.is_empty() {
+            self.age = 0;
             return true;
         }
+        let points = (self.age + 1) as f64;
         let mut next = self.clone();
-        if next.iterate(point) {
+        let mut found = false;
+        if let Some((step, change)) = &self.moved {
+            next.s += step * points;
+            next.z.iter_mut().zip(change).for_each(|(z, by)| *z += by * points);
+            found = next.iterate(point, self.s);
+            if !found {
+                next = self.clone();
+            }
+        }
+        if found || next.iterate(point, self.s) {
+            let change = next.z.iter().zip(&self.z).map(|(a, b)| (a - b) / points).collect();
+            next.moved = Some(((next.s - self.s) / points, change));
+            next.age = 0;
             *self = next;
             return true;
         }
         false
     }
 
+    /// The zero of a point nearby, however far that is from the last one.
+    #[must_use]
+    pub fn at(&self, point: Point<'_>) -> Option<Self> {
+        let mut next = self.clone();
+        (next.moved, next.age) = (None, 0);
+        next.refine(point).then_some(next)
+    }
+
     /// Residual inverse iteration (Neumaier 1985) with a factorisation that is kept, and Newton's method for
     /// wᵀ N(s) z = 0.
-    fn iterate(&mut self, point: Point<'_>) -> bool {
-        let started = self.s;
+    fn iterate(&mut self, point: Point<'_>, started: c64) -> bool {
         if self.z.len() != point.space.size(point.level) {
             return false;
         }
@@ -183,21 +222,29 @@ impl Branch {
             self.w[split..].iter().zip(&self.z[split..]).map(|(a, b)| (a * b).norm()).sum();
         let seen = space.measured(self.s, level, &self.z);
         let mut control = 0.0;
-        for j in 0..split {
-            let controller = controllers.get(j);
+        let pencil = |controller: &Controller| {
             let k = controller.a.nrows();
             let pencil = Mat::from_fn(k, k, |r, c| {
                 let a = c64::new(-controller.a[(r, c)], 0.0);
                 if r == c { self.s + a } else { a }
             });
-            let factors = PartialPivLu::new(pencil.as_ref());
+            PartialPivLu::new(pencil.as_ref())
+        };
+        let mut factors: Option<PartialPivLu<c64>> = None;
+        for j in 0..split {
+            let controller = controllers.get(j);
+            let k = controller.a.nrows();
+            let factors = match factors.take() {
+                Some(same) if matches!(controllers, Controllers::Equal(..)) => factors.insert(same),
+                _ => factors.insert(pencil(controller)),
+            };
             let driven = |r: usize| -> c64 {
                 let of = |i: usize| seen[i * split + j] * controller.b[(r, i)];
                 (0..space.channels).map(of).sum()
             };
             let b: Vec<c64> = (0..k).map(driven).collect();
             let c: Vec<c64> = controller.c.iter().map(|x| self.w[j] * *x).collect();
-            let (x, y) = (solve(&factors, &b), solve_transposed(&factors, &c));
+            let (x, y) = (solve(factors, &b), solve_transposed(factors, &c));
             control += x.iter().zip(&y).map(|(a, b)| (a * b).norm()).sum::<f64>();
         }
         let sum = plant + attached + control;

@@ -95,10 +95,12 @@ impl Rational {
             (0..n).for_each(|i| m[(i, i)] += next);
         }
         let rational = Self { denominator, numerators };
+        let mut near = Vec::new();
         let fits = [0.3, 8.0, 60.0, 900.0].iter().all(|&omega| {
             let s = c64::new(-0.05 * omega, omega);
             let exact = Gains::at(controllers, s, false);
-            let near = rational.at(s);
+            near.clear();
+            rational.at(s, &mut near);
             (0..channels).all(|i| {
                 let value = exact.of(i, 0);
                 (near[i] - value).norm() <= EXACT * value.norm()
@@ -107,13 +109,15 @@ impl Rational {
         fits.then_some(rational)
     }
 
-    /// One value per channel.
-    pub fn at(&self, s: c64) -> Vec<c64> {
+    /// Appends one value per channel; returns the denominator.
+    pub fn at(&self, s: c64, values: &mut Vec<c64>) -> c64 {
         let polynomial = |list: &[f64]| {
             list.iter().fold(c64::new(0.0, 0.0), |sum, &coefficient| sum * s + coefficient)
         };
-        let inverse = polynomial(&self.denominator).inv();
-        self.numerators.iter().map(|list| polynomial(list) * inverse).collect()
+        let denominator = polynomial(&self.denominator);
+        let inverse = denominator.inv();
+        values.extend(self.numerators.iter().map(|list| polynomial(list) * inverse));
+        denominator
     }
 }
 

@@ -8,6 +8,7 @@
 //! - [`Contour`] counts them in a [`Region`] by the argument principle, with the zeros that are known divided out, so
 //!   that what remains must be zero. For equal controllers with proportional measurements, the response is
 //!   diagonalised once per point of the boundary, and a new set of gains costs divisions only;
+//! - a [`Ladder`] of such regions, one inside the other, so that only the least damped zeros have to be known;
 //! - [`survey`] does both for every point of a grid. Where the count is not what it must be, all eigenvalues are
 //!   computed.
 //!
@@ -18,6 +19,7 @@ mod contour;
 mod error;
 mod explore;
 mod gains;
+mod ladder;
 mod modal;
 mod node;
 mod region;
@@ -26,12 +28,14 @@ mod survey;
 mod system;
 #[cfg(test)]
 mod tests;
+mod turns;
 
 pub use branch::{Branch, Point, damping};
 pub use contour::{Contour, Count};
 pub use error::MapError;
 pub use explore::{Cell, Evidence, Followed, MARGIN};
 pub use gains::Gains;
+pub use ladder::Ladder;
 pub use modal::Modal;
 pub use region::Region;
 pub use space::{Level, Space};

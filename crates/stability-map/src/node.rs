@@ -1,5 +1,7 @@
 //! The determinant at one point of the boundary, for any controllers and attached parts.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
@@ -15,39 +17,35 @@ const NOTHING: f64 = 1e-12;
 const ZERO: c64 = c64::new(0.0, 0.0);
 const ONE: c64 = c64::new(1.0, 0.0);
 
-/// Σᵢ wᵢ pᵢ, by parts.
-#[derive(Debug, Clone, Default)]
-struct Products {
-    re: Vec<f64>,
-    im: Vec<f64>,
-}
-
-/// A measurement's response relative to the first one's.
-#[derive(Debug, Clone)]
+/// A measurement's response, with the eigenvectors of the first one's.
+#[derive(Debug)]
 struct Channel {
-    ratio: c64,
-    /// By rows of Z and columns of Y; empty if the attached part does not reach the measurement.
-    products: Vec<Products>,
+    /// Diagonal of T⁻¹ Vᵢ T.
+    d: Vec<c64>,
+    /// For each row of Z and column of Y, one number per coupled eigenvalue; empty if the attached part does not reach
+    /// the measurement.
+    products: Vec<c64>,
 }
 
-/// The response with its eigenvalues: V₁ = T diag(d) T⁻¹, Vᵢ = ratioᵢ V₁.
-#[derive(Debug, Clone)]
+/// The response with its eigenvalues: V₁ = T diag(d) T⁻¹; Vᵢ has the same eigenvectors but for the misfit.
+#[derive(Debug)]
 struct Diagonal {
-    re: Vec<f64>,
-    im: Vec<f64>,
+    d: Vec<c64>,
+    /// Eigenvalues through which the attached part is reached.
+    coupled: Vec<usize>,
     channels: Vec<Channel>,
     /// From Y to Z directly.
     across: Mat<c64>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 enum Kind {
     Diagonal(Diagonal),
     Whole(Mat<c64>),
 }
 
 /// A point s of the boundary.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Node {
     pub t: f64,
     pub s: c64,
@@ -56,6 +54,43 @@ pub(crate) struct Node {
     kind: Kind,
     /// Largest relative part of a response that is not proportional to the first one's.
     pub misfit: f64,
+}
+
+/// A node with its factors in the order of the neighbouring nodes.
+#[derive(Debug)]
+pub(crate) struct Placed {
+    pub node: Arc<Node>,
+    order: Vec<usize>,
+}
+
+/// The parts of a system of which a determinant is made.
+#[derive(Clone, Copy)]
+pub(crate) struct Made<'a> {
+    pub space: &'a Space,
+    pub level: &'a Level,
+    pub controllers: &'a Controllers,
+    pub rational: Option<&'a Rational>,
+    pub anchor: f64,
+}
+
+/// Memory that is used again from node to node.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    gains: Vec<c64>,
+    inverse: Vec<c64>,
+    inner: Vec<c64>,
+    half: Vec<c64>,
+    schur: Vec<c64>,
+}
+
+/// det N Π (s − λ) over the plant's poles in the region, as a product.
+pub(crate) struct Product {
+    /// The eigenvalues of I − Σ kᵢ Vᵢ.
+    pub factors: Vec<c64>,
+    /// What is left, up to a positive factor and to powers of s + a, a > 0, that keep it finite.
+    pub rest: c64,
+    /// The denominator of the controllers' transfer functions, if it is known.
+    pub denominator: Option<c64>,
 }
 
 impl Node {
@@ -78,89 +113,92 @@ impl Node {
         Ok(Self { t, s, poles, kind, misfit })
     }
 
-    /// det N Π (s − λ) over the plant's poles in the region, as a product: the eigenvalues of I − Σ kᵢ Vᵢ are appended
-    /// to `factors`, in the order of the neighbouring nodes; the rest is returned, up to a positive factor and to powers
-    /// of s + a, a > 0, that keep it finite.
-    pub fn determinant(
-        &self,
-        space: &Space,
-        level: &Level,
-        (controllers, rational): (&Controllers, Option<&Rational>),
-        anchor: f64,
-        factors: &mut Vec<c64>,
-    ) -> c64 {
-        let rest = match &self.kind {
-            Kind::Diagonal(diagonal) => {
-                let gains: Vec<c64> = match rational {
-                    Some(rational) => rational.at(self.s),
-                    None => {
-                        let gains = Gains::at(controllers, self.s, false);
-                        (0..space.channels).map(|i| gains.of(i, 0)).collect()
-                    }
-                };
-                diagonal.determinant(self.s, &gains, level, factors)
-            }
-            Kind::Whole(response) => {
-                let gains = Gains::at(controllers, self.s, false);
-                determinant(space.matrix(self.s, &gains, level, response))
-            }
-        };
-        let scale = (self.s + anchor).inv();
-        let attached = (0..level.a.nrows()).fold(ONE, |product, _| {
-            let next = product * scale;
-            next / next.l1_norm()
-        });
-        rest * self.poles * attached
-    }
-
-    /// Number of factors.
-    pub fn factors(&self) -> usize {
+    fn values(&self) -> &[c64] {
         match &self.kind {
-            Kind::Diagonal(diagonal) => diagonal.re.len(),
-            Kind::Whole(_) => 0,
+            Kind::Diagonal(diagonal) => &diagonal.d,
+            Kind::Whole(_) => &[],
         }
-    }
-
-    /// Puts the eigenvalues of the response in the order of those of a neighbour, each next to the nearest. Whether that
-    /// changed their order.
-    pub fn follow(&mut self, neighbour: &Self) -> bool {
-        let (Kind::Diagonal(mine), Kind::Diagonal(other)) = (&mut self.kind, &neighbour.kind)
-        else {
-            return false;
-        };
-        let values = |it: &Diagonal| -> Vec<c64> {
-            it.re.iter().zip(&it.im).map(|(re, im)| c64::new(*re, *im)).collect()
-        };
-        let pairs = nearest_pairs(&values(other), &values(mine));
-        if pairs.iter().all(|(i, k)| i == k) {
-            return false;
-        }
-        let mut order = vec![0; mine.re.len()];
-        pairs.into_iter().for_each(|(i, k)| order[i] = k);
-        let sorted = |list: &[f64]| -> Vec<f64> { order.iter().map(|&k| list[k]).collect() };
-        (mine.re, mine.im) = (sorted(&mine.re), sorted(&mine.im));
-        for products in mine.channels.iter_mut().flat_map(|it| &mut it.products) {
-            (products.re, products.im) = (sorted(&products.re), sorted(&products.im));
-        }
-        true
     }
 }
 
-/// Pairs (i, k) of equally many values on both sides, the nearest first.
+impl Placed {
+    /// The first node of a boundary: any order.
+    pub fn first(node: Arc<Node>) -> Self {
+        Self { order: (0..node.values().len()).collect(), node }
+    }
+
+    /// A node with its factors in the order of a neighbour's, each next to the nearest.
+    pub fn beside(node: Arc<Node>, neighbour: &Self) -> Self {
+        let all = neighbour.node.values();
+        let left: Vec<c64> = neighbour.order.iter().map(|&k| all[k]).collect();
+        let mut order = vec![0; left.len()];
+        nearest_pairs(&left, node.values()).into_iter().for_each(|(i, k)| order[i] = k);
+        Self { node, order }
+    }
+
+    /// Whether another one has the same order.
+    pub fn like(&self, other: &Self) -> bool {
+        self.order == other.order
+    }
+
+    /// The determinant of a system at this node.
+    pub fn determinant(&self, of: Made<'_>, scratch: &mut Scratch) -> Product {
+        let (node, mut factors, mut denominator) = (&self.node, Vec::new(), None);
+        let rest = match &node.kind {
+            Kind::Diagonal(diagonal) => {
+                scratch.gains.clear();
+                match of.rational {
+                    Some(rational) => {
+                        denominator = Some(rational.at(node.s, &mut scratch.gains));
+                    }
+                    None => {
+                        let gains = Gains::at(of.controllers, node.s, false);
+                        scratch.gains.extend((0..of.space.channels).map(|i| gains.of(i, 0)));
+                    }
+                }
+                diagonal.determinant(node.s, of.level, &self.order, &mut factors, scratch)
+            }
+            Kind::Whole(response) => {
+                let gains = Gains::at(of.controllers, node.s, false);
+                let n = of.space.matrix(node.s, &gains, of.level, response);
+                let mut rows: Vec<c64> = Vec::with_capacity(n.nrows() * n.ncols());
+                (0..n.nrows()).for_each(|i| rows.extend((0..n.ncols()).map(|j| n[(i, j)])));
+                determinant(&mut rows, n.nrows())
+            }
+        };
+        let scale = (node.s + of.anchor).inv();
+        let attached = (0..of.level.a.nrows()).fold(ONE, |product, _| {
+            let next = product * scale;
+            next / next.l1_norm()
+        });
+        Product { factors, rest: rest * node.poles * attached, denominator }
+    }
+}
+
+/// Pairs (i, k) of equally many values on both sides, each with the nearest that is left; those with the nearest partner
+/// come first.
 pub(crate) fn nearest_pairs(left: &[c64], right: &[c64]) -> Vec<(usize, usize)> {
     let n = left.len().min(right.len());
-    let mut all: Vec<(f64, usize, usize)> = (0..n)
-        .flat_map(|i| (0..n).map(move |k| (i, k)))
-        .map(|(i, k)| ((left[i] - right[k]).norm(), i, k))
+    let mut taken = vec![false; n];
+    let nearest = |i: usize, taken: &[bool]| {
+        let free = (0..n).filter(|&k| !taken[k]);
+        free.fold((0, f64::INFINITY), |best, k| {
+            let distance = (left[i] - right[k]).norm_sqr();
+            if distance < best.1 { (k, distance) } else { best }
+        })
+    };
+    let mut wanted: Vec<(usize, usize, f64)> = (0..n)
+        .map(|i| {
+            let (k, distance) = nearest(i, &taken);
+            (i, k, distance)
+        })
         .collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (mut used, mut taken) = (vec![false; n], vec![false; n]);
+    wanted.sort_unstable_by(|a, b| a.2.total_cmp(&b.2));
     let mut pairs = Vec::with_capacity(n);
-    for (_, i, k) in all {
-        if !used[i] && !taken[k] {
-            (used[i], taken[k]) = (true, true);
-            pairs.push((i, k));
-        }
+    for (i, k, _) in wanted {
+        let k = if taken[k] { nearest(i, &taken).0 } else { k };
+        taken[k] = true;
+        pairs.push((i, k));
     }
     pairs
 }
@@ -175,7 +213,7 @@ impl Diagonal {
             response.submatrix(space.channels * p, p, space.rows, space.columns).to_owned();
         let first = (0..space.channels).find(|&i| block(i).norm_max() > 0.0).unwrap_or(0);
         if space.channels == 0 || p == 0 {
-            let empty = Self { re: vec![], im: vec![], channels: vec![], across };
+            let empty = Self { d: vec![], coupled: vec![], channels: vec![], across };
             return Ok((empty, 0.0));
         }
         let reference = block(first);
@@ -192,7 +230,8 @@ impl Diagonal {
         let j = bottom.to_owned() * &t;
         let largest_reach = (0..space.channels).map(|i| reached(i).norm_max()).fold(0.0, f64::max);
         let mut misfit: f64 = 0.0;
-        let mut channels = Vec::new();
+        let mut diagonals: Vec<Vec<c64>> = Vec::new();
+        let mut products: Vec<Option<Mat<c64>>> = Vec::new();
         for i in 0..space.channels {
             let ratio = if square == ZERO { ZERO } else { product(i) / square };
             let size = block(i).norm_max();
@@ -203,113 +242,112 @@ impl Diagonal {
                     .fold(0.0, f64::max);
                 misfit = misfit.max(off / size);
             }
+            // what is not proportional counts to first order
+            let turned = if size > 0.0 { block(i).to_owned() * &t } else { Mat::zeros(p, p) };
+            let turned = factors.solve(&turned);
+            diagonals.push((0..p).map(|k| turned[(k, k)]).collect());
             let reach = reached(i).to_owned();
-            let mut products = Vec::new();
-            if reach.norm_max() > NOTHING * largest_reach && space.columns > 0 {
+            let any = reach.norm_max() > NOTHING * largest_reach && space.columns > 0;
+            products.push(any.then(|| {
                 let x = factors.solve(&reach);
-                for a in 0..space.rows {
-                    for b in 0..space.columns {
-                        let of = |k: usize| j[(a, k)] * x[(k, b)];
-                        products.push(Products {
-                            re: (0..p).map(|k| of(k).re).collect(),
-                            im: (0..p).map(|k| of(k).im).collect(),
-                        });
-                    }
-                }
-            }
-            channels.push(Channel { ratio, products });
+                // a row per place, a column per eigenvalue
+                Mat::from_fn(space.rows * space.columns, p, |place, k| {
+                    j[(place / space.columns, k)] * x[(k, place % space.columns)]
+                })
+            }));
         }
-        let (re, im) = d.iter().map(|d| (d.re, d.im)).unzip();
-        Ok((Self { re, im, channels, across }, misfit))
+        let size = |m: &Mat<c64>, k: usize| m.col(k).norm_max();
+        let of = |k: usize| products.iter().flatten().map(|m| size(m, k)).fold(0.0, f64::max);
+        let largest = (0..p).map(of).fold(0.0, f64::max);
+        let coupled: Vec<usize> = (0..p).filter(|&k| of(k) > NOTHING * largest).collect();
+        let channels = diagonals
+            .into_iter()
+            .zip(&products)
+            .map(|(d, products)| Channel {
+                d,
+                products: products.as_ref().map_or_else(Vec::new, |m| {
+                    let row = |place: usize| coupled.iter().map(move |&k| m[(place, k)]);
+                    (0..m.nrows()).flat_map(row).collect()
+                }),
+            })
+            .collect();
+        Ok((Self { d, coupled, channels, across }, misfit))
     }
 
-    fn determinant(&self, s: c64, gains: &[c64], level: &Level, factors: &mut Vec<c64>) -> c64 {
-        let alpha: c64 =
-            self.channels.iter().zip(gains).map(|(channel, k)| channel.ratio * k).sum();
-        let n = self.re.len();
-        let (mut w_re, mut w_im) = ([0.0; MOST], [0.0; MOST]);
-        let mut spilled: (Vec<f64>, Vec<f64>);
-        let (w_re, w_im): (&mut [f64], &mut [f64]) = if n <= MOST {
-            (&mut w_re[..n], &mut w_im[..n])
-        } else {
-            spilled = (vec![0.0; n], vec![0.0; n]);
-            (&mut spilled.0, &mut spilled.1)
+    /// The eigenvalues of I − Σ kᵢ Vᵢ in that order, and the determinant of what is attached.
+    fn determinant(
+        &self,
+        s: c64,
+        level: &Level,
+        order: &[usize],
+        factors: &mut Vec<c64>,
+        scratch: &mut Scratch,
+    ) -> c64 {
+        let Scratch { gains, inverse, inner, half, schur } = scratch;
+        let w = |k: usize| -> c64 {
+            ONE - self.channels.iter().zip(&*gains).map(|(it, gain)| it.d[k] * gain).sum::<c64>()
         };
-        for k in 0..n {
-            w_re[k] = 1.0 - (alpha.re * self.re[k] - alpha.im * self.im[k]);
-            w_im[k] = -(alpha.re * self.im[k] + alpha.im * self.re[k]);
-        }
-        factors.extend(w_re.iter().zip(&*w_im).map(|(re, im)| c64::new(*re, *im)));
-        for k in 0..n {
-            let inverse = 1.0 / (w_re[k] * w_re[k] + w_im[k] * w_im[k]);
-            w_re[k] *= inverse;
-            w_im[k] *= -inverse;
-        }
+        factors.extend(order.iter().map(|&k| w(k)));
         let g = level.a.nrows();
         if g == 0 {
             return ONE;
         }
+        inverse.clear();
+        inverse.extend(self.coupled.iter().map(|&k| {
+            let w = w(k);
+            w.conj() * (1.0 / w.norm_sqr())
+        }));
         let (rows, columns) = (self.across.nrows(), self.across.ncols());
-        let mut inner = self.across.clone();
-        for (i, channel) in self.channels.iter().enumerate() {
-            let k = gains[i];
-            for (place, p) in channel.products.iter().enumerate() {
-                let (mut re, mut im) = (0.0, 0.0);
-                for q in 0..n {
-                    re += w_re[q] * p.re[q] - w_im[q] * p.im[q];
-                    im += w_re[q] * p.im[q] + w_im[q] * p.re[q];
-                }
-                inner[(place / columns, place % columns)] += k * c64::new(re, im);
+        inner.clear();
+        inner.extend((0..rows * columns).map(|k| self.across[(k / columns, k % columns)]));
+        let m = inverse.len();
+        for (channel, &k) in self.channels.iter().zip(&*gains) {
+            if m == 0 {
+                break;
+            }
+            for (inner, products) in inner.iter_mut().zip(channel.products.chunks_exact(m)) {
+                *inner += k * inverse.iter().zip(products).map(|(w, p)| w * p).sum::<c64>();
             }
         }
-        // sI − A − β inner γ
-        let schur = Mat::from_fn(g, g, |r, c| {
-            let mut sum = if r == c { s } else { ZERO } - level.a[(r, c)];
-            for a in 0..rows {
-                for b in 0..columns {
-                    sum -= inner[(a, b)] * (level.beta[(r, a)] * level.gamma[(b, c)]);
-                }
-            }
-            sum
-        });
-        determinant(schur)
+        // inner γ, then sI − A − β inner γ
+        half.clear();
+        half.extend((0..rows * g).map(|k| -> c64 {
+            let (a, c) = (k / g, k % g);
+            (0..columns).map(|b| inner[a * columns + b] * level.gamma[(b, c)]).sum()
+        }));
+        schur.clear();
+        schur.extend((0..g * g).map(|k| {
+            let (r, c) = (k / g, k % g);
+            let by: c64 = (0..rows).map(|a| half[a * g + c] * level.beta[(r, a)]).sum();
+            (if r == c { s } else { ZERO }) - level.a[(r, c)] - by
+        }));
+        determinant(schur, g)
     }
 }
 
-/// Numbers that fit on the stack.
-const MOST: usize = 64;
-
-/// A determinant by elimination with pivots, divided by its size.
-fn determinant(mut m: Mat<c64>) -> c64 {
-    let n = m.nrows();
+/// The determinant of a matrix by rows, by elimination with pivots, divided by its size.
+fn determinant(m: &mut [c64], n: usize) -> c64 {
     let mut product = ONE;
     for k in 0..n {
-        let size = |i: usize| m[(i, k)].l1_norm();
+        let size = |i: usize| m[i * n + k].l1_norm();
         let pivot = (k..n).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(k);
         if pivot != k {
-            for j in k..n {
-                let swapped = m[(k, j)];
-                m[(k, j)] = m[(pivot, j)];
-                m[(pivot, j)] = swapped;
-            }
+            (k..n).for_each(|j| m.swap(k * n + j, pivot * n + j));
             product = -product;
         }
-        let head = m[(k, k)];
+        let head = m[k * n + k];
         if head == ZERO {
             return ZERO;
         }
         product *= head;
         product /= product.l1_norm();
         let inverse = head.inv();
-        for i in k + 1..n {
-            let factor = m[(i, k)] * inverse;
-            m[(i, k)] = factor;
-        }
-        for j in k + 1..n {
-            let above = m[(k, j)];
-            for i in k + 1..n {
-                let factor = m[(i, k)];
-                m[(i, j)] -= factor * above;
+        let (above, below) = m.split_at_mut((k + 1) * n);
+        let above = &above[k * n..];
+        for row in below.chunks_exact_mut(n) {
+            let factor = row[k] * inverse;
+            for j in k + 1..n {
+                row[j] -= factor * above[j];
             }
         }
     }

@@ -4,9 +4,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::branch::Point;
-use crate::contour::Contour;
 use crate::error::MapError;
 use crate::explore::{Cell, Followed};
+use crate::ladder::Ladder;
 use crate::space::{Level, Space};
 use crate::system::Controllers;
 
@@ -32,7 +32,7 @@ pub trait Grid: Sync {
 /// Eigenvalues do not converge.
 pub fn survey(
     space: &Space,
-    contour: &Contour,
+    ladder: &Ladder,
     grid: &dyn Grid,
     start: (usize, usize),
     followed: &Followed,
@@ -52,7 +52,7 @@ pub fn survey(
     for way in [up, down] {
         let mut now = heads[row].clone().unwrap_or_else(|| followed.clone());
         for row in way {
-            let cell = point(column, row, &mut |point| contour.explore(point, &mut now))?;
+            let cell = point(column, row, &mut |point| ladder.explore(point, &mut now))?;
             heads[row] = Some(now.clone());
             cells[row] = Some(cell);
         }
@@ -74,7 +74,7 @@ pub fn survey(
             for way in [right, left] {
                 let mut now = head.clone();
                 for column in way {
-                    match point(column, row, &mut |point| contour.explore(point, &mut now)) {
+                    match point(column, row, &mut |point| ladder.explore(point, &mut now)) {
                         Ok(cell) => all[column] = cell,
                         Err(error) => {
                             if let Ok(mut failure) = failure.lock() {

@@ -401,6 +401,7 @@ fn picture(report: &Report, arguments: &Arguments) -> Result<String, figure::Plo
             values: report.points.iter().map(|row| row.iter().map(decay).collect()).collect(),
             marks: Vec::new(),
             own: None,
+            crossings: std::collections::HashMap::new(),
         });
     }
     let over_speed = report.speeds.len() > 1;
