@@ -33,7 +33,8 @@ fn targets() -> BTreeMap<String, String> {
 /// Girders of figure 14 in three readings, run up to their largest gap: at 28 A, with the nonlinear law, and lighter.
 #[test]
 fn golden_the_dataset_of_readings_is_not_stale() {
-    let (points, dataset) = (rows("examples/studies/readings.csv"), rows("docs/paper/readings.csv"));
+    let (points, dataset) =
+        (rows("examples/studies/readings.csv"), rows("docs/paper/readings.csv"));
     let targets = targets();
     for case in [
         "28 A | 2781 kg/m | standstill | 5 Hz by stiffness",
@@ -41,7 +42,8 @@ fn golden_the_dataset_of_readings_is_not_stale() {
         "24 A | 2336 kg/m | standstill | 6 Hz by stiffness",
     ] {
         let point = points.iter().find(|it| it["case"] == case).unwrap();
-        let row = dataset.iter().find(|it| it["study"] == "readings" && it["case"] == case).unwrap();
+        let row =
+            dataset.iter().find(|it| it["study"] == "readings" && it["case"] == case).unwrap();
         let step: f64 = point["step"].parse().unwrap();
         let time: f64 = row["gap_time"].parse().unwrap();
         // the largest value is the last row or earlier

@@ -23,10 +23,8 @@ const FREQUENCY: &str = "frequency (Hz)";
 
 /// All pictures: file name and SVG.
 pub fn draw(numbers: &Numbers, dataset: &Dataset) -> Result<Vec<(&'static str, String)>> {
-    let judged = readings::judged(dataset)?;
-    Ok(vec![
-        ("readings.svg", readings::overview(&judged)),
-        ("readings-girders.svg", readings::girders_picture(&judged, dataset)?),
+    let mut all = of_readings(dataset)?;
+    all.extend([
         ("resonance.svg", resonance()?),
         ("impulse.svg", impulse()?),
         ("low-speed.svg", low_speed()?),
@@ -34,6 +32,16 @@ pub fn draw(numbers: &Numbers, dataset: &Dataset) -> Result<Vec<(&'static str, S
         ("standstill-spectra.svg", standstill_spectra(numbers)?),
         ("girders.svg", girders()?),
         ("low-speed-spectra.svg", low_speed_spectra(&numbers.standstill)?),
+    ]);
+    Ok(all)
+}
+
+/// Those of the readings, which follow from the dataset alone.
+pub fn of_readings(dataset: &Dataset) -> Result<Vec<(&'static str, String)>> {
+    let judged = readings::judged(dataset)?;
+    Ok(vec![
+        ("readings.svg", readings::overview(&judged)),
+        ("readings-girders.svg", readings::girders_picture(&judged, dataset)?),
     ])
 }
 
@@ -83,7 +91,11 @@ fn impulse() -> Result<String> {
         lines.push(mark);
     }
     let panels = [panel("acceleration (mm/s²)", lines)];
-    Ok(draw_over("Spectrum of the bare girder's acceleration after an impulse", FREQUENCY, &panels)?)
+    Ok(draw_over(
+        "Spectrum of the bare girder's acceleration after an impulse",
+        FREQUENCY,
+        &panels,
+    )?)
 }
 
 fn low_speed() -> Result<String> {

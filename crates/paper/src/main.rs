@@ -30,7 +30,7 @@ struct Arguments {
     /// Use the results of the previous run instead of running the scenarios
     #[arg(long)]
     keep_results: bool,
-    /// Run the study of readings in place of the figures' scenarios, and write its dataset
+    /// Run the study of readings in place of the figures' scenarios, and write its dataset and the page
     #[arg(long, conflicts_with = "keep_results")]
     readings: bool,
     /// Write the tables of points of that study only
@@ -45,9 +45,9 @@ fn main() -> Result<()> {
         return readings::write_tables();
     }
     if arguments.readings {
-        write(&Dataset::file(), readings::run_all()?.text()?)?;
-        eprintln!("{:.0} s; `cargo xtask paper` puts the dataset on the page", start.elapsed().as_secs_f64());
-        return Ok(());
+        let dataset = readings::run_all()?;
+        write(&Dataset::file(), dataset.text()?)?;
+        return finish(&Numbers::committed()?, &dataset, figures::of_readings(&dataset)?);
     }
     if !arguments.keep_results {
         runs::run_all()?;
@@ -55,13 +55,18 @@ fn main() -> Result<()> {
     let numbers = Numbers::measured()?;
     write(&Numbers::file(), serde_json::to_string_pretty(&numbers)? + "\n")?;
     let dataset = Dataset::committed()?;
-    for (name, svg) in figures::draw(&numbers, &dataset)? {
+    finish(&numbers, &dataset, figures::draw(&numbers, &dataset)?)?;
+    eprintln!("{:.0} s", start.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// Writes pictures and page.
+fn finish(numbers: &Numbers, dataset: &Dataset, pictures: Vec<(&str, String)>) -> Result<()> {
+    for (name, svg) in pictures {
         write(&root().join("docs/paper").join(name), svg)?;
     }
     // The page comes last: it may be refused, and the numbers are then needed to see why.
-    write(&page_file(), page::page(&numbers, &dataset)?)?;
-    eprintln!("{:.0} s", start.elapsed().as_secs_f64());
-    Ok(())
+    write(&page_file(), page::page(numbers, dataset)?)
 }
 
 /// The root folder of the workspace.
@@ -94,7 +99,8 @@ mod tests {
     /// The page says what the committed numbers bear, and nothing else.
     #[test]
     fn golden_the_page_is_that_of_its_numbers() {
-        let page = page::page(&Numbers::committed().unwrap(), &Dataset::committed().unwrap()).unwrap();
+        let page =
+            page::page(&Numbers::committed().unwrap(), &Dataset::committed().unwrap()).unwrap();
         let committed = fs::read_to_string(page_file()).unwrap().replace("\r\n", "\n");
         assert!(committed == page, "stale; run: cargo xtask paper");
     }

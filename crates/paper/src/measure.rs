@@ -222,11 +222,16 @@ mod tests {
             let omega = 2.0 * PI * f;
             (-zeta * omega * t).exp() * ((1.0 - zeta * zeta).sqrt() * omega * t).sin()
         };
-        let values = time.iter().map(|&t| mode(t, 7.2, 0.011) + 3.0 * mode(t, 25.0, 0.024)).collect();
+        let values =
+            time.iter().map(|&t| mode(t, 7.2, 0.011) + 3.0 * mode(t, 25.0, 0.024)).collect();
         let table = Table { names: vec!["y".to_owned()], time, columns: vec![values] };
-        for (near, window, frequency, damping) in [(7.1, 2.0, 7.2, 0.011), (24.9, 0.4, 25.0, 0.024)] {
+        for (near, window, frequency, damping) in [(7.1, 2.0, 7.2, 0.011), (24.9, 0.4, 25.0, 0.024)]
+        {
             let (f, zeta) = free_mode(&table, &table.columns[0], near, window).unwrap();
-            assert!((f - frequency).abs() < 0.01 && (zeta - damping).abs() < 2e-4, "{f} Hz, {zeta}");
+            assert!(
+                (f - frequency).abs() < 0.01 && (zeta - damping).abs() < 2e-4,
+                "{f} Hz, {zeta}"
+            );
         }
     }
 

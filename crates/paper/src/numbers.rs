@@ -135,7 +135,6 @@ impl Numbers {
     }
 
     /// Those that are kept.
-    #[cfg(test)]
     pub fn committed() -> Result<Self> {
         let file = Self::file();
         Ok(serde_json::from_slice(&std::fs::read(file)?)?)

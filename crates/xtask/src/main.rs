@@ -130,9 +130,9 @@ enum Task {
         #[arg(long)]
         keep_results: bool,
     },
-    /// Run the study of the paper's readings, and write its dataset, docs/paper/readings.csv
+    /// Run the study of the paper's readings, and write its dataset and docs/paper.md
     ///
-    /// Takes half an hour on two cores. What is there is not computed again.
+    /// Takes ten minutes on two cores. What is there is not computed again.
     Readings,
     /// Regenerate the committed files that are generated from code
     ///

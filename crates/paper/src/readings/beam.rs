@@ -32,9 +32,9 @@ fn determinant(frequency: f64, mass: f64, stiffness: f64, springs: [f64; 2]) -> 
         }
         product *= m[k][k];
         for row in k + 1..4 {
-            let factor = m[row][k] / m[k][k];
-            for column in k..4 {
-                m[row][column] -= factor * m[k][column];
+            let (source, factor) = (m[k], m[row][k] / m[k][k]);
+            for (it, from) in m[row].iter_mut().zip(source) {
+                *it -= factor * from;
             }
         }
     }

@@ -181,11 +181,11 @@ impl Reading {
     /// The crossing.
     pub fn crossing(&self) -> Case {
         let factor = self.girder.factor();
-        let study =
-            if self.track == Track::Joints { Study::Joints } else { self.girder.study() };
+        let study = if self.track == Track::Joints { Study::Joints } else { self.girder.study() };
         let case = Case::crossing(study).girder(factor, factor);
         let short = |case: Case| case.with("irregularity_shortest_wave", 0.05);
-        let chirp = |case: Case| case.with("chirp_on", true).with("chirp_position", self.force - 25.0);
+        let chirp =
+            |case: Case| case.with("chirp_on", true).with("chirp_position", self.force - 25.0);
         let (case, what) = match self.track {
             Track::Shipped => (case, "waves from 0.5 m"),
             Track::ShortWaves => (short(case), "waves from 5 cm"),

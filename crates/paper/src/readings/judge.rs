@@ -25,8 +25,16 @@ const fn new(place: &'static str, paper: &'static str, criterion: &'static str) 
 
 /// All claims.
 pub const CLAIMS: [Claim; 13] = [
-    new("3.2, fig. 11", "deflection of 3.5 mm at mid-span", "3.45 to 3.55 mm; in part: to 3.75 mm, for 3.7 mm was measured"),
-    new("3.2", "gap RMS of 8.01 mm", "8.005 to 8.015 mm; in part: to 8.025 mm, for 8.02 mm was measured"),
+    new(
+        "3.2, fig. 11",
+        "deflection of 3.5 mm at mid-span",
+        "3.45 to 3.55 mm; in part: to 3.75 mm, for 3.7 mm was measured",
+    ),
+    new(
+        "3.2",
+        "gap RMS of 8.01 mm",
+        "8.005 to 8.015 mm; in part: to 8.025 mm, for 8.02 mm was measured",
+    ),
     new(
         "3.3, fig. 12",
         "gaps and deflection dominant at 7 s",
@@ -37,7 +45,11 @@ pub const CLAIMS: [Claim; 13] = [
         "gaps dominant at 25 s",
         "from 22 to 28 s 1.5 times those from 15 to 20 s, and largest within 1 s of 25 s",
     ),
-    new("3.3, fig. 12", "deflection dominant at 25 s", "from 22 to 28 s 1.5 times that from 15 to 20 s"),
+    new(
+        "3.3, fig. 12",
+        "deflection dominant at 25 s",
+        "from 22 to 28 s 1.5 times that from 15 to 20 s",
+    ),
     new(
         "3.3, fig. 13",
         "the gaps' spectrum has the girder's two frequencies",

@@ -36,7 +36,8 @@ pub fn overview(all: &[Judged]) -> String {
         );
     }
     let counts = LEFT + CLAIMS.len() * CELL + 14;
-    let _ = writeln!(svg, "<text x=\"{counts}\" y=\"{}\">agrees</text>", TOP + all.len() * ROW + 18);
+    let _ =
+        writeln!(svg, "<text x=\"{counts}\" y=\"{}\">agrees</text>", TOP + all.len() * ROW + 18);
     let best = best(all, false);
     for (k, judged) in all.iter().enumerate() {
         let y = TOP + k * ROW;
@@ -72,7 +73,9 @@ pub fn overview(all: &[Judged]) -> String {
     }
     let y = TOP + all.len() * ROW + 18;
     for (k, (colour, label)) in
-        [("#0072b2", "agrees"), ("#9ecae1", "in part"), ("#eeeeee", "does not agree")].iter().enumerate()
+        [("#0072b2", "agrees"), ("#9ecae1", "in part"), ("#eeeeee", "does not agree")]
+            .iter()
+            .enumerate()
     {
         let x = LEFT + k * 110;
         let _ = writeln!(

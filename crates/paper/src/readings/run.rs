@@ -44,7 +44,6 @@ fn of(all: &[Case], study: Study) -> Vec<&Case> {
     all.iter().filter(|it| it.study == study).collect()
 }
 
-
 /// Runs what is missing, and measures all of it.
 pub fn run_all() -> Result<Dataset> {
     write_tables()?;

@@ -29,9 +29,8 @@ impl Judged {
 
 /// All readings with their verdicts.
 pub fn judged(dataset: &Dataset) -> Result<Vec<Judged>> {
-    let one = |reading: Reading| {
-        judge(&reading, dataset).map(|verdicts| Judged { reading, verdicts })
-    };
+    let one =
+        |reading: Reading| judge(&reading, dataset).map(|verdicts| Judged { reading, verdicts });
     readings().into_iter().map(one).collect()
 }
 
@@ -84,11 +83,10 @@ The verdicts above hold for one reading of the paper. Here each choice that its 
 in combinations, and every claim of sections 3.2 to 3.4 is judged by the same criterion. No value was fitted to a
 picture: each reading is argued from the text, and the argument says what speaks against it. The study is
 `examples/studies/readings.json` and three files beside it; its dataset, one row per run, is
-[readings.csv](paper/readings.csv), from which this section follows. This page does not run it again:
+[readings.csv](paper/readings.csv), from which this section follows. `cargo xtask paper` does not run it again:
 
 ```sh
-cargo xtask readings    # half an hour on two idle cores; continues where it was stopped
-cargo xtask paper
+cargo xtask readings    # some ten minutes on two idle cores; continues where it was stopped
 ```
 
 Standstills have steps of 2 ms and end at 30 s, girders of figure 14 at 14 s, crossings have steps of 5 ms. Lengths are those of
@@ -119,7 +117,8 @@ fn check(all: &[Judged]) -> Result<()> {
             "the law of the load goes the other way",
         ),
         (
-            agrees("force off, at the bogies", &[3, 4]) && differs("force 1.5 m off mid-span", &[4]),
+            agrees("force off, at the bogies", &[3, 4])
+                && differs("force 1.5 m off mid-span", &[4]),
             "1.5 m off mid-span is enough for 25 Hz, but not at mid-span",
         ),
         (still, "mid-span moves at 25 Hz in no reading"),
@@ -144,7 +143,10 @@ fn check(all: &[Judged]) -> Result<()> {
             "the best reading is that of the scenarios",
         ),
     ] {
-        ensure!(holds, "the dataset no longer supports \"{what}\"; update crates/paper/src/page.rs");
+        ensure!(
+            holds,
+            "the dataset no longer supports \"{what}\"; update crates/paper/src/page.rs"
+        );
     }
     Ok(())
 }
@@ -251,7 +253,11 @@ fn result(text: &mut String, all: &[Judged]) -> Result<()> {
     let none = if none.is_empty() { "nothing".to_owned() } else { none.join("; ") };
     writeln!(text, "\n\n**What none of them gives:** {none}.")?;
     let whole = all.iter().any(|it| it.counts().0 == CLAIMS.len());
-    let answer = if whole { "There is a reading that gives all of it." } else { "No reading gives all of it." };
+    let answer = if whole {
+        "There is a reading that gives all of it."
+    } else {
+        "No reading gives all of it."
+    };
     writeln!(text, "{answer}")?;
     Ok(())
 }
