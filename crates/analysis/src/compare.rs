@@ -28,7 +28,12 @@ pub fn coherence(x: &[f64], y: &[f64], rate: f64, settings: &Welch) -> Result<Co
     require(segment >= FEWEST, "the length of a piece", segment as f64, "8 or more samples")?;
     let overlap = settings.overlap;
     require((0.0..1.0).contains(&overlap), "the overlap", overlap, "0 or more and below 1")?;
-    require(x.len() == y.len(), "the length of the second signal", y.len() as f64, "that of the first")?;
+    require(
+        x.len() == y.len(),
+        "the length of the second signal",
+        y.len() as f64,
+        "that of the first",
+    )?;
     let step = settings.step();
     enough(x, segment + step)?;
     enough(y, segment + step)?;
@@ -91,7 +96,12 @@ pub fn best_lag(pairs: &[(&[f64], &[f64])], least: usize) -> Result<Lag, Error> 
     let count = (n + m + 1).saturating_sub(2 * least);
     let mut sum = vec![0.0; count];
     for (x, y) in pairs {
-        require(x.len() == n && y.len() == m, "the length of a signal", x.len() as f64, "that of all others")?;
+        require(
+            x.len() == n && y.len() == m,
+            "the length of a signal",
+            x.len() as f64,
+            "that of all others",
+        )?;
         enough(x, least)?;
         enough(y, least)?;
         for (to, it) in sum.iter_mut().zip(coefficients(x, y, least)?) {
@@ -149,7 +159,8 @@ fn coefficients(x: &[f64], y: &[f64], least: usize) -> Result<Vec<f64>, Error> {
             let (end, count) = (from + b - a, (b - a) as f64);
             let at = if k + least >= m { k + least - m } else { length + k + least - m };
             let (x1, y1) = (sx[b] - sx[a], sy[end] - sy[from]);
-            let (x2, y2) = (sxx[b] - sxx[a] - x1 * x1 / count, syy[end] - syy[from] - y1 * y1 / count);
+            let (x2, y2) =
+                (sxx[b] - sxx[a] - x1 * x1 / count, syy[end] - syy[from] - y1 * y1 / count);
             let covariance = products[at] - x1 * y1 / count;
             let power = x2.max(0.0) * y2.max(0.0);
             if power > noise { (covariance / power.sqrt()).clamp(-1.0, 1.0) } else { 0.0 }

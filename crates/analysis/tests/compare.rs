@@ -59,5 +59,7 @@ fn refusal_what_has_no_lag_or_coherence() {
     assert!(told(best_lag(&[(&x[..20], &x)], 50).unwrap_err()).contains("20 samples, and 50"));
     let settings = Welch::of_segment(80);
     assert!(told(coherence(&x, &x, 1.0, &settings).unwrap_err()).contains("120 are needed"));
-    assert!(told(coherence(&x, &x[1..], 1.0, &settings).unwrap_err()).contains("that of the first"));
+    assert!(
+        told(coherence(&x, &x[1..], 1.0, &settings).unwrap_err()).contains("that of the first")
+    );
 }

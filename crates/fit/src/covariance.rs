@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::statistics::autocorrelation;
+use crate::statistics::autoregressive_covariance;
 
 /// An eigenvalue of the normalised information matrix below this is none: the differences have about 8 digits.
 const SINGULAR: f64 = 1e-9;
@@ -14,8 +14,8 @@ const SHARE: f64 = 0.1;
 /// The information of a least-squares fit, in the units of the parameters.
 ///
 /// With the derivatives J of weighted residuals r, the covariance is s²(JᵀJ)⁻¹ with s² = rᵀr/(n - p) if the residuals are
-/// white. If they are not, it is (JᵀJ)⁻¹ S (JᵀJ)⁻¹ with S = Σ_l w_l Σ_t g_t g_(t+l)ᵀ, g_t = r_t J_t and weights w_l that
-/// fall to 0 at the correlation length (W. K. Newey, K. D. West, Econometrica 55 (1987) 703-708).
+/// white. If they are not, it is (JᵀJ)⁻¹ JᵀΓJ (JᵀJ)⁻¹ with the covariances Γ of the residuals in time, of an autoregressive
+/// process that is fitted to them.
 #[derive(Debug, Clone)]
 pub struct Information {
     /// Standard errors for white residuals; NaN of a parameter at a bound or without influence.
@@ -49,6 +49,14 @@ impl Information {
             let products = derivatives[j].iter().zip(&derivatives[k]).map(|(x, y)| x * y);
             products.sum::<f64>() / (norms[j] * norms[k])
         });
+        if free.is_empty() {
+            return Self {
+                errors: vec![f64::NAN; count],
+                correlated_errors: vec![f64::NAN; count],
+                correlations: vec![vec![f64::NAN; count]; count],
+                undetermined: (0..count).map(|k| !at_bound[k]).collect(),
+            };
+        }
         let eigen = SymmetricEigen::new(normal);
         let mut inverse = DMatrix::zeros(free.len(), free.len());
         let mut undetermined: Vec<bool> = (0..count).map(|k| !at_bound[k] && silent(k)).collect();
@@ -63,8 +71,7 @@ impl Information {
         }
         let freedom = residuals.len().saturating_sub(free.len()).max(1) as f64;
         let power = residuals.iter().map(|it| it * it).sum::<f64>() / freedom;
-        let middle = long_run(residuals, derivatives, groups, &free, &norms);
-        let robust = &inverse * middle * &inverse;
+        let robust = &inverse * middle(residuals, derivatives, groups, &free, &norms) * &inverse;
         let spread = |matrix: &DMatrix<f64>, factor: f64| {
             let mut errors = vec![f64::NAN; count];
             for (a, &k) in free.iter().enumerate() {
@@ -89,8 +96,8 @@ impl Information {
     }
 }
 
-/// S of the scaled derivatives.
-fn long_run(
+/// JᵀΓJ of the scaled derivatives.
+fn middle(
     residuals: &[f64],
     derivatives: &[Vec<f64>],
     groups: &[Range<usize>],
@@ -99,37 +106,20 @@ fn long_run(
 ) -> DMatrix<f64> {
     let mut sum = DMatrix::zeros(free.len(), free.len());
     for group in groups {
-        let own = &residuals[group.clone()];
-        let scores: Vec<Vec<f64>> = free
-            .iter()
-            .map(|&k| {
-                let column = derivatives[k][group.clone()].iter();
-                column.zip(own).map(|(it, residual)| it * residual / norms[k]).collect()
-            })
-            .collect();
-        let length = correlation_length(own);
-        for lag in 0..=length.min(own.len().saturating_sub(1)) {
-            let weight = 1.0 - lag as f64 / (length + 1) as f64;
+        let columns: Vec<&[f64]> = free.iter().map(|&k| &derivatives[k][group.clone()]).collect();
+        let covariances = autoregressive_covariance(&residuals[group.clone()]);
+        for (lag, covariance) in covariances.iter().enumerate() {
             let products = |a: usize, b: usize| {
-                scores[a].iter().zip(&scores[b][lag..]).map(|(x, y)| x * y).sum::<f64>()
+                columns[a].iter().zip(&columns[b][lag..]).map(|(x, y)| x * y).sum::<f64>()
             };
             for a in 0..free.len() {
                 for b in 0..free.len() {
-                    let both = if lag == 0 { products(a, b) } else { products(a, b) + products(b, a) };
-                    sum[(a, b)] += weight * both;
+                    let both =
+                        if lag == 0 { products(a, b) } else { products(a, b) + products(b, a) };
+                    sum[(a, b)] += covariance * both / (norms[free[a]] * norms[free[b]]);
                 }
             }
         }
     }
     sum
-}
-
-/// Lags after which residuals are hardly correlated: the last one beyond three standard deviations of white noise, and as
-/// many again.
-fn correlation_length(residuals: &[f64]) -> usize {
-    let count = residuals.len();
-    let most = (count / 10).min(400);
-    let bound = 3.0 / (count.max(1) as f64).sqrt();
-    let found = autocorrelation(residuals, most);
-    2 * found.iter().skip(1).rposition(|it| it.abs() > bound).map_or(0, |k| k + 1)
 }

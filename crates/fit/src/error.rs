@@ -52,7 +52,9 @@ pub enum FitError {
         count: usize,
     },
     /// The run that should show the offset fails.
-    #[error("cannot find the offset of the record: the scenario with its own values does not run: {reason}")]
+    #[error(
+        "cannot find the offset of the record: the scenario with its own values does not run: {reason}"
+    )]
     FirstRun {
         /// Why.
         reason: String,
@@ -73,7 +75,9 @@ impl FitError {
             Self::NothingVaried => "add --vary 'INSTANCE.VARIABLE=LOW:HIGH'",
             Self::Twice { .. } => "vary it once",
             Self::Setup(error) => return error.help(),
-            Self::NotReal { .. } | Self::Bounds { .. } => "`maglev inspect UNIT` shows the parameters with their ranges",
+            Self::NotReal { .. } | Self::Bounds { .. } => {
+                "`maglev inspect UNIT` shows the parameters with their ranges"
+            }
             Self::Record(error) => return error.help(),
             Self::TooFew { .. } => {
                 "give the seconds to add to the record's times with --offset, or find them with --offset find"

@@ -95,7 +95,7 @@ pub struct FittedParameter {
     pub standard_error: Option<f64>,
     /// Half the 95 % confidence interval if the residuals are white.
     pub half_width: Option<f64>,
-    /// Half the 95 % confidence interval for residuals that are correlated in time (Newey and West).
+    /// Half the 95 % confidence interval for residuals that are correlated in time (autoregressive).
     pub half_width_correlated: Option<f64>,
     /// Whether the fitted value is at a bound.
     pub at_bound: bool,
@@ -174,15 +174,18 @@ pub fn fit(order: &Order<'_>, watch: &mut dyn FnMut(Progress)) -> Result<Fit, Fi
     let alignment = match order.spec.offset {
         Offset::Given(offset) => Alignment { offset, found: None },
         Offset::Find => {
-            let run = table(&mut pool, &scenario).map_err(|reason| FitError::FirstRun { reason })?;
+            let run =
+                table(&mut pool, &scenario).map_err(|reason| FitError::FirstRun { reason })?;
             measured::align(&record, &run, order.spec.offset)?
         }
     };
     let (wanted, data, outside) = wanted(&scenario, &record, order.varied, alignment.offset)?;
     shorten(&mut scenario, &wanted, order.varied);
-    let once = setup.system().instances.iter().any(|it| {
-        it.description().co_simulation.can_be_instantiated_only_once_per_process
-    });
+    let once = setup
+        .system()
+        .instances
+        .iter()
+        .any(|it| it.description().co_simulation.can_be_instantiated_only_once_per_process);
     let threads = if once { 1 } else { order.threads };
     let bounded: Vec<Bounded> = order
         .varied
@@ -195,8 +198,9 @@ pub fn fit(order: &Order<'_>, watch: &mut dyn FnMut(Progress)) -> Result<Fit, Fi
             Bounded { low: it.low, high: it.high, start }
         })
         .collect();
-    let mut simulator = Simulator::new(scenario.clone(), order.varied.to_vec(), wanted.clone(), threads)
-        .map_err(FitError::Threads)?;
+    let mut simulator =
+        Simulator::new(scenario.clone(), order.varied.to_vec(), wanted.clone(), threads)
+            .map_err(FitError::Threads)?;
     let before = first_residuals(&mut pool, &scenario, &wanted, &data);
     let solution = solve(&mut simulator, &data, &bounded, order.settings, &mut |runs, best| {
         watch(Progress { runs, best });
@@ -285,7 +289,8 @@ fn variables(
         let middle = f64::midpoint(it.low, it.high);
         let trial = crate::simulator::with_values(scenario, std::slice::from_ref(it), &[middle]);
         let trial = pool.setup(&trial).map_err(FitError::Setup)?;
-        let hit = &trial.system().overridden[scenario.overrides.len().min(trial.system().overridden.len())..];
+        let hit = &trial.system().overridden
+            [scenario.overrides.len().min(trial.system().overridden.len())..];
         let hit = if hit.is_empty() { trial.system().overridden.as_slice() } else { hit };
         let mut first = None;
         for change in hit {

@@ -11,6 +11,10 @@ use crate::covariance::Information;
 const STEP: f64 = 1e-4;
 /// A scaled residual of a point where the model has no value: far above any other.
 const NO_VALUE: f64 = 1e3;
+/// Most searches with other weights of the groups.
+const PASSES: usize = 6;
+/// Weights that change by less than this are settled.
+const SETTLED: f64 = 0.01;
 /// A parameter that is this close to a bound, as a fraction of the range, is at it.
 const AT_BOUND: f64 = 1e-6;
 
@@ -89,7 +93,9 @@ pub enum SolveError {
         parameters: usize,
     },
     /// No set of parameters has values.
-    #[error("the model has no values at any of the {tried} sets of parameters that were tried: {reason}")]
+    #[error(
+        "the model has no values at any of the {tried} sets of parameters that were tried: {reason}"
+    )]
     NoValues {
         /// Sets.
         tried: usize,
@@ -110,7 +116,7 @@ pub enum SolveError {
     },
 }
 
-/// Minimises Σ ((model - data)/noise)². The noise of a group is that of its residuals after a first pass; with one group its
+/// Minimises Σ ((model - data)/noise)². The noise of a group is that of its residuals, in passes until it settles; with one group its
 /// size does not matter. `watch` is called with the number of evaluated sets and the best root mean square of scaled
 /// residuals so far.
 ///
@@ -144,15 +150,17 @@ pub fn solve(
         failure: None,
         watch,
     };
-    let given: Vec<f64> = parameters.iter().map(|it| (it.start - it.low) / (it.high - it.low)).collect();
+    let given: Vec<f64> =
+        parameters.iter().map(|it| (it.start - it.low) / (it.high - it.low)).collect();
     let (mut place, first_residuals) = search.begin(&given, settings.trials)?;
     let better_start = (place != given).then(|| search.actual(&place));
     // with one group a common factor changes nothing
-    let passes = if data.groups.len() > 1 { 2 } else { 1 };
+    let passes = if data.groups.len() > 1 { PASSES } else { 1 };
     let (mut iterations, mut converged) = (0, false);
     for pass in 0..passes {
-        if pass > 0 {
-            search.reweigh(&place)?;
+        // parameters that a poor group has spoiled make a good one look poor, so a second time
+        if pass > 0 && search.reweigh(&place)? < SETTLED {
+            break;
         }
         let status = search.mpfit(&mut place).map_err(|error| SolveError::Search {
             reason: search.failure.clone().unwrap_or_else(|| error.to_string()),
@@ -267,7 +275,8 @@ impl Search<'_> {
             }
         }
         let sizes = found.iter().map(|it| it.as_ref().map_or(f64::INFINITY, |it| size(it)));
-        let best = sizes.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|it| it.1.is_finite());
+        let best =
+            sizes.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|it| it.1.is_finite());
         match best {
             Some((k, _)) => Ok((places.swap_remove(k), first)),
             None => Err(SolveError::NoValues {
@@ -277,19 +286,19 @@ impl Search<'_> {
         }
     }
 
-    /// Weighs groups by the size of their residuals.
-    fn reweigh(&mut self, place: &[f64]) -> Result<(), SolveError> {
+    /// Weighs groups by the size of their residuals. Returns the largest relative change of a weight to another.
+    fn reweigh(&mut self, place: &[f64]) -> Result<f64, SolveError> {
         let found = self.residuals(&[place.to_vec()]).remove(0);
         let residuals = found.map_err(|reason| SolveError::NoDerivatives { reason })?;
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for (group, weight) in self.data.groups.iter().zip(&mut self.weights) {
-            let own = size(&residuals[group.clone()]);
             // of a perfect fit there is nothing to weigh
-            if own > 1e-12 {
-                *weight /= own;
-            }
+            let own = size(&residuals[group.clone()]).max(1e-12);
+            *weight /= own;
+            (least, most) = (least.min(own), most.max(own));
         }
         self.best = f64::INFINITY;
-        Ok(())
+        Ok(most / least - 1.0)
     }
 
     /// Weighted residuals and their derivatives by central differences, one-sided at a bound.
@@ -308,8 +317,10 @@ impl Search<'_> {
         for k in 0..place.len() {
             let (above, below) = (found.next(), found.next());
             let distance = places[1 + 2 * k][k] - places[2 + 2 * k][k];
-            let (above, below) =
-                (above.unwrap_or_else(|| Ok(here.clone()))?, below.unwrap_or_else(|| Ok(here.clone()))?);
+            let (above, below) = (
+                above.unwrap_or_else(|| Ok(here.clone()))?,
+                below.unwrap_or_else(|| Ok(here.clone()))?,
+            );
             columns.push(above.iter().zip(&below).map(|(a, b)| (a - b) / distance).collect());
         }
         Ok((here, columns))

@@ -17,8 +17,8 @@ pub fn section(fit: &Fit) -> Section {
     ))];
     notes.push(Note::plain(match fit.is_white() {
         true => "The residuals pass as white noise, so the intervals are those of independent errors (Student's t).".to_owned(),
-        false => "The residuals are not white, so the intervals are those of errors that are correlated in time (Newey and \
-                  West)."
+        false => "The residuals are not white, so the intervals are those of errors that are correlated in time, as an \
+                  autoregressive process that fits the residuals."
             .to_owned(),
     }));
     notes.extend(fit.warnings.iter().map(|it| Note::warning(format!("{it}."))));

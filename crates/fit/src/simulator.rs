@@ -145,6 +145,8 @@ pub(crate) fn table(pool: &mut Pool, scenario: &Scenario) -> Result<Table, Strin
     match (&run.error, run.status) {
         (Some(error), _) => Err(results::causes(error).join(": ")),
         (None, Status::Finished) => Ok(run.table),
-        (None, _) => Err(run.ended_by.unwrap_or_else(|| format!("the run ended at {} s", run.reached))),
+        (None, _) => {
+            Err(run.ended_by.unwrap_or_else(|| format!("the run ended at {} s", run.reached)))
+        }
     }
 }

@@ -52,7 +52,9 @@ impl FromStr for Varied {
             _ => return Err(wrong()),
         };
         if low >= high {
-            return Err(format!("\"{text}\": the lower bound {low} is not below the upper bound {high}"));
+            return Err(format!(
+                "\"{text}\": the lower bound {low} is not below the upper bound {high}"
+            ));
         }
         if let Some(start) = start.filter(|it| !(low..=high).contains(it)) {
             return Err(format!("\"{text}\": the start {start} is not within {low} to {high}"));

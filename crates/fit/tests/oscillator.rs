@@ -20,7 +20,9 @@ fn decay(set: &[f64]) -> Vec<f64> {
     let (natural, damping) = (TAU * set[0], set[1]);
     let value = |k: usize| {
         let t = 0.01 * k as f64;
-        set[2] * (-damping * natural * t).exp() * (natural * (1.0 - damping * damping).sqrt() * t).sin()
+        set[2]
+            * (-damping * natural * t).exp()
+            * (natural * (1.0 - damping * damping).sqrt() * t).sin()
     };
     (0..COUNT).map(value).collect()
 }
@@ -117,8 +119,9 @@ fn analytic_correlated_noise_is_found_and_allowed_for() {
         robust += u32::from(holds(found.information.correlated_errors[1]));
     }
     assert_eq!(white, 0);
-    // √((1 + 0.8)/(1 - 0.8)) = 3: ± 1.96/3 standard deviations hold 49 %; a window of so many lags loses some of the 95 %
-    assert!(plain < 120 && robust > 165, "{plain} {robust}");
+    // √((1 + 0.8)/(1 - 0.8)) = 3: ± 1.96/3 standard deviations hold 49 %. Of 200, 95 % are 190 ± 3; a line takes a part of
+    // the slow noise with it, so that 300 values know its correlation to a few per cent only
+    assert!(plain < 120 && robust > 176, "{plain} {robust}");
 }
 
 /// Two signals with noise of 0.05 and of 1: weighed by their residuals, the bad one does not spoil the good one.
@@ -139,8 +142,9 @@ fn analytic_signals_are_weighed_by_their_noise() {
         let found = solve(&mut Function(both), &data, &bounds(), SETTINGS, &mut |_, _| {}).unwrap();
         let error = found.information.errors[0];
         within += u32::from((found.values[0] - TRUE[0]).abs() < 2.6 * error);
-        // alone, a signal with noise of 0.05 gives the frequency to about 2.5e-4 Hz
-        assert!(error < 5e-4, "{error}");
+        // a second signal with 20 times the noise adds 1/400 of information; noise is estimated to some 4 %
+        let alone = fitted(&self::data(data.values[..COUNT].to_vec())).information.errors[0];
+        assert!((error / alone - 1.0).abs() < 0.1, "{error} {alone}");
     }
     assert!(within >= 18, "{within}");
 }
@@ -149,9 +153,11 @@ fn analytic_signals_are_weighed_by_their_noise() {
 fn issue_what_the_record_does_not_determine_is_marked() {
     // only the product of the first two counts, the third nothing
     let model = |set: &[f64]| Ok((0..50).map(|k| set[0] * set[1] * f64::from(k)).collect());
-    let values: Vec<f64> = (0..50).map(|k| 2.0 * f64::from(k) + 0.1 * noise(7)[k as usize]).collect();
+    let values: Vec<f64> =
+        (0..50).map(|k| 2.0 * f64::from(k) + 0.1 * noise(7)[k as usize]).collect();
     let ranges = [Bounded { low: 0.5, high: 4.0, start: 1.0 }; 3];
-    let found = solve(&mut Function(model), &data(values), &ranges, SETTINGS, &mut |_, _| {}).unwrap();
+    let found =
+        solve(&mut Function(model), &data(values), &ranges, SETTINGS, &mut |_, _| {}).unwrap();
     assert!((found.values[0] * found.values[1] - 2.0).abs() < 0.01, "{:?}", found.values);
     assert_eq!(found.information.undetermined, [true; 3]);
     // a value beyond the bounds
@@ -168,10 +174,12 @@ fn issue_what_the_record_does_not_determine_is_marked() {
 fn refusal_models_without_values() {
     let some = |set: &[f64]| if set[0] > 7.5 { Err("unstable".to_owned()) } else { Ok(decay(set)) };
     let found =
-        solve(&mut Function(some), &data(decay(&TRUE)), &bounds(), SETTINGS, &mut |_, _| {}).unwrap();
+        solve(&mut Function(some), &data(decay(&TRUE)), &bounds(), SETTINGS, &mut |_, _| {})
+            .unwrap();
     assert!((found.values[0] - 6.4).abs() < 1e-6 && found.failure.as_deref() == Some("unstable"));
     let none = |_: &[f64]| Err("unstable".to_owned());
-    let error = solve(&mut Function(none), &data(decay(&TRUE)), &bounds(), SETTINGS, &mut |_, _| {});
+    let error =
+        solve(&mut Function(none), &data(decay(&TRUE)), &bounds(), SETTINGS, &mut |_, _| {});
     let error = error.unwrap_err();
     assert_eq!(error, SolveError::NoValues { tried: 25, reason: "unstable".to_owned() });
     let few = data(vec![1.0, 2.0, 3.0]);

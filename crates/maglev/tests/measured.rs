@@ -16,14 +16,17 @@ fn measured() -> (Bench, String) {
     let mut scenario = oscillator(0.01);
     scenario["experiment"]["stop"] = json!(10.0);
     scenario["instances"]["c"]["parameters"]["gain"] = json!(-8.0);
-    scenario["algorithm"] = json!({ "name": "gauss-seidel", "extrapolation": 2, "derivatives": true });
+    scenario["algorithm"] =
+        json!({ "name": "gauss-seidel", "extrapolation": 2, "derivatives": true });
     let bench = bench_of(&scenario);
     bench.run(&["--no-report"]).succeeds();
-    let signal = bench.result("results.csv").lines().next().unwrap().split(',').nth(1).unwrap().to_owned();
+    let signal =
+        bench.result("results.csv").lines().next().unwrap().split(',').nth(1).unwrap().to_owned();
     let mut text = "t (ms),x (mm)\n".to_owned();
     let mut state = 1_u64;
     let mut noise = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
     };
     for row in bench.rows().iter().skip(50) {
@@ -84,11 +87,15 @@ fn analytic_a_gain_is_fitted_to_a_record() {
     let (bench, signal) = measured();
     let map = format!("x (mm)={signal}");
     let vary = "c.gain=-10:-4";
-    let record = ["--measured", "record.csv", "--time-column", "t (ms)", "--map", &map, "--offset", "0.25"];
-    let fit = |more: &[&str]| bench.maglev(&[&["fit", "scenario.json", "--out", "fit"], &record[..], more].concat());
+    let record =
+        ["--measured", "record.csv", "--time-column", "t (ms)", "--map", &map, "--offset", "0.25"];
+    let fit = |more: &[&str]| {
+        bench.maglev(&[&["fit", "scenario.json", "--out", "fit"], &record[..], more].concat())
+    };
     let ran = fit(&["--vary", vary]);
     ran.succeeds();
-    let found: Value = serde_json::from_str(&fs::read_to_string(bench.path("fit/fit.json")).unwrap()).unwrap();
+    let found: Value =
+        serde_json::from_str(&fs::read_to_string(bench.path("fit/fit.json")).unwrap()).unwrap();
     let it = &found["parameters"][0];
     let (value, half) = (it["value"].as_f64().unwrap(), it["half_width"].as_f64().unwrap());
     // 1.5 times the interval: a fixed record may be one of the twenty outside of it
@@ -98,9 +105,16 @@ fn analytic_a_gain_is_fitted_to_a_record() {
     bench.maglev(&["run", "fit/fitted.json", "--out", "again", "--no-report"]).succeeds();
     let column = |file: &str| fs::read_to_string(bench.path(file)).unwrap();
     let (fitted, again) = (column("fit/fitted/results.csv"), column("again/results.csv"));
-    assert_eq!(fitted.lines().next().unwrap().split(',').nth(1), again.lines().next().unwrap().split(',').nth(1));
+    assert_eq!(
+        fitted.lines().next().unwrap().split(',').nth(1),
+        again.lines().next().unwrap().split(',').nth(1)
+    );
     let report = column("fit/report.html");
     assert!(report.contains("Fitted parameters") && report.contains("Measured data"));
+    // one thread or many
+    let single: Value =
+        serde_json::from_str(&fit(&["--vary", vary, "--threads", "1", "--json"]).stdout()).unwrap();
+    assert_eq!(single["parameters"], found["parameters"]);
     // bad input
     fit(&[]).fails(2, &["--vary"]);
     fit(&["--vary", "c.gian=1:2"]).fails(2, &["gian"]);

@@ -44,7 +44,8 @@ pub fn align(record: &Record, run: &Table, offset: Offset) -> Result<Alignment, 
 
 fn find(record: &Record, run: &Table) -> Result<Alignment, MeasuredError> {
     let mut pairs = Vec::new();
-    let (mut run_span, mut span) = ((f64::NEG_INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::INFINITY));
+    let (mut run_span, mut span) =
+        ((f64::NEG_INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::INFINITY));
     let mut interval: f64 = 0.0;
     let within = |all: &mut (f64, f64), it: &Interpolated| {
         *all = (all.0.max(it.start), all.1.min(it.stop));

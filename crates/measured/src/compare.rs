@@ -115,12 +115,15 @@ fn one(
     let count = samples as f64;
     let mean = |it: &[f64]| it.iter().sum::<f64>() / count;
     let (of_record, of_run) = (mean(&measured), mean(&values));
-    let about = |it: &[f64], mean: f64| it.iter().map(|it| (it - mean).powi(2)).sum::<f64>() / count;
+    let about =
+        |it: &[f64], mean: f64| it.iter().map(|it| (it - mean).powi(2)).sum::<f64>() / count;
     let (power, run_power) = (about(&measured, of_record), about(&values, of_run));
     let products = measured.iter().zip(&values).map(|(a, b)| (a - of_record) * (b - of_run));
     let covariance = products.sum::<f64>() / count;
-    let farthest = |it: &[f64], mean: f64| it.iter().fold(0.0, |most: f64, it| most.max((it - mean).abs()));
-    let worst = (0..samples).max_by(|&a, &b| error[a].abs().total_cmp(&error[b].abs())).unwrap_or(0);
+    let farthest =
+        |it: &[f64], mean: f64| it.iter().fold(0.0, |most: f64, it| most.max((it - mean).abs()));
+    let worst =
+        (0..samples).max_by(|&a, &b| error[a].abs().total_cmp(&error[b].abs())).unwrap_or(0);
     let rms_error = (error.iter().map(|it| it * it).sum::<f64>() / count).sqrt();
     let (spectra, spectra_error) = match SpectraCompared::new(&times, &measured, &values) {
         Ok(spectra) => (Some(spectra), None),

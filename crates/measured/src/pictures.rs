@@ -8,16 +8,15 @@ use crate::{SignalComparison, SpectraCompared};
 const MOST: usize = 4_000;
 
 /// Units that are shown with a prefix: unit, shown unit, factor, and largest magnitude for which it is used.
-const PREFIXED: &[(&str, &str, f64, f64)] = &[
-    ("m", "mm", 1e3, 0.5),
-    ("m/s", "mm/s", 1e3, 0.1),
-    ("N", "kN", 1e-3, f64::INFINITY),
-];
+const PREFIXED: &[(&str, &str, f64, f64)] =
+    &[("m", "mm", 1e3, 0.5), ("m/s", "mm/s", 1e3, 0.1), ("N", "kN", 1e-3, f64::INFINITY)];
 
 /// The unit in which values up to a magnitude are shown, and the factor to it.
 pub(crate) fn shown(unit: Option<&str>, size: f64) -> (String, f64) {
     let unit = unit.filter(|it| *it != "1").unwrap_or("");
-    let fits = |row: &&(&str, &str, f64, f64)| row.0 == unit && size < row.3 && (unit != "N" || size > 5e3);
+    let fits = |row: &&(&str, &str, f64, f64)| {
+        row.0 == unit && size < row.3 && (unit != "N" || size > 5e3)
+    };
     match PREFIXED.iter().find(fits) {
         Some((_, name, factor, _)) => ((*name).to_owned(), *factor),
         None => (unit.to_owned(), 1.0),
@@ -63,7 +62,9 @@ pub(crate) fn over_time(it: &SignalComparison) -> Option<String> {
 pub(crate) fn densities(it: &SignalComparison, spectra: &SpectraCompared) -> Option<String> {
     let (unit, factor) = shown(it.column.unit.as_deref(), 0.0);
     let unit = if unit.is_empty() { "1/Hz".to_owned() } else { format!("({unit})²/Hz") };
-    let floor = spectra.measured.iter().chain(&spectra.run).fold(0.0, |most: f64, it| most.max(*it)) * 1e-12;
+    let floor =
+        spectra.measured.iter().chain(&spectra.run).fold(0.0, |most: f64, it| most.max(*it))
+            * 1e-12;
     let curve = |text: &str, values: &[f64]| {
         let factor = factor * factor;
         let points = inner(spectra, values).map(|(x, y)| (x, y.max(floor) * factor));
@@ -87,7 +88,10 @@ pub(crate) fn coherence(it: &SignalComparison, spectra: &SpectraCompared) -> Opt
 }
 
 /// Frequencies and values, without the mean, up to where there is nothing to see.
-fn inner<'a>(spectra: &SpectraCompared, values: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + use<'a> {
+fn inner<'a>(
+    spectra: &SpectraCompared,
+    values: &'a [f64],
+) -> impl Iterator<Item = (f64, f64)> + use<'a> {
     let (top, step) = (spectra.top(), spectra.resolution);
     let all = values.iter().enumerate().skip(1).map(move |(k, value)| (k as f64 * step, *value));
     all.take_while(move |(frequency, _)| *frequency <= top * (1.0 + 1e-9))
@@ -121,10 +125,8 @@ pub fn residuals(
         ylabel: label("residual", &unit),
         lines: vec![thinned("fitted run - measured", times, values, factor)],
     };
-    let over_lag = FigurePanel {
-        ylabel: "autocorrelation".to_owned(),
-        lines: vec![correlation, limits],
-    };
+    let over_lag =
+        FigurePanel { ylabel: "autocorrelation".to_owned(), lines: vec![correlation, limits] };
     let first = draw(name, &[over_time]).ok()?;
     let second = figure::draw_over("", "lag (s)", &[over_lag]).ok()?;
     Some(stacked(&first, &second))

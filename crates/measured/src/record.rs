@@ -79,17 +79,18 @@ impl Record {
             }
             let suffix = name_and_unit(column).1.filter(|it| units.find(it).is_some());
             let file_unit = mapped.unit.clone().or_else(|| suffix.map(str::to_owned));
-            let conversion = match &file_unit {
-                None => Conversion::IDENTITY,
-                Some(from) => units
-                    .conversion(from, unit.as_deref().unwrap_or("1"))
-                    .map_err(|source| MeasuredError::Unit {
-                        path: spec.file.clone(),
-                        column: column.clone(),
-                        signal: signal.clone(),
-                        source,
-                    })?,
-            };
+            let conversion =
+                match &file_unit {
+                    None => Conversion::IDENTITY,
+                    Some(from) => units.conversion(from, unit.as_deref().unwrap_or("1")).map_err(
+                        |source| MeasuredError::Unit {
+                            path: spec.file.clone(),
+                            column: column.clone(),
+                            signal: signal.clone(),
+                            source,
+                        },
+                    )?,
+                };
             let (mut times, mut values) = read_column(&spec.file, &spec.time, column)?;
             times.iter_mut().for_each(|time| *time *= scale);
             for value in &mut values {
@@ -113,7 +114,10 @@ impl Record {
     pub fn span(&self) -> (f64, f64) {
         let firsts = self.columns.iter().filter_map(|it| it.times.first());
         let lasts = self.columns.iter().filter_map(|it| it.times.last());
-        (firsts.copied().fold(f64::INFINITY, f64::min), lasts.copied().fold(f64::NEG_INFINITY, f64::max))
+        (
+            firsts.copied().fold(f64::INFINITY, f64::min),
+            lasts.copied().fold(f64::NEG_INFINITY, f64::max),
+        )
     }
 }
 
@@ -125,13 +129,17 @@ fn by_name(
     let names = column_names(&spec.file)?;
     let mapped = |column: &String| {
         let (name, _) = name_and_unit(column);
-        let signal = signals.iter().map(|(signal, _)| signal).find(|it| *it == column || *it == name)?;
+        let signal =
+            signals.iter().map(|(signal, _)| signal).find(|it| *it == column || *it == name)?;
         Some(MappedColumn { column: column.clone(), signal: signal.clone(), unit: None })
     };
     let columns: Vec<MappedColumn> = names.iter().filter_map(mapped).collect();
     if columns.is_empty() {
         let path = spec.file.clone();
-        return Err(MeasuredError::NothingMapped { path, columns: names.into_iter().take(20).collect() });
+        return Err(MeasuredError::NothingMapped {
+            path,
+            columns: names.into_iter().take(20).collect(),
+        });
     }
     Ok(columns)
 }

@@ -183,6 +183,7 @@ fn rows(
     comparisons: &[Comparison],
     row: impl Fn(&str, &SignalComparison) -> Option<Vec<Cell>>,
 ) -> Vec<Vec<Cell>> {
-    let all = comparisons.iter().flat_map(|it| it.signals.iter().map(|signal| (it.run.as_str(), signal)));
+    let all =
+        comparisons.iter().flat_map(|it| it.signals.iter().map(|signal| (it.run.as_str(), signal)));
     all.filter_map(|(run, signal)| row(run, signal)).collect()
 }

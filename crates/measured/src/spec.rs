@@ -50,7 +50,9 @@ impl FromStr for MapEntry {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
-            format!("\"{text}\" is not of the form COLUMN=INSTANCE.VARIABLE, or COLUMN=INSTANCE.VARIABLE:UNIT")
+            format!(
+                "\"{text}\" is not of the form COLUMN=INSTANCE.VARIABLE, or COLUMN=INSTANCE.VARIABLE:UNIT"
+            )
         };
         // names of columns may have an equals sign, those of signals do not
         let (column, signal) = text.rsplit_once('=').ok_or_else(wrong)?;
@@ -201,7 +203,10 @@ mod tests {
     #[test]
     fn refusal_incomplete_options() {
         for text in ["gap", "=vehicle.gap", "gap=", "gap=vehicle", "gap=vehicle.gap:"] {
-            assert!(text.parse::<MapEntry>().unwrap_err().contains("COLUMN=INSTANCE.VARIABLE"), "{text}");
+            assert!(
+                text.parse::<MapEntry>().unwrap_err().contains("COLUMN=INSTANCE.VARIABLE"),
+                "{text}"
+            );
         }
         for text in ["", "soon", "NaN", "inf"] {
             assert!(text.parse::<Offset>().unwrap_err().contains("nor \"find\""), "{text}");

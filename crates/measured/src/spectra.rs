@@ -69,7 +69,8 @@ impl SpectraCompared {
         let peak = |values: &[f64]| {
             let spectrum = amplitude(values, rate, Window::Hann)?;
             // the lowest bins contain leakage of the mean
-            let search = PeakSearch { from: 3.0 * spectrum.resolution, count: 1, ..PeakSearch::default() };
+            let search =
+                PeakSearch { from: 3.0 * spectrum.resolution, count: 1, ..PeakSearch::default() };
             Ok(peaks(&spectrum, &search).first().map(|it| it.frequency))
         };
         let power: f64 = densities.0.values[1..].iter().sum();
@@ -97,7 +98,8 @@ impl SpectraCompared {
                 sum += it;
                 sum < 0.999 * all
             };
-            2.0 * (1 + values.iter().skip(1).take_while(|it| below(it)).count()) as f64 * self.resolution
+            2.0 * (1 + values.iter().skip(1).take_while(|it| below(it)).count()) as f64
+                * self.resolution
         };
         edge(&self.measured).max(edge(&self.run)).max(10.0 * self.resolution).min(self.rate / 2.0)
     }

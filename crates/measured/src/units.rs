@@ -138,7 +138,9 @@ fn symbol(text: &str) -> Option<BaseUnit> {
         Some(BaseUnit { exponents, factor: own * factor, offset })
     };
     exact(text, 1.0, false).or_else(|| {
-        PREFIXES.iter().find_map(|(prefix, factor)| exact(text.strip_prefix(prefix)?, *factor, true))
+        PREFIXES
+            .iter()
+            .find_map(|(prefix, factor)| exact(text.strip_prefix(prefix)?, *factor, true))
     })
 }
 

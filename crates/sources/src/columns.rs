@@ -21,8 +21,8 @@ pub fn column_names(path: &Path) -> Result<Vec<String>, SourceError> {
     if !is_parquet(path) {
         return read_csv::names(path);
     }
-    let file = File::open(path)
-        .map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
+    let file =
+        File::open(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
     let reader = SerializedFileReader::new(file)
         .map_err(|source| SourceError::Parquet { path: path.to_owned(), source })?;
     let schema = reader.metadata().file_metadata().schema();

@@ -71,7 +71,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
     scenario.overrides.extend_from_slice(&arguments.set);
-    let spec = arguments.record.spec(&arguments.measured).map_err(|error| Error::Fit(error.into()))?;
+    let spec =
+        arguments.record.spec(&arguments.measured).map_err(|error| Error::Fit(error.into()))?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let order = Order {
         scenario: &scenario,
@@ -112,7 +113,10 @@ impl Shown {
 
     fn update(&mut self, progress: Progress) {
         if let Some(bar) = &self.0 {
-            bar.set_message(format!("{} runs, least relative difference {:.4}", progress.runs, progress.best));
+            bar.set_message(format!(
+                "{} runs, least relative difference {:.4}",
+                progress.runs, progress.best
+            ));
             bar.tick();
         }
     }
@@ -173,7 +177,8 @@ fn write(
     }
     let mut alignment = found.alignment;
     alignment.offset = found.offset();
-    let compared = runs.iter().map(|run| measured::compare(record, (&run.name(), &run.table), alignment));
+    let compared =
+        runs.iter().map(|run| measured::compare(record, (&run.name(), &run.table), alignment));
     let comparisons =
         compared.collect::<Result<Vec<_>, _>>().map_err(|error| Error::Fit(error.into()))?;
     let beside = Beside { record: record.clone(), comparisons };

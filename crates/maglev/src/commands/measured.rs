@@ -34,7 +34,9 @@ impl RecordArguments {
     pub fn spec(&self, path: &Path) -> Result<RecordSpec, MeasuredError> {
         let mut spec = RecordSpec::read(path)?;
         if path != spec.file && (!self.map.is_empty() || self.time_column.is_some()) {
-            let problem = "it names the columns, and so do --map and --time-column; give one of them".to_owned();
+            let problem =
+                "it names the columns, and so do --map and --time-column; give one of them"
+                    .to_owned();
             return Err(MeasuredError::Spec { path: path.to_owned(), problem });
         }
         if !self.map.is_empty() {
@@ -69,7 +71,8 @@ pub fn beside(
     let signals: Vec<_> = first.table.names.iter().map(|name| (name.clone(), unit(name))).collect();
     let record = Record::load(&spec, &signals, &units(runs))?;
     let alignment = measured::align(&record, &first.table, spec.offset)?;
-    let compared = runs.iter().map(|run| measured::compare(&record, (&run.name(), &run.table), alignment));
+    let compared =
+        runs.iter().map(|run| measured::compare(&record, (&run.name(), &run.table), alignment));
     let comparisons = compared.collect::<Result<Vec<_>, _>>()?;
     Ok(Beside { record, comparisons })
 }
@@ -93,9 +96,18 @@ impl Beside {
     pub fn lines(&self) -> String {
         let several = self.comparisons.len() > 1;
         let mut rows = vec![
-            ["signal", "run", "samples", "RMS difference", "relative", "peak difference", "at", "coherence"]
-                .map(str::to_owned)
-                .to_vec(),
+            [
+                "signal",
+                "run",
+                "samples",
+                "RMS difference",
+                "relative",
+                "peak difference",
+                "at",
+                "coherence",
+            ]
+            .map(str::to_owned)
+            .to_vec(),
         ];
         for comparison in &self.comparisons {
             for it in &comparison.signals {

@@ -11,8 +11,8 @@ use measured::MeasuredError;
 use report::{ReportError, pictures};
 use results::{ReadError, RunResults};
 
-use super::report_figures::FigureArguments;
 use super::measured::RecordArguments;
+use super::report_figures::FigureArguments;
 use super::{check, measured as record, modes};
 
 const EXAMPLES: &str = "\
@@ -88,7 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
     };
     if arguments.measured.is_none() && arguments.record.is_given() {
-        let cause = "--map, --time-column and --offset describe a record, but none is given".to_owned();
+        let cause =
+            "--map, --time-column and --offset describe a record, but none is given".to_owned();
         super::tell_chain(&[cause], Some("add --measured FILE"));
         return Ok(ExitCode::from(2));
     }
