@@ -94,7 +94,7 @@ impl Guideway {
                 "give `rails` with half_gauge and height, {} for those of the paper's train",
             ));
         }
-        let rails = |rails| Rails::new(rails, track, pole.length());
+        let rails = |rails| Rails::new(rails, given.magnets, track, pole.length());
         let rails = given.rails.as_ref().map(rails).transpose()?;
         let chirp = ChirpForce::new(&given.chirp, middle(&spans))?;
         let wavenumber = girders.iter().map(Girder::wavenumber).fold(0.0, f64::max);

@@ -20,17 +20,18 @@ const MAX_SIDES: usize = 4096;
 pub struct Rails {
     half_gauge: f64,
     height: f64,
-    /// +1 left, −1 right; repeated.
+    /// +1 left, −1 right, of each magnet.
     sides: Vec<f64>,
     /// Vertical and lateral, of the left and of the right rail.
     profiles: [[Option<Profile>; 2]; 2],
 }
 
 impl Rails {
-    /// Checks a description; `track` is where the first span begins and the last ends (m), `pole` the
-    /// length of a pole (m).
+    /// Checks a description for a number of magnets; `track` is where the first span begins and the last ends (m), `pole`
+    /// the length of a pole (m).
     pub(crate) fn new(
         given: &RailsDescription,
+        magnets: usize,
         track: (f64, f64),
         pole: f64,
     ) -> Result<Self, Error> {
@@ -58,7 +59,8 @@ impl Rails {
                 "a magnet meets one rail: give \"left\" or \"right\"",
             )),
         };
-        let sides = given.sides.iter().enumerate().map(side).collect::<Result<_, _>>()?;
+        let pattern = given.sides.iter().enumerate().map(side).collect::<Result<Vec<f64>, _>>()?;
+        let sides = pattern.iter().copied().cycle().take(magnets).collect();
         let irregularity = &given.irregularity;
         let profiles = if irregularity.on {
             let pair = |part: &Option<_>, direction| match part {
@@ -87,7 +89,7 @@ impl Rails {
 
     /// Which rail magnet `k` (from 0) meets: +1 the left one, −1 the right one.
     pub fn side(&self, k: usize) -> f64 {
-        self.sides[k % self.sides.len()]
+        self.sides.get(k).copied().unwrap_or_else(|| self.sides[k % self.sides.len()])
     }
 
     /// `[r, r′, r″]` of the vertical and of the lateral irregularity of a rail at x.

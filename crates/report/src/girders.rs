@@ -61,6 +61,9 @@ impl Girders {
             set.map_err(|error| unit.unusable(&error.to_string()))?;
         }
         apply(unit, &mut layout);
+        if let Some(rails) = &mut layout.rails {
+            rails.irregularity.on = false;
+        }
         let model =
             Guideway::new(&layout, None).map_err(|error| unit.unusable(&error.to_string()))?;
         let kinds: Vec<_> = layout.girders.values().collect();

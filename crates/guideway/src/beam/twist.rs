@@ -118,10 +118,10 @@ impl TwistModes {
         })?;
         let mut shapes = DMatrix::zeros(all.size, count);
         let mut masses = Vec::new();
-        for n in 0..count {
+        for (n, square) in squares[..count].iter().enumerate() {
             let scale = all.scale(vectors.column(n).as_slice());
             shapes.set_column(n, &(vectors.column(n) * scale));
-            masses.push(scale * scale / squares[n]);
+            masses.push(scale * scale / square);
         }
         let highest = squares[count - 1];
         let waves = all.mesh.elements.iter().zip(&all.sections).map(|(e, s)| {

@@ -70,6 +70,9 @@ impl DrawnTrack {
         let mut description = unit.layout(guideway::GuidewayDescription::from_json)?;
         // only the shapes are needed; generating a profile takes time
         description.irregularity.on = false;
+        if let Some(rails) = &mut description.rails {
+            rails.irregularity.on = false;
+        }
         for (girder, file) in description.shapes_files() {
             let text = unit.resource(&file)?;
             description
@@ -146,7 +149,7 @@ impl<'a> SpanShapes<'a> {
     /// A span with as many modes as its recorded points determine.
     fn span(&mut self, k: usize, unit: &LayoutFmu<'_>, source: &mut SignalSource<'_>) -> DrawnSpan {
         let place = self.guideway.spans()[k];
-        let count = self.guideway.girders()[place.girder].modes().len();
+        let count = self.guideway.girders()[place.girder].vertical_modes().len();
         let spans = self.guideway.spans().len();
         let mut known: Vec<(f64, Vec<f64>)> = Vec::new();
         for (row, part) in MEASURED {
