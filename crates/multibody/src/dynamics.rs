@@ -10,7 +10,7 @@ use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, State, Wrench};
-use crate::way::{Travel, Way};
+use crate::way::{OnLine, Travel};
 use crate::workspace::Workspace;
 
 impl VehicleModel {
@@ -41,6 +41,7 @@ impl VehicleModel {
             acceleration: 0.0,
             way: None,
             travel: None,
+            met: self.line.as_ref().map_or(Vec::new(), |_| vec![None; self.magnets.len()]),
             lost: None,
         }
     }
@@ -286,7 +287,8 @@ impl VehicleModel {
     /// Forces of all elements, gravity, inertia in the frame, drive, magnets and contacts.
     pub(crate) fn apply_forces(&self, ws: &mut Workspace) {
         let Workspace { kin, wrenches, vertical, lateral, external, acceleration, .. } = ws;
-        let (way, lost) = (ws.way.as_ref(), &mut ws.lost);
+        let mut on_line = OnLine { way: ws.way.as_ref(), met: &mut ws.met, lost: &mut ws.lost };
+        let way = on_line.way;
         let gravity = way.map_or(self.gravity, |way| way.frame.axes.tr_mul(&self.gravity));
         wrenches.fill(Wrench::zero());
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
@@ -306,7 +308,7 @@ impl VehicleModel {
                 let body = &kin[anchor.body];
                 let arm = body.turn(&anchor.local);
                 if let Some(way) = way {
-                    let (along, rate, axis) = self.driven(way, anchor, body, lost);
+                    let (along, rate, axis) = self.driven(way, anchor, body, on_line.lost);
                     let force = -(drive.stiffness * along + drive.damping * rate);
                     wrenches[anchor.body].add(&(axis * force), &arm);
                     continue;
@@ -319,7 +321,7 @@ impl VehicleModel {
         }
         let magnets = Loads { vertical, lateral };
         let forces = AppliedForces { magnets, external, acceleration: *acceleration };
-        self.apply_loads(kin, &forces, way, lost, wrenches);
+        self.apply_loads(kin, &forces, &mut on_line, wrenches);
         self.apply_contact(ws);
     }
 
@@ -428,9 +430,10 @@ impl VehicleModel {
         self.check_forces(state, forces)?;
         self.prepare(&state.bodies, state.time, ws)?;
         self.follow_line(state.travel, ws);
-        let Workspace { kin, wrenches, way, lost, .. } = &mut *ws;
+        let Workspace { kin, wrenches, way, met, lost, .. } = &mut *ws;
+        let mut on_line = OnLine { way: way.as_ref(), met, lost };
         wrenches.fill(Wrench::zero());
-        self.apply_loads(kin, forces, way.as_ref(), lost, wrenches);
+        self.apply_loads(kin, forces, &mut on_line, wrenches);
         for k in self.magnets() {
             let force = further(k);
             if force != Vec3::zeros() {
@@ -460,26 +463,28 @@ impl VehicleModel {
         &self,
         kin: &[Kinematics],
         forces: &AppliedForces,
-        way: Option<&Way>,
-        lost: &mut Option<track_line::Error>,
+        on_line: &mut OnLine,
         wrenches: &mut [Wrench],
     ) {
         let Loads { vertical, lateral } = forces.magnets;
-        for ((magnet, &up), &left) in self.magnets.iter().zip(vertical).zip(lateral) {
+        self.meet_line(kin, on_line);
+        for (k, ((magnet, &up), &left)) in
+            self.magnets.iter().zip(vertical).zip(lateral).enumerate()
+        {
             let arm = kin[magnet.body].turn(&magnet.local);
             let mut force = Vec3::new(0.0, left, up);
-            if way.is_some() {
-                force = self.turned(way, &kin[magnet.body], &magnet.local, &force, lost);
+            if let Some((way, Some(meeting))) = on_line.way.zip(on_line.met.get(k)) {
+                force = way.outward(meeting, &force);
             }
             wrenches[magnet.body].add(&force, &arm);
         }
         for (watched, load) in self.watched.iter().zip(forces.external) {
             let Some((mut force, mut moment)) = external(load) else { continue };
             let member = &self.members[watched.member];
-            if way.is_some() {
+            if let Some(way) = on_line.way {
                 let body = &kin[member.composite];
                 for vector in [&mut force, &mut moment] {
-                    *vector = self.turned(way, body, &member.offset, vector, lost);
+                    *vector = self.turned(way, body, &member.offset, vector, on_line.lost);
                 }
             }
             let wrench = &mut wrenches[member.composite];
@@ -488,7 +493,7 @@ impl VehicleModel {
         }
         // without it no bit changes
         if forces.acceleration != 0.0 {
-            self.apply_frame(kin, forces.acceleration, way, lost, wrenches);
+            self.apply_frame(kin, forces.acceleration, on_line, wrenches);
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::state::{Kinematics, State, Wrench};
-use crate::way::Way;
+use crate::way::OnLine;
 use crate::workspace::Workspace;
 
 impl VehicleModel {
@@ -26,8 +26,7 @@ impl VehicleModel {
         &self,
         kin: &[Kinematics],
         acceleration: f64,
-        way: Option<&Way>,
-        lost: &mut Option<track_line::Error>,
+        on_line: &OnLine,
         wrenches: &mut [Wrench],
     ) {
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
@@ -37,10 +36,12 @@ impl VehicleModel {
             return;
         }
         let force = Vec3::new(self.thrust(acceleration), 0.0, 0.0);
-        for magnet in &self.magnets {
-            let body = &kin[magnet.body];
-            let force = self.turned(way, body, &magnet.local, &force, lost);
-            wrenches[magnet.body].add(&force, &body.turn(&magnet.local));
+        for (k, magnet) in self.magnets.iter().enumerate() {
+            let mut pull = force;
+            if let Some((way, Some(meeting))) = on_line.way.zip(on_line.met.get(k)) {
+                pull = way.outward(meeting, &force);
+            }
+            wrenches[magnet.body].add(&pull, &kin[magnet.body].turn(&magnet.local));
         }
     }
 
@@ -53,8 +54,10 @@ impl VehicleModel {
         self.prepare(&state.bodies, state.time, ws)?;
         ws.wrenches.fill(Wrench::zero());
         self.follow_line(state.travel, ws);
-        let Workspace { kin, wrenches, way, lost, .. } = &mut *ws;
-        self.apply_frame(kin, speed, way.as_ref(), lost, wrenches);
+        let Workspace { kin, wrenches, way, met, lost, .. } = &mut *ws;
+        let mut on_line = OnLine { way: way.as_ref(), met, lost };
+        self.meet_line(kin, &mut on_line);
+        self.apply_frame(kin, speed, &on_line, wrenches);
         check_line(state.time, ws)?;
         self.respond_to_wrenches(state.time, ws)?;
         for (body, change) in state.bodies.iter_mut().zip(ws.solution.chunks_exact(6)) {

@@ -171,6 +171,6 @@ impl VehicleModel {
             + alpha_rate.cross(&arm)
             + alpha.cross(&arm_rate) * 2.0
             + w.cross(&(alpha.cross(&arm) + w.cross(&arm_rate)));
-        self.jerk_on_line(ws, anchor, jerk)
+        self.jerk_on_line(ws, k, jerk)
     }
 }

@@ -47,13 +47,13 @@ impl VehicleModel {
     /// Inertial acceleration of magnet k after an evaluation of this state, m/s².
     #[must_use]
     pub fn magnet_acceleration(&self, ws: &Workspace, k: MagnetIndex) -> Vec3 {
-        self.on_track(ws, &self.magnets[k], Self::anchor_acceleration)
+        self.in_axes_at_magnet(ws, k, self.anchor_acceleration(ws, &self.magnets[k]))
     }
 
     /// Acceleration of magnet k after [`VehicleModel::load_response`], m/s².
     #[must_use]
     pub fn magnet_response(&self, ws: &Workspace, k: MagnetIndex) -> Vec3 {
-        self.on_track(ws, &self.magnets[k], Self::response)
+        self.in_axes_at_magnet(ws, k, self.response(ws, &self.magnets[k]))
     }
 
     /// Acceleration of the centre of mass of observed body k after [`VehicleModel::load_response`], m/s².

@@ -97,6 +97,14 @@ impl Way {
     }
 }
 
+/// What forces need of a line.
+pub(crate) struct OnLine<'a> {
+    pub way: Option<&'a Way>,
+    /// Where the magnets meet the line.
+    pub met: &'a mut Vec<Option<Meeting>>,
+    pub lost: &'a mut Option<track_line::Error>,
+}
+
 impl BodyRate {
     /// Adds what the turning of the travelling frame changes.
     pub(crate) fn turn(&mut self, body: &BodyState, way: &Way) {
@@ -169,11 +177,9 @@ impl VehicleModel {
     /// acceleration in the line's axes, after an evaluation: what the turning axes add. 0 on a straight track.
     #[must_use]
     pub fn magnet_apparent(&self, state: &State, ws: &Workspace, k: MagnetIndex) -> Vec3 {
-        let Some((line, way)) = self.line.as_ref().zip(ws.way) else { return Vec3::zeros() };
+        let Some((way, meeting)) = self.met(ws, k) else { return Vec3::zeros() };
         let anchor = &self.magnets[k];
-        let PointMotion { position, velocity, .. } =
-            crate::observe::point_motion(&state.bodies[anchor.body.0], anchor);
-        let Ok(meeting) = way.meet(line, &position) else { return Vec3::zeros() };
+        let velocity = crate::observe::point_motion(&state.bodies[anchor.body.0], anchor).velocity;
         let inertial = self.magnet_acceleration(ws, k);
         meeting.accelerations(&way.velocity(&meeting, &velocity), &inertial) - inertial
     }
@@ -206,15 +212,19 @@ impl VehicleModel {
 
     /// Rate (m/s³) of the inertial acceleration of a magnet in the line's axes, which turn, from the rate
     /// in the travelling frame's.
-    pub(crate) fn jerk_on_line(&self, ws: &Workspace, anchor: &Anchor, jerk: Vec3) -> Vec3 {
-        let Some((line, way)) = self.line.as_ref().zip(ws.way) else { return jerk };
+    pub(crate) fn jerk_on_line(&self, ws: &Workspace, k: MagnetIndex, jerk: Vec3) -> Vec3 {
+        let Some((way, meeting)) = self.met(ws, k) else { return jerk };
+        let anchor = &self.magnets[k];
         let kin = &ws.kin[anchor.body];
-        let arm = kin.turn(&anchor.local);
-        let Ok(meeting) = way.meet(line, &(kin.r + arm)) else { return Vec3::repeat(f64::NAN) };
-        let velocity = way.velocity(&meeting, &kin.velocity_at(&arm));
+        let velocity = way.velocity(&meeting, &kin.velocity_at(&kin.turn(&anchor.local)));
         let turning = meeting.frame.curvature * meeting.rates(&velocity).x;
         let acceleration = way.inward(&meeting, &self.anchor_acceleration(ws, anchor));
         way.inward(&meeting, &jerk) - turning.cross(&acceleration)
+    }
+
+    /// A vector of the travelling frame in the line's axes at a magnet.
+    pub(crate) fn in_axes_at_magnet(&self, ws: &Workspace, k: MagnetIndex, vector: Vec3) -> Vec3 {
+        self.met(ws, k).map_or(vector, |(way, meeting)| way.inward(&meeting, &vector))
     }
 
     /// Attitude relative to the line's axes at a point.
@@ -232,16 +242,36 @@ impl VehicleModel {
         multiply([turn.w, turn.i, turn.j, turn.k], attitude)
     }
 
+    /// Finds where the magnets meet the line.
+    pub(crate) fn meet_line(&self, kin: &[Kinematics], on_line: &mut OnLine) {
+        let Some((line, way)) = self.line.as_ref().zip(on_line.way) else { return };
+        for (magnet, met) in self.magnets.iter().zip(on_line.met.iter_mut()) {
+            let body = &kin[magnet.body];
+            *met = match way.meet(line, &(body.r + body.turn(&magnet.local))) {
+                Ok(meeting) => Some(meeting),
+                Err(error) => {
+                    *on_line.lost = Some(error);
+                    None
+                }
+            };
+        }
+    }
+
+    /// Where a magnet meets the line, of the last evaluation.
+    fn met(&self, ws: &Workspace, k: MagnetIndex) -> Option<(Way, Meeting)> {
+        ws.way.zip(ws.met.get(k.0).copied().flatten())
+    }
+
     /// Forces (N, along, left, up) at a point of a body, in the line's axes there.
     pub(crate) fn turned(
         &self,
-        way: Option<&Way>,
+        way: &Way,
         kin: &Kinematics,
         local: &Vec3,
         force: &Vec3,
         lost: &mut Option<track_line::Error>,
     ) -> Vec3 {
-        let Some((line, way)) = self.line.as_ref().zip(way) else { return *force };
+        let Some(line) = &self.line else { return *force };
         match way.meet(line, &(kin.r + kin.turn(local))) {
             Ok(meeting) => way.outward(&meeting, force),
             Err(error) => {

@@ -1,5 +1,7 @@
 //! Scratch memory of an evaluation, and what it remembers of the last one.
 
+use track_line::Meeting;
+
 use crate::contact::{ContactScratch, TrackContact};
 use crate::index::BodyIndex;
 use crate::joint::JacobianRow;
@@ -43,6 +45,8 @@ pub struct Workspace {
     /// The travelling frame on a line, and the travel that it is of.
     pub(crate) way: Option<Way>,
     pub(crate) travel: Option<Travel>,
+    /// Where the magnets meet the line, of the last forces; empty without a line.
+    pub(crate) met: Vec<Option<Meeting>>,
     /// A point that has no place on the line.
     pub(crate) lost: Option<track_line::Error>,
 }

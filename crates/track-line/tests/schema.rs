@@ -10,5 +10,8 @@ fn golden_the_schema_is_that_of_the_types() {
         std::fs::write(path, LineDescription::schema()).unwrap();
     }
     let committed = std::fs::read_to_string(path).unwrap();
-    assert!(committed == LineDescription::schema(), "stale; run: WRITE_SCHEMA=1 cargo test -p track-line --test schema");
+    assert!(
+        committed == LineDescription::schema(),
+        "stale; run: WRITE_SCHEMA=1 cargo test -p track-line --test schema"
+    );
 }
