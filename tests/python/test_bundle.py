@@ -12,7 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from conftest import MAGLEV, ROOT, UNITS, maglev, results
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 LIBRARY = UNITS / "bundle-library.zip"
 STOP = 0.05
@@ -77,7 +77,7 @@ def test_crosstool_values_of_the_importer_are_those_of_set(bogie, tmp_path):
 class Opened:
     """A unit in fmpy, call by call."""
 
-    def __init__(self, unit, folder, name="one"):
+    def __init__(self, unit, folder, name="one", logger=None):
         self.description = fmpy.read_model_description(str(unit))
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.fmu = FMU2Slave(
@@ -86,7 +86,14 @@ class Opened:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=name,
         )
-        self.fmu.instantiate()
+        callbacks = None
+        if logger is not None:
+            callbacks = fmi2CallbackFunctions()
+            callbacks.logger = fmi2CallbackLoggerTYPE(lambda _1, _2, _3, _4, text: logger.append(text.decode()))
+            callbacks.allocateMemory = defaultCallbacks.allocateMemory
+            callbacks.freeMemory = defaultCallbacks.freeMemory
+        self.callbacks = callbacks
+        self.fmu.instantiate(callbacks=callbacks)
 
     def start(self, stop=STOP, **values):
         self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
@@ -306,3 +313,82 @@ def test_issue_the_c_host_steps_in_real_time(bogie, folder, tmp_path):
     assert done.returncode == 0, done.stderr
     assert float(done.stdout.split()[2]) == pytest.approx(bogie[1]["vehicle.gap_04"][50], rel=1e-8)
     assert "50 steps of 1 ms" in done.stdout and "0 overruns" in done.stdout
+
+
+def test_issue_what_a_unit_inside_cannot_do_is_declared_with_its_name(tmp_path):
+    """Magnets that say that they can neither save states nor vary their steps."""
+    ems = tmp_path / "ems.fmu"
+    with zipfile.ZipFile(UNITS / "ems.fmu") as source, zipfile.ZipFile(ems, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "modelDescription.xml":
+                for flag in [b"canSerializeFMUstate", b"canHandleVariableCommunicationStepSize"]:
+                    content = content.replace(flag + b'="true"', flag + b'="false"')
+            target.writestr(name, content)
+    base = json.loads((ROOT / "scenarios" / "one-magnet.json").read_text())
+    base["units"] = {key: str(UNITS / Path(path).name) for key, path in base["units"].items()} | {"ems": str(ems)}
+    del base["$schema"]
+    (tmp_path / "magnet.json").write_text(json.dumps(base))
+    unit = tmp_path / "magnet.fmu"
+    told = maglev("bundle", tmp_path / "magnet.json", "--out", unit, "--library", LIBRARY).stdout
+    assert told.count("note: ") == 2 and told.count("ems_01 (unit Levitation electromagnet with controller)") == 2
+    flags = fmpy.read_model_description(str(unit)).coSimulation
+    assert not (flags.canGetAndSetFMUstate or flags.canSerializeFMUstate or flags.canHandleVariableCommunicationStepSize)
+    with zipfile.ZipFile(unit) as archive:
+        assert "its state cannot be saved: ems_01" in archive.read("documentation/index.html").decode()
+    messages = []
+    one = Opened(unit, fmpy.extract(str(unit), tmp_path / "unpacked"), logger=messages)
+    one.start()
+    one.fmu.doStep(0.0, 2e-3)
+    for refused, part in [(one.fmu.getFMUstate, "cannot save its state: ems_01"), (lambda: one.fmu.doStep(2e-3, 5e-4), "multiples of 0.001 s: ems_01")]:
+        with pytest.raises(Exception):
+            refused()
+        assert part in messages[-1], messages
+    one.end()
+
+
+def test_issue_errors_inside_carry_the_names_of_the_instances(bogie, folder):
+    messages = []
+    one = Opened(bogie[0], folder, logger=messages)
+    one.fmu.setupExperiment(startTime=0.0, stopTime=STOP)
+    one.fmu.setString([one.references["guideway_irregularity_file"]], ["/nowhere.csv"])
+    one.fmu.setBoolean([one.references["guideway_irregularity_on"]], [True])
+    one.fmu.enterInitializationMode()
+    with pytest.raises(Exception):
+        one.fmu.exitInitializationMode()
+    assert "guideway" in messages[-1] and "/nowhere.csv" in messages[-1], messages
+    # and the unit can be used again after a reset
+    one.fmu.reset()
+    one.start()
+    one.fmu.doStep(0.0, 1e-3)
+    assert one.get("vehicle_gap_04") == bogie[1]["vehicle.gap_04"][1]
+    one.end()
+
+
+@pytest.mark.parametrize(
+    "options, part",
+    [
+        (["--expose", "vehicle.gap_99"], "vehicle.gap_99"),
+        (["--expose", "vehicle"], "instance.variable"),
+        (["--expose", "vehicle.speed=a name"], "is not a valid name"),
+        (["--expose", "vehicle.gap_*=gap"], "an output shows only one"),
+        (["--expose", "ems_01.gain_gap=x", "--expose", "ems_02.gain_gap=x"], "is used twice"),
+        (["--expose", "ems_01.gain_*=x"], "cannot share the name x"),
+        (["--only-exposed"], "--expose"),
+        (["--set", "ems_01.gain_gap=-x"], "gain_gap"),
+        (["--library", "nothing.zip"], "nothing.zip"),
+    ],
+)
+def test_refusal_bad_orders_say_what_is_wrong(options, part, tmp_path):
+    library = [] if "--library" in options else ["--library", LIBRARY]
+    done = maglev("bundle", ROOT / "scenarios" / "one-bogie.json", "--out", tmp_path / "x.fmu", *library, *options, status=2)
+    assert part in done.stderr, done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_issue_names_and_patterns_choose_the_variables(tmp_path):
+    unit = tmp_path / "gains.fmu"
+    options = ["--only-exposed", "--expose", "ems_*.gain_gap=gain", "--expose", "vehicle.gap_0[1..2]", "--expose", "vehicle.force_01=load"]
+    maglev("bundle", ROOT / "scenarios" / "one-bogie.json", "--out", unit, "--library", LIBRARY, *options)
+    found = {name: v.causality for name, v in names(unit).items()}
+    assert found == {"gain": "parameter", "vehicle_gap_01": "output", "vehicle_gap_02": "output", "load": "output"}

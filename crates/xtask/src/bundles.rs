@@ -29,8 +29,6 @@ const SHIPPED: [Shipped; 2] = [
         name: "magnet-on-girder",
         scenario: "one-magnet",
         options: &[
-            "--set",
-            "guideway.chirp_on=false",
             "--expose",
             "guideway.*_displacement_01",
             "--expose",
