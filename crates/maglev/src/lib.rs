@@ -25,6 +25,7 @@
 //! | | [`floquet`](../floquet/index.html) | stability of a moving train by Floquet multipliers |
 //! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |
+//! | | [`ssp`](../ssp/index.html) | systems as SSP archives, from other tools and for them |
 //! | | [`results`](../results/index.html) | the results folder: tables, events, summary |
 //! | | [`report`](../report/index.html) | `report.html` and pictures of results |
 //! | | [`measured`](../measured/index.html) | measured time series beside a run |

@@ -91,7 +91,6 @@ const PLAN: &[(&str, &[&str])] = &[
         &[
             "fmi2-derive",
             "fmi2-import",
-            "fmi2-package",
             "master",
             "patterns",
             "results",

@@ -18,6 +18,9 @@ use crate::annotation::{OMSIMULATOR, OMSIMULATOR_NAMESPACE, OSP, OSP_NAMESPACE, 
 use crate::import::unique;
 use crate::xml::PREFIXES;
 
+/// Name of all parameter sets: libcosim and ecos select the values of a run by this name.
+const VALUES: &str = "initialValues";
+
 /// What a description is made of.
 pub(super) struct Parts<'a> {
     pub(super) scenario: &'a Scenario,
@@ -183,11 +186,10 @@ impl Writer<'_> {
             .collect();
         if !values.is_empty() {
             let version = attribute(version.as_str());
-            let set = format!("{} parameters", instance.name);
             out.open("ssd:ParameterBindings", &[])?;
             out.open("ssd:ParameterBinding", &[])?;
             out.open("ssd:ParameterValues", &[])?;
-            out.open("ssv:ParameterSet", &[("version", version), ("name", attribute(set))])?;
+            out.open("ssv:ParameterSet", &[("version", version), ("name", attribute(VALUES))])?;
             out.open("ssv:Parameters", &[])?;
             for (variable, value) in values {
                 self.value(out, index, variable, value)?;

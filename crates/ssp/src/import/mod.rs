@@ -82,6 +82,14 @@ pub fn import(path: &Path, folder: &Path) -> Result<Imported, SspError> {
     notes.extend(tree.notes.iter().cloned());
     notes.extend(assigned.notes);
     notes.extend(links.notes);
+    let undefined = description.definitions.undefined.take();
+    if !undefined.is_empty() {
+        let names: Vec<String> = undefined.into_iter().collect();
+        notes.push(format!(
+            "values in {} are not converted: no Units define these units of measurement",
+            names.join(", ")
+        ));
+    }
     notes.extend(unused(&description));
     Ok(Imported { scenario: path, notes })
 }

@@ -1,6 +1,7 @@
 //! What the formats share: units of measurement, enumerations, types, transformations.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
 
 use fmi2_import::description::BaseUnit;
 use fmi2_import::xml::Plain as _;
@@ -16,6 +17,8 @@ pub(crate) struct Definitions {
     pub(crate) units: HashMap<String, BaseUnit>,
     /// Items of the enumerations by name.
     pub(crate) enumerations: HashMap<String, Vec<(String, i32)>>,
+    /// Names of units of measurement that are used but not defined.
+    pub(crate) undefined: RefCell<BTreeSet<String>>,
 }
 
 impl Definitions {
@@ -60,12 +63,13 @@ impl Definitions {
         Ok(found)
     }
 
-    /// The unit of measurement of this name, which the file must define.
-    pub(crate) fn unit(&self, name: &str, at: At<'_>) -> Result<BaseUnit, SspError> {
-        self.units
-            .get(name)
-            .cloned()
-            .ok_or_else(|| at.invalid(format!("the unit \"{name}\" is not defined under Units")))
+    /// The unit of measurement of this name. One that is not defined counts as none, and is remembered for a note.
+    pub(crate) fn unit(&self, name: &str) -> Option<(String, BaseUnit)> {
+        let base = self.units.get(name).cloned();
+        if base.is_none() && !name.is_empty() {
+            self.undefined.borrow_mut().insert(name.to_owned());
+        }
+        Some((name.to_owned(), base?))
     }
 }
 
@@ -127,11 +131,9 @@ impl SignalType {
         for it in types {
             match it.tag_name().name() {
                 name if is_real(name) => {
-                    let unit = match it.attr("unit") {
-                        Some(unit) => Some((unit.to_owned(), definitions.unit(unit, at)?)),
-                        None => None,
-                    };
-                    found = Some(Self { unit });
+                    found = Some(Self {
+                        unit: it.attr("unit").and_then(|unit| definitions.unit(unit)),
+                    });
                 }
                 name if is_integer(name)
                     || ["Boolean", "String", "Enumeration"].contains(&name) =>

@@ -49,7 +49,10 @@ pub(crate) enum Element {
     Component(Component),
     System(System),
     /// Its connectors are signals of a dictionary.
-    Reference { name: String, dictionary: String },
+    Reference {
+        name: String,
+        dictionary: String,
+    },
 }
 
 impl Element {

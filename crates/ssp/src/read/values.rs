@@ -65,7 +65,7 @@ impl ParameterSet {
 fn parameter(
     node: Node<'_, '_>,
     file: &str,
-    definitions: [&Definitions; 2],
+    [own, outer]: [&Definitions; 2],
 ) -> Result<Parameter, SspError> {
     let name = node.attr("name").unwrap_or_default().to_owned();
     let place = format!("Parameter \"{name}\"");
@@ -93,34 +93,26 @@ fn parameter(
         },
     };
     let wrong = || at.invalid(format!("\"{text}\" is not a valid {kind}"));
+    // one that neither file defines is remembered with the description
+    let unit = |name: Option<&str>| match own.units.get(name?) {
+        Some(base) => Some((name?.to_owned(), base.clone())),
+        None => outer.unit(name?),
+    };
     let value = match kind {
         _ if is_real(kind) => ParameterValue::Real(Number {
             value: double(&text).ok_or_else(wrong)?,
-            unit: unit(value, definitions, at)?,
+            unit: unit(value.attr("unit")),
         }),
         _ if is_integer(kind) => ParameterValue::Integer(number(&text).ok_or_else(wrong)?),
         "Boolean" => ParameterValue::Boolean(boolean(&text).ok_or_else(wrong)?),
         "String" => ParameterValue::String(text),
         "Enumeration" => {
             let of = |it: &&Definitions| it.enumerations.get(value.attr("name")?).cloned();
-            let items = definitions.iter().find_map(of).unwrap_or_default();
+            let items = [own, outer].iter().find_map(of).unwrap_or_default();
             let number = items.into_iter().find(|(item, _)| *item == text).map(|(_, it)| it);
             ParameterValue::Item(text, number)
         }
         _ => return Err(at.unsupported(format!("the type {kind} is not supported"))),
     };
     Ok(Parameter { name, value })
-}
-
-/// The unit of measurement of a value.
-fn unit(
-    value: Node<'_, '_>,
-    definitions: [&Definitions; 2],
-    at: At<'_>,
-) -> Result<Option<(String, BaseUnit)>, SspError> {
-    let Some(name) = value.attr("unit") else { return Ok(None) };
-    match definitions.iter().find_map(|it| it.units.get(name)) {
-        Some(base) => Ok(Some((name.to_owned(), base.clone()))),
-        None => Err(at.invalid(format!("the unit \"{name}\" is not defined under Units"))),
-    }
 }

@@ -1,0 +1,105 @@
+"""SSP archives: the standard's schemas, the round trip, other tools.
+
+The schemas of 1.0 are in fmpy, those of 2.0 in pyssp-standard, as the Modelica Association publishes them.
+"""
+
+import csv
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pyssp_standard
+import pytest
+from conftest import ROOT, maglev, results
+from lxml import etree
+
+SCENARIOS = sorted(it for it in (ROOT / "scenarios").glob("*.json") if it.name != "schema.json")
+SCHEMAS = {
+    "1.0": Path(fmpy.__file__).parent / "ssp" / "schema",
+    "2.0": Path(pyssp_standard.__file__).parent / "resources" / "ssp2",
+}
+NAMES = {"SystemStructureDescription": "SystemStructureDescription", "ParameterSet": "SystemStructureParameterValues"}
+# a run of each kind: one magnet, a controller of its own, eight magnets, skids with sums
+CHEAP = ["one-magnet", "one-magnet-controller", "one-bogie", "levitation", "unstable-limited"]
+SCRIPT = ROOT / "tests" / "python" / "ssp_masters.py"
+
+
+def description(archive):
+    return zipfile.ZipFile(archive).read("SystemStructure.ssd")
+
+
+def check_schema(text, version, schemas={}):
+    """The description, and the parameter sets in it, which its schema leaves open."""
+    root = etree.fromstring(text)
+    assert root.get("version") == version
+    for element in [root, *root.iter("{http://ssp-standard.org/SSP1/SystemStructureParameterValues}ParameterSet")]:
+        name = NAMES[etree.QName(element).localname]
+        if (version, name) not in schemas:
+            schemas[version, name] = etree.XMLSchema(etree.parse(str(SCHEMAS[version] / f"{name}.xsd")))
+        schemas[version, name].assertValid(etree.fromstring(etree.tostring(element)))
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda it: it.stem)
+def test_crosstool_exports_are_valid_and_the_same_after_a_round_trip(scenario, tmp_path):
+    """The second export is made of the first: equal texts say that nothing of the setup got lost on the way."""
+    version = "2.0" if SCENARIOS.index(scenario) % 2 else "1.0"
+    first, second = tmp_path / "first.ssp", tmp_path / "second" / "first.ssp"
+    said = maglev("export", scenario, "--ssp", first, "--ssp-version", version).stdout
+    assert "other tools do not see: experiment" in said
+    check_schema(description(first), version)
+    maglev("export", first, "--ssp", second, "--ssp-version", version)
+    assert description(first) == description(second)
+    for name in zipfile.ZipFile(first).namelist():
+        assert zipfile.ZipFile(first).read(name) == zipfile.ZipFile(second).read(name), name
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_invariant_a_round_trip_keeps_the_bits(name, tmp_path):
+    maglev("export", ROOT / "scenarios" / f"{name}.json", "--ssp", tmp_path / f"{name}.ssp")
+    for source, out in [(ROOT / "scenarios" / f"{name}.json", "before"), (tmp_path / f"{name}.ssp", "after")]:
+        maglev("run", source, "--stop", 0.5, "--no-report", "--out", tmp_path / out)
+    before, after = ((tmp_path / it / "results.csv").read_bytes() for it in ("before", "after"))
+    assert before == after and len(before) > 1000
+    # the scenario as run finds its units in the results folder
+    maglev("run", tmp_path / "after" / "scenario-as-run.json", "--stop", 0.5, "--no-report", "--out", tmp_path / "again")
+    assert (tmp_path / "again" / "results.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize("master", ["libcosim", "ecos"])
+def test_crosstool_other_masters_run_our_archive(master, tmp_path):
+    """They hold inputs over the step, as `jacobi` does without extrapolation; see test_foreign_masters.py for the bound."""
+    archive = tmp_path / "one-bogie.ssp"
+    maglev("export", ROOT / "scenarios" / "one-bogie.json", "--ssp", archive)
+    options = ["--algorithm", "jacobi", "--extrapolation", 0, "--stop", 1, "--record-interval", 0.001]
+    maglev("run", archive, *options, "--no-report", "--out", tmp_path / "ours")
+    ours = results(tmp_path / "ours")
+    signals = ["ems_01.force", "guideway.midspan_displacement_01"]
+    command = [sys.executable, SCRIPT, master, archive, 0.001, 1, *signals]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, f"status {done.returncode}\n{done.stdout}\n{done.stderr}"
+    times, *columns = np.array(list(csv.reader(done.stdout.splitlines()))[1:], dtype=float).T
+    shift = np.abs(ours["time"][1:] - times).max()
+    found = {}
+    for signal, values in zip(signals, columns):
+        expected = ours[signal]
+        largest, slope = np.abs(expected).max(), np.abs(np.diff(expected)).max() / 0.001
+        off = np.abs(expected[1:] - values).max()
+        found[signal] = off / largest
+        assert np.ptp(expected) > 0 and off <= 1e-12 * largest + slope * shift, f"{signal} is off by {off}"
+    print(master, f"times differ by {shift:.1e} s", found)
+
+
+def test_inspect_validate_and_errors(tmp_path):
+    archive = tmp_path / "one-magnet.ssp"
+    maglev("export", ROOT / "scenarios" / "one-magnet.json", "--ssp", archive)
+    said = maglev("inspect", archive).stdout
+    assert "ems_01" in said and "connections" in said and "step 0.001 s" in said
+    assert "0 errors" in maglev("validate", archive).stdout
+    maglev("export", archive, "--scenario", tmp_path / "folder")
+    maglev("run", tmp_path / "folder" / "scenario.json", "--stop", 0.01, "--no-report", "--out", tmp_path / "out")
+    assert "is not a system" in maglev("export", ROOT / "scenarios" / "one-magnet.json", "--scenario", tmp_path, status=2).stderr
+    assert "cannot be opened" in maglev("run", tmp_path / "none.ssp", status=2).stderr
+    assert "one unit, not a system" in maglev("validate", "--dynamic", archive, status=2).stderr
