@@ -9,7 +9,7 @@ from conftest import ROOT, maglev
 
 FOLDER = ROOT / "scenarios"
 SCHEMA = json.loads((FOLDER / "schema.json").read_text())
-SCENARIOS = sorted(path.name for path in FOLDER.glob("*.json") if path.name != "schema.json")
+SCENARIOS = sorted(path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*.json") if path.name != "schema.json")
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 
 WHOLE = json.loads((FOLDER / "one-magnet.json").read_text())
@@ -29,7 +29,7 @@ def test_issue_every_scenario_is_valid(name):
 def test_issue_every_scenario_says_what_it_is(name):
     """By itself, not by what it extends."""
     scenario = json.loads((FOLDER / name).read_text())
-    assert scenario["$schema"] == "schema.json"
+    assert scenario["$schema"] == "../" * name.count("/") + "schema.json"
     assert len(scenario["title"]) > 10 and len(scenario["description"]) > 50
 
 

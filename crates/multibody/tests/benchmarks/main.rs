@@ -7,6 +7,7 @@ mod common;
 mod elements;
 mod four_bars;
 mod free_bodies;
+mod governor;
 mod slider_crank;
 mod squeezer;
 mod support;
