@@ -251,7 +251,7 @@ impl Model for GuidewayFmu {
         }
         for file in layout.rail_files() {
             let text = resources.read_to_string(&file)?;
-            let in_file = |error| caused(error).context(&format!("resource {file}"));
+            let in_file = |error| caused(error).context(format!("resource {file}"));
             layout.set_rail_file(&file, &text).map_err(in_file)?;
         }
         if let Some(file) = &layout.irregularity.file

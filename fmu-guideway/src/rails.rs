@@ -221,7 +221,7 @@ impl PartHandles {
             .starts(starts)
             .min(0.0)
             .unit(UnitOfMeasure::HERTZ)
-            .description(&text)
+            .description(text)
             .done();
         let damping = interface
             .reals(format!("{prefix}{name}_damping"), count)
@@ -230,13 +230,13 @@ impl PartHandles {
             .min(0.0)
             .unit(UnitOfMeasure::ONE)
             .display("%")
-            .description(&format!("Damping ratio of {what} {{k}}, without dampers of supports"))
+            .description(format!("Damping ratio of {what} {{k}}, without dampers of supports"))
             .done();
         let natural = interface
             .reals(format!("{prefix}{name}_natural_frequency"), count)
             .calculated_parameter()
             .unit(UnitOfMeasure::HERTZ)
-            .description(&format!(
+            .description(format!(
                 "Natural frequency of {what} {{k}}, with supports and all factors"
             ))
             .done();
