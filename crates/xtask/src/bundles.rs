@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context, Result};
 use fmi2_package::Archive;
 
-use crate::{licences, target::Target, workspace};
+use crate::{licences, package, target::Target, workspace};
 
 /// The package of the library.
 pub const CRATE: &str = "fmu-bundle";
@@ -41,9 +41,7 @@ const SHIPPED: [Shipped; 2] = [
 /// Writes `bundle-library.zip` with the binaries for all targets, and packs the bundles if one is for this system.
 pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut archive = Archive::new(DESCRIPTION)?;
-    for target in targets {
-        archive.binary(target.platform()?, &target.library(IDENTIFIER))?;
-    }
+    package::add_binaries(&mut archive, targets, IDENTIFIER)?;
     for (name, text) in licences::files_of_program(CRATE, &licences::dependencies()?)? {
         archive.file(&format!("documentation/licenses/{name}"), text)?;
     }

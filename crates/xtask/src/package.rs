@@ -92,7 +92,8 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     let targets = if order.targets.is_empty() { &host[..] } else { &order.targets };
     target::distinct(targets)?;
     // descriptions come from libraries that run here
-    Target::host().build(&[&UNIT_CRATES[..], &[bundles::CRATE, workspace::COMMAND], order.also].concat())?;
+    let others: &[&str] = &[bundles::CRATE, workspace::COMMAND];
+    Target::host().build(&[&UNIT_CRATES, others, order.also].concat())?;
     for target in targets.iter().filter(|&target| *target != host[0]) {
         target.build(&[&UNIT_CRATES[..], &[bundles::CRATE]].concat())?;
     }
@@ -177,20 +178,7 @@ pub fn crate_folder(unit: &Unit) -> PathBuf {
 /// The .fmu's files.
 fn archive(unit: &Unit, xml: &str, targets: &[Target], licences: &Licences) -> Result<Archive> {
     let mut archive = Archive::new(xml)?;
-    let mut libraries: BTreeMap<&str, Vec<PathBuf>> = BTreeMap::new();
-    for target in targets {
-        libraries.entry(target.platform()?).or_default().push(target.library(unit.identifier));
-    }
-    for (platform, files) in libraries {
-        if let [library] = files.as_slice() {
-            archive.binary(platform, library)?;
-        } else {
-            let folder = workspace::target_dir().join("universal");
-            let joined = folder.join(format!("libfmu_{}.dylib", unit.identifier));
-            binaries::universal(&files, &joined)?;
-            archive.binary(platform, &joined)?;
-        }
-    }
+    add_binaries(&mut archive, targets, unit.identifier)?;
     let documentation = crate_folder(unit).join("documentation");
     // a layout of one's own may have neither a picture nor reference results
     let picture = documentation.join(format!("{}.svg", unit.name));
@@ -220,6 +208,25 @@ fn archive(unit: &Unit, xml: &str, targets: &[Target], licences: &Licences) -> R
         archive.folder("resources", folder)?;
     }
     Ok(archive)
+}
+
+/// Adds the libraries of the crate `fmu-{identifier}` for all targets.
+pub fn add_binaries(archive: &mut Archive, targets: &[Target], identifier: &str) -> Result<()> {
+    let mut libraries: BTreeMap<&str, Vec<PathBuf>> = BTreeMap::new();
+    for target in targets {
+        libraries.entry(target.platform()?).or_default().push(target.library(identifier));
+    }
+    for (platform, files) in libraries {
+        if let [library] = files.as_slice() {
+            archive.binary(platform, library)?;
+        } else {
+            let folder = workspace::target_dir().join("universal");
+            let joined = folder.join(format!("libfmu_{identifier}.dylib"));
+            binaries::universal(&files, &joined)?;
+            archive.binary(platform, &joined)?;
+        }
+    }
+    Ok(())
 }
 
 /// Joins .fmu files of one unit, packed on several systems, into one with all their libraries.
