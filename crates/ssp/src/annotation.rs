@@ -3,11 +3,15 @@
 use fmi2_import::xml::Plain as _;
 use roxmltree::Node;
 
-use crate::xml::{SSC, SSD, double, listed};
+use crate::xml::{SSC, SSD, child, double, listed};
 
-/// Type of our annotation. On the description, its text is a part of a scenario as JSON, as `maglev schema` describes it.
-/// On a connection, it is a part of a connection of a scenario.
+/// Type of our annotation. It contains an element `Settings`, whose text is JSON. On the description that is a part of a scenario, as `maglev schema` describes it;
+/// on a connection, a part of a connection of a scenario.
 pub const TYPE: &str = "org.maglev-cosimulation.scenario";
+/// Namespace of the element in our annotation.
+pub(crate) const NAMESPACE: &str = "urn:maglev-cosimulation:ssp";
+/// Name of the element in our annotation.
+pub(crate) const SETTINGS: &str = "Settings";
 /// Type of OMSimulator's annotation.
 pub(crate) const OMSIMULATOR: &str = "org.openmodelica";
 /// Type of the annotation of the Open Simulation Platform: libcosim, ecos.
@@ -47,7 +51,11 @@ impl Annotation {
             .map(|it| {
                 let kind = it.attr("type").unwrap_or_default().to_owned();
                 let meaning = match kind.as_str() {
-                    TYPE => Meaning::Ours(it.text().unwrap_or_default().to_owned()),
+                    TYPE => {
+                        let settings = child(it, (NAMESPACE, SETTINGS));
+                        let text = settings.and_then(|it| it.text());
+                        Meaning::Ours(text.unwrap_or_default().to_owned())
+                    }
                     OMSIMULATOR => step(it, "FixedStepMaster", "stepSize"),
                     OSP => step(it, "FixedStepAlgorithm", "baseStepSize"),
                     _ => Meaning::Unused,

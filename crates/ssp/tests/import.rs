@@ -246,7 +246,11 @@ fn refusal_errors_name_the_element() {
     bench.import(&bench.archive(&sound, &[])).unwrap();
     let source = "source=\"resources/u.fmu\"";
     for (from, to, parts) in [
-        ("version=\"1.0\"", "version=\"3.0\"", ["SystemStructureDescription", "version \"3.0\""]),
+        (
+            "version=\"1.0\" name",
+            "version=\"3.0\" name",
+            ["SystemStructureDescription", "version \"3.0\""],
+        ),
         (source, "source=\"../u.fmu\"", ["Component \"a\"", "leaves the archive"]),
         (
             source,
@@ -311,12 +315,12 @@ fn refusal_errors_name_the_element() {
         ),
         (
             "</ssd:SystemStructureDescription>",
-            "<ssd:Annotations><ssc:Annotation type=\"org.maglev-cosimulation.scenario\">{\"trace\": \"/etc/x\"}</ssc:Annotation></ssd:Annotations></ssd:SystemStructureDescription>",
+            "<ssd:Annotations><ssc:Annotation type=\"org.maglev-cosimulation.scenario\"><s:Settings xmlns:s=\"urn:maglev-cosimulation:ssp\">{\"trace\": \"/etc/x\"}</s:Settings></ssc:Annotation></ssd:Annotations></ssd:SystemStructureDescription>",
             ["annotation", "\"trace\" is not allowed"],
         ),
         (
             "</ssd:SystemStructureDescription>",
-            "<ssd:Annotations><ssc:Annotation type=\"org.maglev-cosimulation.scenario\">{\"inputs\": [{\"signal\": {\"file\": \"../x.csv\"}}]}</ssc:Annotation></ssd:Annotations></ssd:SystemStructureDescription>",
+            "<ssd:Annotations><ssc:Annotation type=\"org.maglev-cosimulation.scenario\"><s:Settings xmlns:s=\"urn:maglev-cosimulation:ssp\">{\"inputs\": [{\"signal\": {\"file\": \"../x.csv\"}}]}</s:Settings></ssc:Annotation></ssd:Annotations></ssd:SystemStructureDescription>",
             ["annotation", "leaves the archive"],
         ),
         (

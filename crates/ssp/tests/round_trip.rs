@@ -94,7 +94,7 @@ fn invariant_everything_survives_both_versions() {
         assert_eq!(fs::read(file(&after)).unwrap(), fs::read(file(&before)).unwrap());
         after.inputs.clone_from(&before.inputs);
         let (mut old, mut new) = (resolved(&before), resolved(&after));
-        let notes = |path: &str| format!("{:?}", bench.path(path).to_string_lossy());
+        let notes = |path: &str| bench.path(path).to_string_lossy().into_owned();
         let b = &mut new.0[3];
         assert!(b.contains(&notes("again/resources/notes.txt")), "{b}");
         *b = b.replace(&notes("again/resources/notes.txt"), &notes("data/notes.txt"));

@@ -14,7 +14,7 @@ use super::rest::Rest;
 use super::system::{Wire, values, wires};
 use super::writer::{Printer, double, number, text as attribute};
 use crate::SspError;
-use crate::annotation::{OMSIMULATOR, OMSIMULATOR_NAMESPACE, OSP, OSP_NAMESPACE, TYPE};
+use crate::annotation::{NAMESPACE, OMSIMULATOR, OMSIMULATOR_NAMESPACE, OSP, OSP_NAMESPACE, TYPE};
 use crate::import::unique;
 use crate::xml::PREFIXES;
 
@@ -85,6 +85,7 @@ impl Writer<'_> {
         for (key, (_, space)) in spaces.iter().zip(PREFIXES) {
             attributes.push((key, attribute(space)));
         }
+        attributes.push(("xmlns:maglev", attribute(NAMESPACE)));
         attributes.push(("xmlns:oms", attribute(OMSIMULATOR_NAMESPACE)));
         attributes.push(("xmlns:osp", attribute(OSP_NAMESPACE)));
         out.open("ssd:SystemStructureDescription", &attributes)?;
@@ -350,7 +351,9 @@ impl Writer<'_> {
 /// Our annotation with this text.
 fn annotation(out: &mut Printer, text: &str) -> io::Result<()> {
     out.open("ssc:Annotation", &[("type", attribute(TYPE))])?;
+    out.open("maglev:Settings", &[])?;
     out.text(text)?;
+    out.close("maglev:Settings")?;
     out.close("ssc:Annotation")
 }
 

@@ -111,7 +111,8 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
-            self.notes.push(format!("{place} sets nothing: there is no \"{first}\"{more}"));
+            self.notes
+                .push(format!("{place}: \"{first}\"{more} sets nothing, as nothing has that name"));
         }
         Ok(())
     }

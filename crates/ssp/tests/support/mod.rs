@@ -1,4 +1,5 @@
 //! Units without binaries, and archives of systems made of them.
+#![allow(dead_code, reason = "each test program uses a part")]
 
 use std::fs::{self, File};
 use std::io::Write as _;
