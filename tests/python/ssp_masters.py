@@ -1,45 +1,38 @@
 """SSP archives in other masters: libcosim and ecos, both from PyPI.
 
 `libcosim(…)` and `ecos(…)` return (times, one row of `signals` for each) of the communication points after the start.
-Both read the archive by themselves: components, connections, values and the step in the annotation.
+Both read the archive by themselves: components, connections and values.
 
     python ssp_masters.py {libcosim,ecos} FILE.ssp STEP STOP SIGNAL… > results.csv
 """
 
 import argparse
-import tempfile
-import zipfile
-from pathlib import Path
 
-from foreign_masters import NANOSECONDS, load_tbb, split
+from foreign_masters import NANOSECONDS, load_tbb
 
 
 def libcosim(path, step, stop, signals):
-    """It reads the description of an unpacked archive."""
     from libcosimpy.CosimEnums import CosimVariableType
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
 
     log_output_level(CosimLogLevel.WARNING)
-    with tempfile.TemporaryDirectory() as folder:
-        zipfile.ZipFile(path).extractall(folder)
-        execution = CosimExecution.from_ssp_file(str(Path(folder)))
-        steps = round(stop / step)
-        observer = CosimObserver.create_time_series(buffer_size=steps + 1)
-        assert execution.add_observer(observer)
-        places = []
-        for name, variable in split(signals):
-            slave = execution.slave_index_from_instance_name(name)
-            known = {v.name.decode(): v.reference for v in execution.slave_variables(slave)}
-            reference = known[variable]
-            places.append((slave, reference))
-            assert observer.start_time_series(slave, reference, CosimVariableType.REAL)
-        assert execution.step(steps), f"libcosim stopped: {execution.status()}"
-        columns = []
-        for slave, reference in places:
-            times, _, values = observer.time_series_real_samples(slave, reference, 1, steps)
-            columns.append(list(values))
+    execution = CosimExecution.from_ssp_file(str(path), step * NANOSECONDS)
+    steps = round(stop / step)
+    observer = CosimObserver.create_time_series(buffer_size=steps + 1)
+    assert execution.add_observer(observer)
+    places = []
+    for name, variable in (signal.split(".", 1) for signal in signals):
+        slave = execution.slave_index_from_instance_name(name)
+        reference = {v.name.decode(): v.reference for v in execution.slave_variables(slave)}[variable]
+        places.append((slave, reference))
+        assert observer.start_time_series(slave, reference, CosimVariableType.REAL)
+    assert execution.step(steps), f"libcosim stopped: {execution.status()}"
+    columns = []
+    for slave, reference in places:
+        times, _, values = observer.time_series_real_samples(slave, reference, 1, steps)
+        columns.append(list(values))
     return [time / NANOSECONDS for time in times], list(zip(*columns))
 
 
@@ -47,7 +40,7 @@ def ecos(path, step, stop, signals):
     load_tbb()
     from ecospy import EcosLib, EcosSimulation
 
-    names = ["::".join(signal) for signal in split(signals)]
+    names = [signal.replace(".", "::", 1) for signal in signals]
     with EcosSimulation(step, ssp_path=str(path)) as simulation:
         # the name that ecos gives to the values in an archive
         assert simulation.init(0.0, "initialValues"), EcosLib.get_last_error()

@@ -13,8 +13,9 @@ import fmpy
 import numpy as np
 import pyssp_standard
 import pytest
-from conftest import ROOT, maglev, results
+from conftest import MAGLEV, ROOT, maglev, results
 from lxml import etree
+from test_guide import blocks, commands
 
 SCENARIOS = sorted(it for it in (ROOT / "scenarios").glob("*.json") if it.name != "schema.json")
 SCHEMAS = {
@@ -103,3 +104,18 @@ def test_inspect_validate_and_errors(tmp_path):
     assert "is not a system" in maglev("export", ROOT / "scenarios" / "one-magnet.json", "--scenario", tmp_path, status=2).stderr
     assert "cannot be opened" in maglev("run", tmp_path / "none.ssp", status=2).stderr
     assert "one unit, not a system" in maglev("validate", "--dynamic", archive, status=2).stderr
+
+
+def test_the_commands_of_the_page_print_what_it_shows(tmp_path):
+    (shown,) = blocks("ssp.md", "text")
+    said = ""
+    for _, *options in commands("ssp.md"):
+        options = [str(ROOT / option) if option.startswith("scenarios/") else option for option in options]
+        if options[0] == "run":
+            options[options.index("--stop") + 1] = "0.05"
+            options.append("--no-report")
+        done = subprocess.run([MAGLEV, *options], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr
+        said += done.stdout
+    assert shown in said
+    maglev("run", tmp_path / "my-system" / "scenario.json", "--stop", 0.01, "--no-report", "--out", tmp_path / "out")

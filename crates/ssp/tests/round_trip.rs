@@ -124,6 +124,11 @@ fn refusal_what_has_no_place_in_an_archive() {
     let error = ssp::export(&scenario, SspVersion::V1, &archive).unwrap_err().to_string();
     assert!(error.contains("inputs[0]") && error.contains("is not a file"), "{error}");
     scenario.inputs.clear();
+    let file = scenario.instances["b"].parameters["file"].clone();
+    scenario.events[0].set.insert("b.file".to_owned(), file);
+    let error = ssp::export(&scenario, SspVersion::V1, &archive).unwrap_err().to_string();
+    assert!(error.contains("the event \"e\"") && error.contains("path of a file"), "{error}");
+    scenario.events.clear();
     scenario.overrides.push("a_02.none=1".parse().unwrap());
     let error = support::chain(&ssp::export(&scenario, SspVersion::V1, &archive).unwrap_err());
     assert!(error.contains("none"), "{error}");

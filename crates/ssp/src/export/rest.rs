@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use master::system::{InstanceIndex, System, VariableIndex};
-use scenario::{InstanceSettings, Scenario, SignalOverTime};
+use scenario::{InstanceSettings, Scenario, Setting, SignalOverTime};
 use serde_json::{Map, Value, json};
 
 use super::Files;
@@ -34,6 +34,13 @@ impl Rest {
         for (k, input) in scenario.inputs.iter_mut().enumerate() {
             if let SignalOverTime::Csv(it) | SignalOverTime::Parquet(it) = &mut input.signal {
                 it.file = archive.add_file(&it.file, &format!("inputs[{k}]"))?.into();
+            }
+        }
+        for event in &scenario.events {
+            if event.set.values().any(|it| matches!(it, Setting::File(_))) {
+                let why = "an event sets a variable to the path of a file, which an archive cannot keep";
+                let what = format!("the event \"{}\"", event.name);
+                return Err(SspError::Export { what, why: why.to_owned() });
             }
         }
         let (mut whole, default) = (members(&scenario), bare());
