@@ -378,6 +378,24 @@ fn refusal_errors_name_the_element() {
         let error = bench.import(&bench.archive(&ssd(&elements, TIMES), &[])).unwrap_err();
         assert!(error.contains(part), "{error}");
     }
+    // a loop of connectors that no component interrupts, with and without a value in it
+    let through = |binding: &str| {
+        let inner = r#"<ssd:System name="in"><ssd:Connectors><ssd:Connector name="x" kind="input"/>
+<ssd:Connector name="z" kind="output"/></ssd:Connectors><ssd:Connections>
+<ssd:Connection startConnector="x" endConnector="z"/></ssd:Connections></ssd:System>"#;
+        let back = r#"<ssd:Connection startElement="in" startConnector="z" endElement="in" endConnector="x"/>
+<ssd:Connection startElement="in" startConnector="z" endElement="a" endConnector="u"/>"#;
+        let a = component("a", "");
+        let system = format!(
+            "{binding}<ssd:Elements>{a}{inner}</ssd:Elements><ssd:Connections>{back}</ssd:Connections>"
+        );
+        bench.archive(&ssd(&system, TIMES), &[])
+    };
+    let binding = inline(&set(&real("in.x", "1")), "", "");
+    for binding in ["", &format!("<ssd:ParameterBindings>{binding}</ssd:ParameterBindings>")] {
+        let error = bench.import(&through(binding)).unwrap_err();
+        assert!(error.contains("form a cycle"), "{error}");
+    }
     for (entry, part) in [("../x", "\"..\""), ("/etc/x", "absolute")] {
         let archive = bench.archive(&sound, &[(entry, "x")]);
         let error = bench.import(&archive).unwrap_err();

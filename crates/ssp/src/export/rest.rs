@@ -38,7 +38,8 @@ impl Rest {
         }
         for event in &scenario.events {
             if event.set.values().any(|it| matches!(it, Setting::File(_))) {
-                let why = "an event sets a variable to the path of a file, which an archive cannot keep";
+                let why =
+                    "an event sets a variable to the path of a file, which an archive cannot keep";
                 let what = format!("the event \"{}\"", event.name);
                 return Err(SspError::Export { what, why: why.to_owned() });
             }

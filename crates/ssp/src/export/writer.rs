@@ -3,7 +3,7 @@
 use std::io;
 
 use quick_xml::Writer;
-use quick_xml::escape::escape;
+use quick_xml::escape::{escape, partial_escape};
 use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesDecl, BytesStart, BytesText, Event};
 use quick_xml::name::QName;
@@ -32,7 +32,8 @@ impl Printer {
     }
 
     pub(super) fn text(&mut self, text: &str) -> io::Result<()> {
-        self.writer.write_event(Event::Text(BytesText::new(text)))
+        // quotes need no escape in a text, and JSON has many
+        self.writer.write_event(Event::Text(BytesText::from_escaped(partial_escape(text))))
     }
 
     pub(super) fn close(&mut self, name: &str) -> io::Result<()> {

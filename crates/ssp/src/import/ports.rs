@@ -30,6 +30,14 @@ pub(super) struct Edge<'d> {
     pub(super) annotations: &'d [Annotation],
 }
 
+impl Edge<'_> {
+    /// The connection is one of a cycle without a component, in which values have no origin.
+    pub(super) fn cycle(&self, file: &str) -> SspError {
+        let at = At { file, place: &self.place };
+        at.invalid("connections form a cycle without a component")
+    }
+}
+
 /// What a connection does to values.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hop {
@@ -176,9 +184,8 @@ impl<'t, 'd> Ports<'t, 'd> {
         let mut place = port;
         while let Some(&index) = self.into.get(place) {
             let edge = &self.edges[index];
-            if edges.iter().any(|it| it.to == edge.to) {
-                let at = At { file, place: &edge.place };
-                return Err(at.invalid("connections form a cycle without a component"));
+            if edges.len() > self.edges.len() {
+                return Err(edge.cycle(file));
             }
             edges.push(edge);
             place = &edge.from;

@@ -35,6 +35,8 @@ struct Given {
     value: ParameterValue,
     /// What happens to it at its target.
     hop: Hop,
+    /// Number of connections that it has passed.
+    passed: usize,
 }
 
 impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
@@ -89,7 +91,7 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
             let name = format!("{}{}", binding.prefix, parameter.name);
             let Some(mapping) = &mapping else {
                 let hop = Hop { linear: None, keeps_unit: false };
-                let given = Given { value: parameter.value, hop };
+                let given = Given { value: parameter.value, hop, passed: 0 };
                 if !self.set(target, &name, &given, place)? {
                     unmatched.push(name);
                 }
@@ -208,7 +210,11 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
             if edge.hop.linear.is_some() && !matches!(given.value, ParameterValue::Real(_)) {
                 return Err(at.invalid("LinearTransformation is for Reals only"));
             }
-            let onward = Given { value: given.value.clone(), hop: edge.hop };
+            if given.passed > ports.edges.len() {
+                return Err(edge.cycle(self.files.description()));
+            }
+            let (value, passed) = (given.value.clone(), given.passed + 1);
+            let onward = Given { value, hop: edge.hop, passed };
             reached |= self.reach(&edge.to, &onward, place)?;
         }
         Ok(reached)
@@ -297,5 +303,5 @@ fn transformed(
         }
         _ => return Err(at.invalid("the transformation does not fit the type of the value")),
     };
-    Ok(Given { value, hop })
+    Ok(Given { value, hop, passed: 0 })
 }
