@@ -14,12 +14,13 @@ Examples:
 Exit statuses:
   0  success: the run reached its stop time, a stop condition ended it, or a
      unit ended it with fmi2Terminated; all modes decay, for response those
-     of the closed system; check finds no limit exceeded; validate finds no
-     error; reference results are within tolerance
+     of the closed system; tune keeps all limits; check finds no limit
+     exceeded; validate finds no error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a unit refuses to start with its parameters; a mode
-     grows; a fit does not converge; a run does not pass check; validate finds an error; reference
-     results are outside their tolerance; a report cannot be written
+     grows; a fit does not converge; tune keeps not all limits; a run does not
+     pass check; validate finds an error; reference results are outside their
+     tolerance; a report cannot be written
   2  bad usage or input: unknown option, invalid scenario or layout, a unit or
      file that cannot be read, a folder that is in use or has no results
   75 try again: another process computes the points of a study, or points
@@ -78,6 +79,9 @@ pub enum Command {
     /// Fit parameters to a measured record, with confidence intervals
     #[command(arg_required_else_help = true)]
     Fit(commands::fit::Arguments),
+    /// Find gains of controllers that maximise damping, within limits of margins and voltage
+    #[command(arg_required_else_help = true)]
+    Tune(commands::tune::Arguments),
     /// Write a coupled system and its units as state-space models: A, B, C, D with names
     #[command(arg_required_else_help = true)]
     Linearize(commands::linearize::Arguments),

@@ -19,6 +19,7 @@ use scenario::ScenarioError;
 use ssp::SspError;
 use study::StudyError;
 use thiserror::Error;
+use tune::TuneError;
 
 use crate::run::CheckpointError;
 
@@ -46,6 +47,9 @@ pub enum Error {
     /// A stability map.
     #[error("cannot make the map")]
     Map(#[source] maps::Error),
+    /// A tuning.
+    #[error("cannot tune the controllers")]
+    Tune(#[source] TuneError),
     /// The linearised system, or its modes.
     #[error("cannot linearise the system")]
     Modes(#[source] LinearError),
@@ -205,6 +209,12 @@ impl From<bundle::BundleError> for Error {
     }
 }
 
+impl From<TuneError> for Error {
+    fn from(error: TuneError) -> Self {
+        error.into_master().map_or_else(Self::Tune, Self::from)
+    }
+}
+
 impl From<LinearError> for Error {
     fn from(error: LinearError) -> Self {
         match error {
@@ -253,6 +263,7 @@ impl Error {
             Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
+            Self::Tune(TuneError::Write { .. } | TuneError::Unstable { .. } | TuneError::Search { .. }) => 1,
             Self::Write { .. } | Self::Program(_) => 1,
             Self::Temporary(_) | Self::Ssp(SspError::Write { .. }) => 1,
             Self::Page(error) if !error.is_bad_input() => 1,
@@ -290,6 +301,7 @@ impl Error {
             Self::Fit(error) => return error.help(),
             Self::Page(error) => return error.help(),
             Self::Map(error) => return error.help(),
+            Self::Tune(error) => return error.help(),
             Self::Response(error) => return error.help(),
             Self::NothingAsked | Self::NoLoop => "see `maglev response --help` for examples",
             Self::Package(error) => return error.help(),

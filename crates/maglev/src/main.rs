@@ -32,6 +32,7 @@ fn main() -> ExitCode {
         Command::Fit(arguments) => commands::fit::run(&arguments),
         Command::Floquet(arguments) => commands::floquet::run(&arguments),
         Command::Map(arguments) => commands::map::run(&arguments),
+        Command::Tune(arguments) => commands::tune::run(&arguments),
         Command::Linearize(arguments) => commands::linearize::run(&arguments),
         Command::Bundle(arguments) => commands::bundle::run(&arguments),
         Command::Derive(arguments) => commands::derive::run(&arguments),

@@ -31,3 +31,4 @@ pub use picture::picture;
 pub use result::{BoundaryPoint, Check, Known, MapAxis, MapCell, ModeKind, StabilityMap};
 pub use run::{Request, Watch, map};
 pub use table::write_parquet;
+pub use twin::{Given, Twin, changed, twins};

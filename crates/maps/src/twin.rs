@@ -13,7 +13,7 @@ use master::system::{InstanceSetup, VariableIndex};
 use crate::error::Error;
 
 /// One unit of a scenario as it starts there: the values of all its connected inputs are known.
-pub(crate) struct Twin<'a> {
+pub struct Twin<'a> {
     setup: &'a InstanceSetup,
     times: (f64, f64),
     functions: Functions,
@@ -24,10 +24,13 @@ pub(crate) struct Twin<'a> {
 }
 
 /// A parameter with a value.
-pub(crate) type Given = (VariableIndex, f64);
+pub type Given = (VariableIndex, f64);
 
 /// Starts the scenario and makes twins of some of its instances.
-pub(crate) fn twins<'a>(setup: &'a Setup, of: &[usize]) -> Result<Vec<Twin<'a>>, Error> {
+///
+/// # Errors
+/// The scenario does not start, or a unit cannot be loaded.
+pub fn twins<'a>(setup: &'a Setup, of: &[usize]) -> Result<Vec<Twin<'a>>, Error> {
     let mut simulation = setup.start()?;
     let experiment = setup.scenario().experiment;
     let mut all = Vec::new();
@@ -58,7 +61,15 @@ pub(crate) fn twins<'a>(setup: &'a Setup, of: &[usize]) -> Result<Vec<Twin<'a>>,
 }
 
 impl Twin<'_> {
+    /// The connected inputs and their values at the start of the scenario.
+    pub fn inputs(&self) -> impl Iterator<Item = (VariableIndex, f64)> + '_ {
+        self.variables.0.iter().copied().zip(self.inputs.1.iter().copied())
+    }
+
     /// The linearisation with these parameters.
+    ///
+    /// # Errors
+    /// The unit refuses a value, or does not report its linearisation.
     pub fn linear(&self, given: &[Given]) -> Result<LinearUnit, Error> {
         let (name, package) = (&self.setup.name, &self.setup.package);
         let refused = |source: fmi2_import::instance::FmuError| {
@@ -97,8 +108,11 @@ impl Twin<'_> {
     }
 }
 
-/// What an axis changes: the parameters of instances that differ from those without it.
-pub(crate) fn changed(
+/// What an axis changes: the parameters of instances that differ from those without it. None if it changes inputs too.
+///
+/// # Errors
+/// A parameter is not Real.
+pub fn changed(
     base: &Setup,
     other: &Setup,
     target: &str,

@@ -31,6 +31,7 @@ pub mod stdout;
 pub mod study;
 pub mod system;
 pub mod table;
+pub mod tune;
 pub mod unit_modes;
 pub mod validate;
 pub mod verdicts;

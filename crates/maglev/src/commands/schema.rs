@@ -7,6 +7,7 @@ use criteria::CriteriaFile;
 use maglev::Error;
 use scenario::Scenario;
 use study::StudyFile;
+use tune::Tuning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -39,6 +40,8 @@ enum FileKind {
     Criteria,
     /// A study of `maglev study`.
     Study,
+    /// A tuning of `maglev tune`.
+    Tuning,
     /// The layout of a vehicle, vehicle.json.
     Vehicle,
     /// The layout of a guideway, guideway.json.
@@ -51,6 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         FileKind::Scenario => super::print(&Scenario::schema()),
         FileKind::Criteria => super::print(&CriteriaFile::json_schema()),
         FileKind::Study => super::print(&StudyFile::json_schema()),
+        FileKind::Tuning => super::print(&Tuning::json_schema()),
         FileKind::Vehicle => super::print(VEHICLE),
         FileKind::Guideway => super::print(GUIDEWAY),
     }

@@ -1,0 +1,323 @@
+//! A scenario under one condition, ready to be computed for many sets of values.
+
+use std::sync::Mutex;
+
+use faer::prelude::c64;
+use fmi2_import::description::{Type, Value};
+use linear::{LinearSystem, LinearUnit, Linearised, Port};
+use maps::{Given, Twin, changed, twins};
+use master::Setup;
+use master::system::VariableIndex;
+use scenario::{Override, Scenario, Setting};
+use stability_map::damping;
+
+use crate::closed::Laws;
+use crate::core::Core;
+use crate::error::TuneError;
+use crate::figures::{Figures, Ignored, Scene, counted, eigenvalues};
+use crate::file::{Bounds, SensorNoise, Tuning};
+use crate::noise::Track;
+use crate::split::Split;
+
+/// A mode that moves by less than this fraction of its decay rate is left out of the damping.
+const MOVED: f64 = 0.1;
+/// Change of a parameter by which this is found out, as a fraction of its range.
+const NUDGE: f64 = 0.2;
+/// Modes with more damping need not be left out.
+const DAMPED: f64 = 0.9;
+
+/// A parameter that is varied.
+#[derive(Debug, Clone)]
+pub(crate) struct Parameter {
+    pub target: String,
+    pub bounds: Bounds,
+    pub changes: Vec<(usize, VariableIndex)>,
+    /// Unit of measure.
+    pub unit: Option<String>,
+    /// In the scenario, if it is the same for all instances.
+    pub own: Option<f64>,
+}
+
+impl Parameter {
+    /// The value at a place between 0 and 1.
+    pub fn value(&self, place: f64) -> f64 {
+        let Bounds { from, to, log } = self.bounds;
+        let place = place.clamp(0.0, 1.0);
+        let value = if log { from * (to / from).powf(place) } else { from + (to - from) * place };
+        value.clamp(from, to)
+    }
+
+    /// The place of a value.
+    pub fn place(&self, value: f64) -> f64 {
+        let Bounds { from, to, log } = self.bounds;
+        let value = value.clamp(from, to);
+        if log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
+    }
+}
+
+/// The scenario with further values, ready to start. Nothing runs, so the step need not divide its time.
+pub(crate) fn setup(scenario: &Scenario, set: &[(String, String)]) -> Result<Setup, TuneError> {
+    let mut scenario = scenario.clone();
+    scenario.experiment.stop = scenario.experiment.start + scenario.experiment.step;
+    scenario.record.interval = None;
+    scenario.checkpoint = None;
+    for (target, value) in set {
+        scenario.overrides.push(Override { target: target.clone(), value: value.clone() });
+    }
+    Ok(Setup::new(&scenario)?)
+}
+
+/// A setting as the text of an override.
+pub(crate) fn text(setting: &Setting) -> String {
+    match setting {
+        Setting::Boolean(value) => value.to_string(),
+        Setting::Number(value) => value.to_string(),
+        Setting::Text(value) => value.clone(),
+        Setting::File(file) => file.path.to_string_lossy().into_owned(),
+    }
+}
+
+/// What each parameter changes.
+pub(crate) fn parameters(scenario: &Scenario, tuning: &Tuning) -> Result<Vec<Parameter>, TuneError> {
+    let base = setup(scenario, &[])?;
+    let mut all: Vec<Parameter> = Vec::new();
+    for (target, bounds) in &tuning.vary {
+        let mut changes = Vec::new();
+        for value in [bounds.from, bounds.to] {
+            let other = setup(scenario, &[(target.clone(), value.to_string())])?;
+            let Some(found) = changed(&base, &other, target)? else {
+                let problem = "it is an input: only parameters can be tuned";
+                return Err(TuneError::value(format!("vary.{target}"), problem));
+            };
+            changes.extend(found);
+        }
+        changes.sort_unstable_by_key(|it| (it.0, it.1.0));
+        changes.dedup();
+        let taken = |it: &Parameter| it.changes.iter().any(|change| changes.contains(change));
+        if let Some(other) = all.iter().find(|it| taken(it)) {
+            let problem = format!("{} changes the same parameter", other.target);
+            return Err(TuneError::value(format!("vary.{target}"), problem));
+        }
+        let Some(&(first, variable)) = changes.first() else {
+            return Err(TuneError::value(format!("vary.{target}"), "it changes nothing"));
+        };
+        let own = |&(k, variable): &(usize, VariableIndex)| {
+            let it = &base.system().instances[k];
+            let value = it.parameters.get(&variable).cloned();
+            match value.or_else(|| it.description().variables[variable.0].start.clone()) {
+                Some(Value::Real(x)) => Some(x),
+                _ => None,
+            }
+        };
+        let value = own(&changes[0]);
+        let same = changes.iter().all(|it| own(it) == value);
+        let variable = &base.system().instances[first].description().variables[variable.0];
+        debug_assert_eq!(variable.kind, Type::Real);
+        all.push(Parameter {
+            target: target.clone(),
+            bounds: *bounds,
+            unit: variable.unit.clone().filter(|it| it != "1"),
+            own: value.filter(|_| same),
+            changes,
+        });
+    }
+    Ok(all)
+}
+
+/// One condition.
+pub(crate) struct Prepared<'a> {
+    pub name: String,
+    system: LinearSystem,
+    split: Split,
+    twins: Mutex<Vec<Twin<'a>>>,
+    pub core: Core,
+    noise: Vec<Option<SensorNoise>>,
+    track: Option<Track>,
+    pub ignored: Vec<Ignored>,
+}
+
+impl<'a> Prepared<'a> {
+    /// Starts the scenario and splits it.
+    pub fn new(
+        name: &str,
+        setup: &'a Setup,
+        parameters: &[Parameter],
+        tuning: &Tuning,
+        start: &[f64],
+    ) -> Result<Self, TuneError> {
+        let system = Linearised::at_start(setup)?.system;
+        let mut units: Vec<usize> = parameters.iter().flat_map(|it| it.changes.iter().map(|it| it.0)).collect();
+        units.sort_unstable();
+        units.dedup();
+        let mut split = Split::new(&system, units)?;
+        // a parameter of some of the units makes them differ
+        split.equal &= parameters.iter().all(|it| split.units.iter().all(|k| it.changes.iter().any(|c| c.0 == *k)));
+        let asked = if split.equal { &split.units[..1] } else { &split.units[..] };
+        let mut all = twins(setup, asked)?;
+        let mut noise = vec![None; split.channels.len()];
+        for (input, it) in &tuning.noise {
+            let Some(k) = split.names.iter().position(|name| name == input) else {
+                let known = split.names.join(", ");
+                let problem = format!("the varied units measure no such input; they measure {known}");
+                return Err(TuneError::value(format!("noise.{input}"), problem));
+            };
+            noise[k] = Some(*it);
+        }
+        let track = match &tuning.irregularity {
+            Some(given) => {
+                let found = Track::find(setup, given)?;
+                let guideway = twins(setup, &[found.0])?;
+                Some(Track::new(&system, found, given, &guideway[0], setup)?)
+            }
+            None => None,
+        };
+        let further: Vec<Port> = track.iter().flat_map(|it| it.ports.iter().copied()).collect();
+        let rest = split.rest(&system, &further)?;
+        let core = Core::new(&rest, split.units.len(), split.equal)?;
+        let wants_margins = tuning.constraints.modulus.is_some()
+            || tuning.constraints.delay.is_some()
+            || tuning.has_noise();
+        if split.broken.is_none() && wants_margins {
+            return Err(TuneError::Units {
+                instance: system.units[split.units[0]].name.clone(),
+                problem: "its linearisation has no output to which something can be added, as the voltage of a \
+                          magnet: there are no margins and no voltage. Set constraints.modulus and \
+                          constraints.delay to null"
+                    .to_owned(),
+            });
+        }
+        let low: Vec<f64> = parameters.iter().map(|it| it.bounds.from).collect();
+        let high: Vec<f64> = parameters.iter().map(|it| it.bounds.to).collect();
+        let ends = [low, high].map(|values| all[0].linear(&given(parameters, split.units[0], &values)));
+        let [before, after] = ends;
+        split.check_feedthrough(&before?, &after?)?;
+        all.shrink_to_fit();
+        let mut prepared = Self {
+            name: name.to_owned(),
+            system,
+            split,
+            twins: Mutex::new(all),
+            core,
+            noise,
+            track,
+            ignored: Vec::new(),
+        };
+        prepared.ignored = prepared.hardly_moved(parameters, start)?;
+        Ok(prepared)
+    }
+
+    /// The laws with values of the parameters.
+    pub fn laws(&self, parameters: &[Parameter], values: &[f64]) -> Result<Laws, TuneError> {
+        let twins = match self.twins.lock() {
+            Ok(twins) => twins,
+            Err(poisoned) => poisoned.into_inner(),
+        };
+        let asked = self.split.units.iter().zip(twins.iter());
+        let units: Vec<LinearUnit> = asked
+            .map(|(&k, twin)| twin.linear(&given(parameters, k, values)))
+            .collect::<Result<_, _>>()?;
+        let mut laws: Vec<_> = units.iter().map(|it| self.split.law(it)).collect();
+        Ok(if self.split.equal { Laws::Equal(laws.swap_remove(0)) } else { Laws::Each(laws) })
+    }
+
+    /// All figures with values of the parameters.
+    pub fn figures(&self, parameters: &[Parameter], values: &[f64]) -> Result<Figures, TuneError> {
+        let scene = Scene {
+            core: &self.core,
+            noise: &self.noise,
+            track: self.track.as_ref(),
+            ignored: &self.ignored,
+            margins: self.split.broken.is_some(),
+        };
+        scene.figures(&self.laws(parameters, values)?)
+    }
+
+    /// The eigenvalues that count, and all of them, least damped first.
+    pub fn modes(&self, parameters: &[Parameter], values: &[f64]) -> Result<[Vec<c64>; 2], TuneError> {
+        let all = eigenvalues(&self.core, &self.laws(parameters, values)?)?;
+        Ok([counted(all.clone(), &self.ignored), counted(all, &[])])
+    }
+
+    /// Names of the signals at which loops are broken.
+    pub fn broken(&self) -> Vec<String> {
+        let Some((output, _)) = self.split.broken else { return Vec::new() };
+        let name = |k: &usize| {
+            let unit = &self.system.units[*k];
+            format!("{}.{}", unit.name, unit.outputs[output].name)
+        };
+        self.split.units.iter().map(name).collect()
+    }
+
+    /// How it is computed, in words.
+    pub fn method(&self) -> String {
+        let loops = self.core.loops;
+        if self.split.equal {
+            let (blocks, widest) = (self.core.blocks.len(), self.core.widest());
+            format!(
+                "{loops} equal controllers: {blocks} independent parts of at most {widest} patterns of forces, \
+                 {} states without the controllers",
+                self.core.states()
+            )
+        } else {
+            format!("{loops} different controllers: the full computation, each with its own law")
+        }
+    }
+
+    /// Modes that none of the parameters moves much.
+    fn hardly_moved(&self, parameters: &[Parameter], start: &[f64]) -> Result<Vec<Ignored>, TuneError> {
+        let base = eigenvalues(&self.core, &self.laws(parameters, start)?)?;
+        let mut moved = vec![0.0_f64; base.len()];
+        for (k, parameter) in parameters.iter().enumerate() {
+            for sign in [-1.0, 1.0] {
+                let mut values = start.to_vec();
+                values[k] = parameter.value(parameter.place(start[k]) + sign * NUDGE);
+                if values[k] == start[k] {
+                    continue;
+                }
+                let mut others = eigenvalues(&self.core, &self.laws(parameters, &values)?)?;
+                // each takes the nearest that is left, the least moved first
+                let mut pairs: Vec<(usize, f64)> = base
+                    .iter()
+                    .map(|s| others.iter().map(|it| (it - s).norm()).fold(f64::INFINITY, f64::min))
+                    .enumerate()
+                    .collect();
+                pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
+                for (mode, _) in pairs {
+                    let distance = |it: &c64| (it - base[mode]).norm();
+                    let nearest =
+                        (0..others.len()).min_by(|&a, &b| distance(&others[a]).total_cmp(&distance(&others[b])));
+                    match nearest {
+                        Some(nearest) => {
+                            moved[mode] = moved[mode].max(distance(&others[nearest]));
+                            others.swap_remove(nearest);
+                        }
+                        None => moved[mode] = f64::INFINITY,
+                    }
+                }
+            }
+        }
+        let mut all: Vec<Ignored> = base
+            .iter()
+            .zip(&moved)
+            .filter(|(s, moved)| damping(**s) < DAMPED && **moved < MOVED * s.re.abs())
+            .map(|(s, moved)| Ignored {
+                frequency_hz: s.norm() / std::f64::consts::TAU,
+                damping: damping(*s),
+                value: (s.re, s.im),
+                moved: moved / s.re.abs(),
+                reach: 3.0 * moved + 1e-6 * s.norm(),
+            })
+            .collect();
+        all.sort_by(|a, b| a.damping.total_cmp(&b.damping));
+        Ok(all)
+    }
+}
+
+/// The values of one unit's parameters.
+fn given(parameters: &[Parameter], unit: usize, values: &[f64]) -> Vec<Given> {
+    let of = |(it, value): (&Parameter, &f64)| -> Vec<Given> {
+        let mine = it.changes.iter().filter(|(k, _)| *k == unit);
+        mine.map(|(_, variable)| (*variable, *value)).collect()
+    };
+    parameters.iter().zip(values).flat_map(of).collect()
+}
