@@ -18,8 +18,8 @@ Exit statuses:
      exceeded; validate finds no error; reference results are within tolerance
   1  a failed run or verdict: the run failed or was interrupted (results
      until then are kept); a unit refuses to start with its parameters; a mode
-     grows; a fit does not converge; tune keeps not all limits; a run does not
-     pass check; validate finds an error; reference results are outside their
+     grows; a fit does not converge; tune does not keep all limits; a run does
+     not pass check; validate finds an error; reference results are outside their
      tolerance; a report cannot be written
   2  bad usage or input: unknown option, invalid scenario or layout, a unit or
      file that cannot be read, a folder that is in use or has no results
@@ -96,7 +96,7 @@ pub enum Command {
     Reference(commands::reference::Arguments),
     /// Compute many variants of a scenario: grids, samples, seeds
     Study(commands::study::Arguments),
-    /// Print the JSON schema of scenarios, studies, criteria, or layouts
+    /// Print the JSON schema of scenarios, studies, criteria, tunings, or layouts
     Schema(commands::schema::Arguments),
     /// Print completions for a shell
     #[command(arg_required_else_help = true)]

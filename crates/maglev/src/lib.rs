@@ -22,6 +22,7 @@
 //! | | [`linear`](../linear/index.html) | state-space models of coupled systems, their modes |
 //! | | [`maps`](../maps/index.html) | stability maps over two parameters |
 //! | | [`response`](../response/index.html) | frequency responses, margins, root loci |
+//! | | [`tune`](../tune/index.html) | gains that maximise damping within limits of margins and voltage |
 //! | | [`floquet`](../floquet/index.html) | stability of a moving train by Floquet multipliers |
 //! | | [`coupling`](../coupling/index.html) | coupling algorithms, signals between FMUs |
 //! | files | [`scenario`](../scenario/index.html) | scenario files, their check and schema |

@@ -12,17 +12,17 @@ use scenario::{Override, Scenario, Setting};
 use stability_map::damping;
 
 use crate::closed::Laws;
-use crate::core::Core;
+use crate::core::{Core, EXACT, SEARCH};
 use crate::error::TuneError;
-use crate::figures::{Figures, Ignored, Scene, counted, eigenvalues};
+use crate::figures::{ALL, Figures, Ignored, Scene, counted, eigenvalues};
 use crate::file::{Bounds, SensorNoise, Tuning};
 use crate::noise::Track;
 use crate::split::Split;
 
-/// A mode that moves by less than this fraction of its decay rate is left out of the damping.
-const MOVED: f64 = 0.1;
-/// Change of a parameter by which this is found out, as a fraction of its range.
+/// Change of a parameter by which its influence is found out, as a fraction of its range.
 const NUDGE: f64 = 0.2;
+/// A mode of a part and one of the whole are the same if they are this near, relative.
+const SAME: f64 = 3e-3;
 /// Modes with more damping need not be left out.
 const DAMPED: f64 = 0.9;
 
@@ -130,10 +130,17 @@ pub(crate) struct Prepared<'a> {
     system: LinearSystem,
     split: Split,
     twins: Mutex<Vec<Twin<'a>>>,
-    pub core: Core,
+    /// For the search, in parts.
+    core: Core,
+    /// For the figures that are shown.
+    exact: Core,
+    band: (f64, f64),
     noise: Vec<Option<SensorNoise>>,
     track: Option<Track>,
+    /// Modes of the whole that do not count.
     pub ignored: Vec<Ignored>,
+    /// Modes of the parts that do not count: also poles that a part hardly sees.
+    left_out: Vec<Ignored>,
 }
 
 impl<'a> Prepared<'a> {
@@ -173,7 +180,7 @@ impl<'a> Prepared<'a> {
         };
         let further: Vec<Port> = track.iter().flat_map(|it| it.ports.iter().copied()).collect();
         let rest = split.rest(&system, &further)?;
-        let core = Core::new(&rest, split.units.len(), split.equal)?;
+        let [core, exact] = Core::with(&rest, split.units.len(), split.equal, [SEARCH, EXACT])?;
         let wants_margins = tuning.constraints.modulus.is_some()
             || tuning.constraints.delay.is_some()
             || tuning.has_noise();
@@ -198,11 +205,15 @@ impl<'a> Prepared<'a> {
             split,
             twins: Mutex::new(all),
             core,
+            exact,
+            band: tuning.band.map_or(ALL, |[low, high]| (low, high)),
             noise,
             track,
             ignored: Vec::new(),
+            left_out: Vec::new(),
         };
-        prepared.ignored = prepared.hardly_moved(parameters, start)?;
+        prepared.left_out = prepared.hardly_moved(parameters, start, tuning.influence)?;
+        prepared.ignored = prepared.same_modes(&prepared.laws(parameters, start)?)?;
         Ok(prepared)
     }
 
@@ -220,13 +231,19 @@ impl<'a> Prepared<'a> {
         Ok(if self.split.equal { Laws::Equal(laws.swap_remove(0)) } else { Laws::Each(laws) })
     }
 
-    /// All figures with values of the parameters.
-    pub fn figures(&self, parameters: &[Parameter], values: &[f64]) -> Result<Figures, TuneError> {
+    /// All figures with values of the parameters, for the search or without what that leaves out.
+    pub fn figures(
+        &self,
+        parameters: &[Parameter],
+        values: &[f64],
+        exact: bool,
+    ) -> Result<Figures, TuneError> {
         let scene = Scene {
-            core: &self.core,
+            core: if exact { &self.exact } else { &self.core },
+            band: self.band,
             noise: &self.noise,
             track: self.track.as_ref(),
-            ignored: &self.ignored,
+            ignored: if exact { &self.ignored } else { &self.left_out },
             margins: self.split.broken.is_some(),
         };
         scene.figures(&self.laws(parameters, values)?)
@@ -234,8 +251,10 @@ impl<'a> Prepared<'a> {
 
     /// The eigenvalues that count, and all of them, least damped first.
     pub fn modes(&self, parameters: &[Parameter], values: &[f64]) -> Result<[Vec<c64>; 2], TuneError> {
-        let all = eigenvalues(&self.core, &self.laws(parameters, values)?)?;
-        Ok([counted(all.clone(), &self.ignored), counted(all, &[])])
+        let all = eigenvalues(&self.exact, &self.laws(parameters, values)?)?;
+        let mut inside = counted(all.clone(), &self.ignored);
+        inside.retain(|it| (self.band.0..=self.band.1).contains(&(it.norm() / std::f64::consts::TAU)));
+        Ok([inside, counted(all, &[])])
     }
 
     /// Names of the signals at which loops are broken.
@@ -254,19 +273,51 @@ impl<'a> Prepared<'a> {
         if self.split.equal {
             let (blocks, widest) = (self.core.blocks.len(), self.core.widest());
             format!(
-                "{loops} equal controllers: {blocks} independent parts of at most {widest} patterns of forces, \
-                 {} states without the controllers",
-                self.core.states()
+                "{loops} equal controllers: the search by {blocks} parts of at most {widest} patterns of forces, \
+                 with {} states and couplings below {SEARCH} left out; the figures by {} of at most {}, {} states without the controllers",
+                self.core.states(),
+                self.exact.blocks.len(),
+                self.exact.widest(),
+                self.exact.states()
             )
         } else {
             format!("{loops} different controllers: the full computation, each with its own law")
         }
     }
 
+    /// Modes of the whole where the parts only have modes that do not count.
+    fn same_modes(&self, laws: &Laws) -> Result<Vec<Ignored>, TuneError> {
+        let parts = eigenvalues(&self.core, laws)?;
+        let counting = counted(parts, &self.left_out);
+        let whole = counted(eigenvalues(&self.exact, laws)?, &[]);
+        let mut all = Vec::new();
+        for s in whole {
+            let near = |it: &c64| (it - s).norm() <= SAME * s.norm();
+            let mine = self.left_out.iter().filter(|it| near(&c64::new(it.value.0, it.value.1)));
+            // the one that moved the most has the widest reach
+            let widest = mine.max_by(|a, b| a.reach.total_cmp(&b.reach));
+            if let Some(it) = widest.filter(|_| !counting.iter().any(near)) {
+                all.push(Ignored {
+                    frequency_hz: s.norm() / std::f64::consts::TAU,
+                    damping: damping(s),
+                    value: (s.re, s.im),
+                    ..*it
+                });
+            }
+        }
+        Ok(all)
+    }
+
     /// Modes that none of the parameters moves much.
-    fn hardly_moved(&self, parameters: &[Parameter], start: &[f64]) -> Result<Vec<Ignored>, TuneError> {
+    fn hardly_moved(
+        &self,
+        parameters: &[Parameter],
+        start: &[f64],
+        influence: f64,
+    ) -> Result<Vec<Ignored>, TuneError> {
         let base = eigenvalues(&self.core, &self.laws(parameters, start)?)?;
-        let mut moved = vec![0.0_f64; base.len()];
+        // distance, and change of the damping ratio
+        let mut moved = vec![(0.0_f64, 0.0_f64); base.len()];
         for (k, parameter) in parameters.iter().enumerate() {
             for sign in [-1.0, 1.0] {
                 let mut values = start.to_vec();
@@ -288,10 +339,12 @@ impl<'a> Prepared<'a> {
                         (0..others.len()).min_by(|&a, &b| distance(&others[a]).total_cmp(&distance(&others[b])));
                     match nearest {
                         Some(nearest) => {
-                            moved[mode] = moved[mode].max(distance(&others[nearest]));
+                            let change = damping(others[nearest]) - damping(base[mode]);
+                            let it = &mut moved[mode];
+                            *it = (it.0.max(distance(&others[nearest])), it.1.max(change.abs()));
                             others.swap_remove(nearest);
                         }
-                        None => moved[mode] = f64::INFINITY,
+                        None => moved[mode].1 = f64::INFINITY,
                     }
                 }
             }
@@ -299,13 +352,13 @@ impl<'a> Prepared<'a> {
         let mut all: Vec<Ignored> = base
             .iter()
             .zip(&moved)
-            .filter(|(s, moved)| damping(**s) < DAMPED && **moved < MOVED * s.re.abs())
+            .filter(|(s, moved)| damping(**s) < DAMPED && moved.1 < influence * damping(**s).abs())
             .map(|(s, moved)| Ignored {
                 frequency_hz: s.norm() / std::f64::consts::TAU,
                 damping: damping(*s),
                 value: (s.re, s.im),
-                moved: moved / s.re.abs(),
-                reach: 3.0 * moved + 1e-6 * s.norm(),
+                moved: moved.1 / damping(*s).abs(),
+                reach: 3.0 * moved.0 + 1e-3 * s.norm(),
             })
             .collect();
         all.sort_by(|a, b| a.damping.total_cmp(&b.damping));

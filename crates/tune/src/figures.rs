@@ -36,7 +36,7 @@ pub struct Ignored {
     pub damping: f64,
     /// λ (1/s).
     pub value: (f64, f64),
-    /// How far it moved at most when each parameter was changed on its own, as a fraction of its decay rate.
+    /// How far its damping ratio moved at most when each parameter was changed on its own, as a fraction.
     pub moved: f64,
     /// Distance (1/s) up to which an eigenvalue is taken for it.
     pub reach: f64,
@@ -53,6 +53,8 @@ pub struct Figures {
     pub decay: f64,
     /// The least damping ratios, ascending.
     pub least: Vec<f64>,
+    /// Least damping ratio of modes outside of the band: they must decay, but do not count otherwise.
+    pub outside: f64,
     /// Modulus margin of one loop alone, the worst.
     pub modulus_one: f64,
     /// Modulus margin of the same change in all loops.
@@ -73,7 +75,7 @@ impl Figures {
     /// Whether all modes that count decay.
     #[must_use]
     pub fn stable(&self) -> bool {
-        self.damping > 0.0
+        self.damping > 0.0 && self.outside > 0.0
     }
 
     /// The lesser modulus margin.
@@ -98,7 +100,12 @@ pub(crate) struct Scene<'a> {
     pub ignored: &'a [Ignored],
     /// Whether there is a signal at which loops can be broken.
     pub margins: bool,
+    /// Frequencies (Hz) between which modes count.
+    pub band: (f64, f64),
 }
+
+/// All frequencies.
+pub(crate) const ALL: (f64, f64) = (0.0, f64::INFINITY);
 
 /// Eigenvalues with Im ≥ 0 of all blocks.
 pub(crate) fn eigenvalues(core: &Core, laws: &Laws) -> Result<Vec<c64>, TuneError> {
@@ -127,16 +134,24 @@ pub(crate) fn counted(mut values: Vec<c64>, ignored: &[Ignored]) -> Vec<c64> {
 impl Scene<'_> {
     /// All figures.
     pub fn figures(&self, laws: &Laws) -> Result<Figures, TuneError> {
-        let values = counted(eigenvalues(self.core, laws)?, self.ignored);
-        let mut figures = Figures { modulus_one: 1.0, modulus_all: 1.0, ..Figures::default() };
+        let all = counted(eigenvalues(self.core, laws)?, self.ignored);
+        let inside = |it: &c64| (self.band.0..=self.band.1).contains(&(it.norm() / TAU));
+        let (values, others): (Vec<c64>, Vec<c64>) = all.iter().copied().partition(inside);
+        let mut figures = Figures {
+            modulus_one: 1.0,
+            modulus_all: 1.0,
+            damping: 1.0,
+            outside: others.first().map_or(1.0, |it| damping(*it)),
+            ..Figures::default()
+        };
         if let Some(first) = values.first() {
             figures.damping = damping(*first);
             figures.frequency_hz = first.norm() / TAU;
         }
-        figures.decay = values.iter().map(|it| -it.re).fold(f64::INFINITY, f64::min);
+        figures.decay = values.iter().map(|it| -it.re).fold(1e3, f64::min);
         figures.least = values.iter().take(LEAST).map(|it| damping(*it)).collect();
         if self.margins {
-            self.at_frequencies(laws, &values, &mut figures);
+            self.at_frequencies(laws, &all, &mut figures);
         }
         Ok(figures)
     }

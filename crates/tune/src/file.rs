@@ -34,6 +34,11 @@ pub struct Tuning {
     /// Irregularity of the track under the moving train. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub irregularity: Option<Irregularity>,
+    /// Frequencies (Hz) between which modes count. Those outside must decay. Default: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<[f64; 2]>,
+    /// A mode does not count if no parameter, changed by a fifth of its range, changes its damping ratio by this fraction.
+    pub influence: f64,
     /// Seed of the random points from which searches start.
     pub seed: u64,
     /// Random points among which starts are chosen.
@@ -61,6 +66,8 @@ impl Default for Tuning {
             constraints: Constraints::default(),
             noise: IndexMap::new(),
             irregularity: None,
+            band: None,
+            influence: 0.1,
             seed: 1,
             samples: 60,
             starts: 4,
@@ -235,6 +242,14 @@ impl Tuning {
             positive("irregularity.speed", Some(it.speed), 1000.0)?;
             positive("irregularity.amplitude", it.amplitude, f64::INFINITY)?;
         }
+        if let Some([low, high]) = self.band
+            && !(low >= 0.0 && low < high && high.is_finite())
+        {
+            return Err(TuneError::value("band", format!("{low} to {high} Hz is not a range")));
+        }
+        if !(0.0..=10.0).contains(&self.influence) {
+            return Err(TuneError::value("influence", format!("{} is not from 0 to 10", self.influence)));
+        }
         if !self.has_noise() {
             let needs = "needs noise of a sensor, or irregularity";
             if voltage.is_some() {
@@ -388,7 +403,7 @@ mod tests {
         assert!(sound().check().is_ok());
         type Change = fn(&mut Tuning);
         let noise = |rms: Option<f64>, density| SensorNoise { rms, density, bandwidth: 100.0 };
-        let cases: [(&str, Change); 12] = [
+        let cases: [(&str, Change); 14] = [
             ("vary: no parameter", |it| it.vary.clear()),
             ("vary.ems_*.gain_gap: 14 to 2", |it| it.vary[0] = Bounds { from: 14.0, to: 2.0, log: false }),
             ("vary.ems_*.gain_gap: a logarithmic", |it| it.vary[0] = Bounds { from: 0.0, to: 2.0, log: true }),
@@ -398,6 +413,8 @@ mod tests {
             ("constraints.voltage: needs noise", |it| it.constraints.voltage = Some(1.0)),
             ("objective: voltage needs noise", |it| it.objective = Objective::Voltage),
             ("irregularity.speed: 0", |it| it.irregularity = Some(Irregularity { speed: 0.0, amplitude: None })),
+            ("band: 5 to 1", |it| it.band = Some([5.0, 1.0])),
+            ("influence: -1", |it| it.influence = -1.0),
             ("starts: 0", |it| it.starts = 0),
             ("evaluations: 3", |it| it.evaluations = 3),
             ("front: 2000", |it| it.front = 2000),

@@ -12,6 +12,7 @@ const FAR: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Limit {
     Damping,
+    Outside,
     ModulusOne,
     ModulusAll,
     DelayOne,
@@ -24,6 +25,7 @@ impl Limit {
     pub fn name(self) -> &'static str {
         match self {
             Self::Damping => "damping ratio",
+            Self::Outside => "decay of modes outside of the band",
             Self::ModulusOne => "modulus margin of one loop",
             Self::ModulusAll => "modulus margin of all loops alike",
             Self::DelayOne => "delay margin of one loop",
@@ -78,6 +80,7 @@ impl Goal {
         // all modes must decay in any case, with a little to spare
         let least = damping.unwrap_or(1e-4) + 0.1 * reserve;
         all.push((Limit::Damping, it.damping - least));
+        all.push((Limit::Outside, (it.outside - 1e-4 - 0.1 * reserve).min(FAR)));
         // margins of a system that grows mean nothing: the nearer to the border, the better
         let sign = if it.stable() { 1.0 } else { -1.0 };
         if let Some(least) = modulus {
@@ -86,7 +89,7 @@ impl Goal {
         }
         if let Some(least) = delay {
             let relative = |value: f64| (value / least - 1.0 - reserve).min(FAR);
-            let kept = |value: f64| if it.stable() { relative(value) } else { it.damping.min(0.0) - 0.01 };
+            let kept = |value: f64| if it.stable() { relative(value) } else { it.damping.min(it.outside).min(0.0) - 0.01 };
             all.push((Limit::DelayOne, kept(it.delay_one)));
             all.push((Limit::DelayAll, kept(it.delay_all)));
         }
@@ -121,7 +124,7 @@ mod tests {
     #[test]
     fn analytic_constraints_are_positive_where_kept() {
         let goal = Goal { objective: Objective::Damping, limits: Constraints { voltage: Some(2.0), ..Constraints::default() }, reserved: false };
-        let good = Figures { damping: 0.2, least: vec![0.2], modulus_one: 0.7, modulus_all: 0.5, delay_one: 0.002, delay_all: 0.001, voltage: 2.0, ..Figures::default() };
+        let good = Figures { damping: 0.2, outside: 1.0, least: vec![0.2], modulus_one: 0.7, modulus_all: 0.5, delay_one: 0.002, delay_all: 0.001, voltage: 2.0, ..Figures::default() };
         assert_eq!(goal.violation(&[good.clone()]), 0.0);
         assert_eq!(goal.parts(&[good.clone()]), [0.2, 1.0, 1.0, 1.0]);
         let bad = Figures { modulus_all: 0.4, ..good.clone() };

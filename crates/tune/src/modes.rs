@@ -13,9 +13,7 @@ use stability_map::MapError;
 
 /// Poles closer than this fraction of their size are equal.
 const SAME: f64 = 1e-7;
-/// Residues below this fraction of the largest are rounding errors.
-const NOTHING: f64 = 1e-10;
-/// Directions of a small block below this fraction are not reached.
+/// Directions of a small block below the root of the tolerance, but at least this, are not reached.
 const REACHED: f64 = 1e-8;
 
 /// Poles with their residues: y = Σ Re-parts of L (s − λ)⁻¹ M, a block, and D.
@@ -44,7 +42,7 @@ fn blocks(lambda: &Mat<f64>) -> Vec<Vec<usize>> {
     all
 }
 
-/// What counts as zero: the largest residue of all poles.
+/// The largest residue of all poles.
 pub(crate) fn scale(lambda: &Mat<f64>, b: &Mat<f64>, c: &Mat<f64>) -> f64 {
     let size = |block: &Vec<usize>| {
         let norm = |it: f64| it * it;
@@ -56,13 +54,13 @@ pub(crate) fn scale(lambda: &Mat<f64>, b: &Mat<f64>, c: &Mat<f64>) -> f64 {
 }
 
 impl Modes {
-    /// From a block-diagonal matrix with its inputs and outputs. `scale`: see [`scale`].
+    /// From a block-diagonal matrix with its inputs and outputs. Residues up to `nothing` are left out.
     pub fn new(
         lambda: &Mat<f64>,
         b: &Mat<f64>,
         c: &Mat<f64>,
         direct: Mat<f64>,
-        scale: f64,
+        nothing: f64,
     ) -> Result<Self, TuneError> {
         let (q, p) = (c.nrows(), b.ncols());
         let mut complex: Vec<(c64, Vec<usize>)> = Vec::new();
@@ -98,13 +96,13 @@ impl Modes {
                 };
                 group.iter().map(term).sum::<c64>()
             });
-            if residue.norm_max() <= NOTHING * scale {
+            if residue.norm_max() <= nothing {
                 continue;
             }
             let svd = residue.thin_svd().map_err(failed)?;
             for r in 0..q.min(p) {
                 let size = svd.S()[r].re;
-                if size <= NOTHING * scale {
+                if size <= nothing {
                     break;
                 }
                 let left = (0..q).map(|i| svd.U()[(i, r)] * size.sqrt()).collect();
@@ -115,13 +113,13 @@ impl Modes {
         for (value, group) in reals {
             let term = |i: usize, j: usize| group.iter().map(|&k| c[(i, k)] * b[(k, j)]).sum::<f64>();
             let residue = Mat::from_fn(q, p, term);
-            if residue.norm_max() <= NOTHING * scale {
+            if residue.norm_max() <= nothing {
                 continue;
             }
             let svd = residue.thin_svd().map_err(failed)?;
             for r in 0..q.min(p) {
                 let size = svd.S()[r];
-                if size <= NOTHING * scale {
+                if size <= nothing {
                     break;
                 }
                 let left = (0..q).map(|i| svd.U()[(i, r)] * size.sqrt()).collect();
@@ -134,10 +132,10 @@ impl Modes {
             let a = Mat::from_fn(m, m, |i, j| lambda[(rest[i], rest[j])]);
             let b = Mat::from_fn(m, p, |i, j| b[(rest[i], j)]);
             let c = Mat::from_fn(q, m, |i, j| c[(i, rest[j])]);
-            let [a, b, c] = reached([a, b, c], scale);
+            let [a, b, c] = reached([a, b, c], nothing);
             // what outputs show is what inputs of the transposed system reach
             let turned = [&a, &c, &b].map(|it| it.transpose().to_owned());
-            let [a, c, b] = reached(turned, scale).map(|it| it.transpose().to_owned());
+            let [a, c, b] = reached(turned, nothing).map(|it| it.transpose().to_owned());
             if a.nrows() > 0 {
                 modes.dense = Some([a, b, c]);
             }
@@ -256,18 +254,19 @@ impl Modes {
 }
 
 /// A, B, C of the states that inputs reach.
-fn reached([a, b, c]: [Mat<f64>; 3], scale: f64) -> [Mat<f64>; 3] {
+fn reached([a, b, c]: [Mat<f64>; 3], nothing: f64) -> [Mat<f64>; 3] {
     let n = a.nrows();
     let size = a.norm_l2().max(1e-300);
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut waiting: Vec<Vec<f64>> =
         (0..b.ncols()).map(|j| (0..n).map(|i| b[(i, j)]).collect()).collect();
     let first = b.norm_l2();
-    if first * c.norm_l2() <= NOTHING * scale {
+    if first * c.norm_l2() <= nothing {
         return [Mat::zeros(0, 0), Mat::zeros(0, b.ncols()), Mat::zeros(c.nrows(), 0)];
     }
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let mut limit = REACHED * first;
+    // an input direction counts if its residue could
+    let mut limit = (REACHED * first).max(nothing / c.norm_l2());
     while !waiting.is_empty() && basis.len() < n {
         let mut fresh: Vec<Vec<f64>> = Vec::new();
         // the largest first, so that small ones are judged by what is left of them

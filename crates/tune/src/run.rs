@@ -72,15 +72,15 @@ pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resu
     let store = Store::open(folder, &task(request))?;
     let done = AtomicUsize::new(0);
     let most = tuning.samples + tuning.evaluations * (tuning.starts + 1 + if tuning.front > 0 { tuning.front + 1 } else { 0 });
-    let figures = |values: &[f64]| -> Result<Vec<Figures>, TuneError> {
-        prepared.iter().map(|it| it.figures(&parameters, values)).collect()
+    let figures = |values: &[f64], exact: bool| -> Result<Vec<Figures>, TuneError> {
+        prepared.iter().map(|it| it.figures(&parameters, values, exact)).collect()
     };
     let evaluate = |places: &[f64]| -> Result<Vec<Figures>, TuneError> {
-        let found = store.get(places, || figures(&values(&parameters, places)));
+        let found = store.get(places, || figures(&values(&parameters, places), false));
         watch.progress(done.fetch_add(1, Ordering::Relaxed) + 1, most);
         found
     };
-    let before = figures(&own)?;
+    let before = figures(&own, true)?;
     let goal = Goal { objective: tuning.objective, limits: tuning.constraints.clone(), reserved: true };
     let mut archive = Vec::new();
     watch.stage("searching");
@@ -97,7 +97,7 @@ pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resu
     watch.stage("finding out what is active");
     let active = active(&evaluate, &goal, &best, &parameters, &prepared)?;
     let found: Vec<f64> = parameters.iter().zip(&best.places).map(|(it, place)| rounded(it, *place)).collect();
-    let after = figures(&found)?;
+    let after = figures(&found, true)?;
     watch.stage("starting the scenario anew with the values found");
     let exact = Goal { reserved: false, ..goal.clone() };
     let mut results = Vec::new();
@@ -310,6 +310,7 @@ fn active(
                 let limits = &goal.limits;
                 let value = match limit {
                     Limit::Damping => limits.damping.unwrap_or(0.0),
+                    Limit::Outside => 0.0,
                     Limit::ModulusOne | Limit::ModulusAll => limits.modulus.unwrap_or(0.0),
                     Limit::DelayOne | Limit::DelayAll => limits.delay.unwrap_or(0.0),
                     Limit::Voltage => limits.voltage.unwrap_or(0.0),

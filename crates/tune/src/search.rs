@@ -183,6 +183,7 @@ mod tests {
         let evaluate = |x: &[f64]| {
             let of = |least: f64| Figures {
                 damping: least,
+                outside: 1.0,
                 least: vec![least],
                 modulus_one: 1.3 - x[0] - x[1],
                 modulus_all: 1.0,
@@ -215,7 +216,7 @@ mod tests {
             if x[0] > 0.5 {
                 return Err(TuneError::value("x", "too large"));
             }
-            Ok(vec![Figures { damping: x[0], least: vec![x[0]], modulus_one: 1.0, modulus_all: 1.0, delay_one: 1.0, delay_all: 1.0, ..Figures::default() }])
+            Ok(vec![Figures { damping: x[0], outside: 1.0, least: vec![x[0]], modulus_one: 1.0, modulus_all: 1.0, delay_one: 1.0, delay_all: 1.0, ..Figures::default() }])
         };
         let error = search(&evaluate, &goal, &[0.2], 300).unwrap_err();
         assert!(error.to_string().contains("too large"));

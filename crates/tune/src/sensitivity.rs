@@ -107,6 +107,7 @@ fn one_percent(limit: Limit, limits: &Constraints) -> f64 {
     let of = |value: Option<f64>| 0.01 * value.unwrap_or(0.0);
     match limit {
         Limit::Damping => of(limits.damping),
+        Limit::Outside => 0.0,
         Limit::ModulusOne | Limit::ModulusAll => of(limits.modulus),
         Limit::DelayOne | Limit::DelayAll | Limit::Voltage => 0.01,
     }
@@ -167,6 +168,7 @@ mod tests {
         let evaluate = |x: &[f64]| {
             Ok(vec![Figures {
                 damping: 0.5 * x[0],
+                outside: 1.0,
                 least: vec![0.5 * x[0]],
                 modulus_one: 1.0 - x[0],
                 modulus_all: 1.0,

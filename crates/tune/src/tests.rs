@@ -5,8 +5,8 @@ use faer::prelude::c64;
 use linear::StateSpace;
 
 use crate::closed::Laws;
-use crate::core::Core;
-use crate::figures::{Figures, Scene, eigenvalues};
+use crate::core::{Core, EXACT};
+use crate::figures::{ALL, Figures, Scene, eigenvalues};
 use crate::file::{Constraints, Objective, SensorNoise};
 use crate::goal::{Goal, Limit};
 use crate::noise::density;
@@ -52,10 +52,15 @@ fn lag(p: f64, r: f64) -> Law {
     }
 }
 
+fn one(rest: &StateSpace, loops: usize, equal: bool) -> Core {
+    let [core] = Core::with(rest, loops, equal, [EXACT]).unwrap();
+    core
+}
+
 fn figures(rest: &StateSpace, loops: usize, law: &Law, noise: Option<SensorNoise>) -> Figures {
-    let core = Core::new(rest, loops, true).unwrap();
+    let core = one(rest, loops, true);
     let noise = [noise];
-    let scene = Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true };
+    let scene = Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL };
     scene.figures(&Laws::Equal(law.clone())).unwrap()
 }
 
@@ -88,7 +93,7 @@ fn analytic_one_loop_has_the_margins_of_its_formula() {
     assert!((found.delay_one / delay - 1.0).abs() < 0.02 || !delay.is_finite(), "{} {delay}", found.delay_one);
     assert_eq!((found.modulus_one, found.delay_one), (found.modulus_all, found.delay_all));
     // the polynomial (s + r)(m s² + d s + k) + p r at the least damped root
-    let core = Core::new(&damped(m, k, d), 1, true).unwrap();
+    let core = one(&damped(m, k, d), 1, true);
     for s in eigenvalues(&core, &Laws::Equal(lag(p, r))).unwrap() {
         let value = (s + r) * (m * s * s + d * s + k) + p * r;
         assert!(value.norm() < 1e-8 * (p * r), "{s} {value}");
@@ -170,7 +175,7 @@ fn analytic_a_ring_falls_into_its_patterns() {
     for i in 0..count {
         rest.a[(count + i, count + i)] = -0.8;
     }
-    let core = Core::new(&rest, count, true).unwrap();
+    let core = one(&rest, count, true);
     assert_eq!((core.blocks.len(), core.widest(), core.states()), (6, 1, 12));
     let law = lag(5.0, 30.0);
     let found = eigenvalues(&core, &Laws::Equal(law.clone())).unwrap();
@@ -182,11 +187,11 @@ fn analytic_a_ring_falls_into_its_patterns() {
         assert!(least < 1e-6, "{s} {least}");
     }
     // the same laws one by one give the same figures, in one part of all loops
-    let each = Core::new(&rest, count, false).unwrap();
+    let each = one(&rest, count, false);
     assert_eq!((each.blocks.len(), each.widest()), (1, count));
     let noise = [Some(SensorNoise { rms: Some(1e-3), density: None, bandwidth: 50.0 })];
     let of = |core: &Core, laws: &Laws| {
-        Scene { core, noise: &noise, track: None, ignored: &[], margins: true }.figures(laws).unwrap()
+        Scene { core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL }.figures(laws).unwrap()
     };
     let (one, other) = (of(&core, &Laws::Equal(law.clone())), of(&each, &Laws::Each(vec![law; count])));
     let near = |a: f64, b: f64| (a - b).abs() < 1e-6 * a.abs();
@@ -208,11 +213,11 @@ fn analytic_a_ring_falls_into_its_patterns() {
 /// 1 + p/k at rest.
 #[test]
 fn analytic_the_slowest_decay_is_tuned_to_its_known_optimum() {
-    let core = Core::new(&damped(1.0, 50.0, 2.0), 1, true).unwrap();
+    let core = one(&damped(1.0, 50.0, 2.0), 1, true);
     let noise = [None];
     let gain = |places: &[f64]| -45.0 + 75.0 * places[0];
     let evaluate = |places: &[f64]| {
-        let scene = Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true };
+        let scene = Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL };
         Ok(vec![scene.figures(&Laws::Equal(lag(gain(places), 4.0)))?])
     };
     let limits = Constraints { damping: None, modulus: None, delay: None, voltage: None };

@@ -13,7 +13,7 @@ use crate::error::TuneError;
 use crate::result::Verified;
 
 /// An eigenvalue of the whole system is one of the parts' if it is as near as this, relative.
-const SAME: f64 = 1e-4;
+const SAME: f64 = 3e-3;
 /// Untouched modes that are listed.
 const LISTED: usize = 6;
 /// Modes that are compared.

@@ -113,6 +113,21 @@ const PLAN: &[(&str, &[&str])] = &[
         ],
     ),
     ("response", &["linear", "patterns", "results"]),
+    (
+        "tune",
+        &[
+            "figure",
+            "fmi2-import",
+            "linear",
+            "maps",
+            "master",
+            "response",
+            "results",
+            "scenario",
+            "stability-map",
+            "strict-json",
+        ],
+    ),
     ("floquet", &["fmi2-import", "linear", "master", "patterns", "scenario"]),
     (
         "report",
@@ -196,6 +211,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "ssp",
             "study",
             "study-report",
+            "tune",
         ],
     ),
     (

@@ -62,6 +62,13 @@ pub struct Arguments {
     /// Move the guideway's irregularity under the train with this speed (m/s).
     #[arg(long, value_name = "SPEED")]
     irregularity: Option<f64>,
+    /// Only modes between these frequencies (Hz) count; those outside must decay.
+    #[arg(long, value_name = "LOW:HIGH", value_parser = band)]
+    band: Option<[f64; 2]>,
+    /// A mode does not count if no parameter, changed by a fifth of its range, changes its damping ratio
+    /// by this fraction [default: 0.1].
+    #[arg(long, value_name = "FRACTION")]
+    influence: Option<f64>,
     /// Seed of the random points [default: 1].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -96,6 +103,13 @@ pub struct Arguments {
     json: bool,
 }
 
+fn band(text: &str) -> Result<[f64; 2], String> {
+    let wrong = || format!("\"{text}\" is not of the form LOW:HIGH, as 4:12");
+    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
+    let number = |it: &str| it.trim().parse::<f64>().map_err(|_| wrong());
+    Ok([number(low)?, number(high)?])
+}
+
 impl Arguments {
     /// The tuning file with the options added.
     fn tuning(&self) -> Result<Tuning, tune::TuneError> {
@@ -127,6 +141,8 @@ impl Arguments {
             voltage: limit(self.max_voltage, before.voltage),
         };
         tuning.objective = self.objective.unwrap_or(tuning.objective);
+        tuning.band = self.band.or(tuning.band);
+        tuning.influence = self.influence.unwrap_or(tuning.influence);
         tuning.seed = self.seed.unwrap_or(tuning.seed);
         tuning.samples = self.samples.unwrap_or(tuning.samples);
         tuning.starts = self.starts.unwrap_or(tuning.starts);
