@@ -251,15 +251,26 @@ fn result(text: &mut String, all: &[Judged]) -> Result<()> {
     let none = (0..CLAIMS.len()).filter(|&c| agreeing(all, c, Verdict::Agrees).is_empty());
     let none: Vec<_> = none.map(|c| format!("{} ({})", letter(c), CLAIMS[c].paper)).collect();
     let none = if none.is_empty() { "nothing".to_owned() } else { none.join("; ") };
-    writeln!(text, "\n\n**What none of them gives:** {none}.")?;
+    writeln!(text, "\n\n**What none of them gives:** {none}. No reading gives at once: {}.", apart(all))?;
     let whole = all.iter().any(|it| it.counts().0 == CLAIMS.len());
-    let answer = if whole {
-        "There is a reading that gives all of it."
-    } else {
-        "No reading gives all of it."
-    };
+    let answer = if whole { "A reading gives all of it." } else { "No reading gives all of it." };
     writeln!(text, "{answer}")?;
     Ok(())
+}
+
+/// Pairs of claims of which each is given by some reading, and both by none.
+fn apart(all: &[Judged]) -> String {
+    let gives = |it: &Judged, claim: usize| it.verdicts[claim] == Verdict::Agrees;
+    let some = |claim: usize| all.iter().any(|it| gives(it, claim));
+    let mut pairs = Vec::new();
+    for a in 0..CLAIMS.len() {
+        for b in a + 1..CLAIMS.len() {
+            if some(a) && some(b) && !all.iter().any(|it| gives(it, a) && gives(it, b)) {
+                pairs.push(format!("{} and {}", letter(a), letter(b)));
+            }
+        }
+    }
+    if pairs.is_empty() { "nothing".to_owned() } else { pairs.join(", ") }
 }
 
 fn figure_14(text: &mut String, dataset: &Dataset, all: &[Judged]) -> Result<()> {
