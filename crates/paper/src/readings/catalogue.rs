@@ -69,7 +69,7 @@ pub struct Reading {
     pub moving_girders: bool,
     /// Irregularity and excitation of the crossing.
     pub track: Track,
-    /// Whether the text supports all of its values.
+    /// Whether something in the text speaks for each of its values.
     pub in_text: bool,
 }
 

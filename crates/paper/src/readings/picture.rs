@@ -15,12 +15,12 @@ use crate::{claims::Verdict, runs::FREQUENCIES};
 
 const ROW: usize = 22;
 const CELL: usize = 30;
-const LEFT: usize = 470;
-const TOP: usize = 250;
+const LEFT: usize = 490;
+const TOP: usize = 300;
 
 /// Readings × claims, coloured by verdict.
 pub fn overview(all: &[Judged]) -> String {
-    let (width, height) = (LEFT + CLAIMS.len() * CELL + 90, TOP + all.len() * ROW + 50);
+    let (width, height) = (LEFT + CLAIMS.len() * CELL + 210, TOP + all.len() * ROW + 50);
     let mut svg = format!(
         "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
          xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"13\">\n\
@@ -88,10 +88,13 @@ pub fn overview(all: &[Judged]) -> String {
     svg + "</svg>\n"
 }
 
-/// Largest gap deviations over the girder's first frequency, one line per reading of the magnets or girders.
+/// Largest gap deviations, over that of the 5 Hz girder, by the girder's first frequency; one line per reading of the magnets or girders.
 pub fn girders(all: &[Judged], dataset: &Dataset) -> Result<String> {
     let mut panels = [0, 4].map(|first| FigurePanel {
-        ylabel: format!("gap, by {} (mm)", if first == 0 { "stiffness" } else { "mass" }),
+        ylabel: format!(
+            "gap over that at 5 Hz, by {}",
+            if first == 0 { "stiffness" } else { "mass" }
+        ),
         lines: Vec::new(),
     });
     // the single changes of magnets and girders
@@ -107,14 +110,16 @@ pub fn girders(all: &[Judged], dataset: &Dataset) -> Result<String> {
             continue;
         }
         for (panel, rows) in panels.iter_mut().zip(rows.chunks(4)) {
+            let first = rows[0].gap.unwrap_or(f64::NAN);
             let points = FREQUENCIES
                 .iter()
                 .zip(rows)
-                .filter_map(|(f, row)| Some((f64::from(*f), row.gap? * 1e3)))
+                .filter_map(|(f, row)| Some((f64::from(*f), row.gap? / first)))
                 .collect();
             panel.lines.push(FigureLine { label: reading.name.to_owned(), points });
         }
     }
-    let title = "Figure 14 by reading: largest gap deviation under the chirp";
+    let title =
+        "Figure 14 by reading: largest gap deviation under the chirp, over that of the 5 Hz girder";
     Ok(draw_over(title, "first frequency of the bare girder (Hz)", &panels)?)
 }
