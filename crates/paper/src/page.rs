@@ -36,8 +36,8 @@ const HEAD: &str = "\
 
 # The paper's figures, computed here
 
-What sections 3.2 to 3.4 of the paper report, beside what the units compute. Everything on this page is made
-by one command:
+What sections 3.2 to 3.4 of the paper report, beside what the units compute. One command makes this page, all
+but the runs of the readings at its end:
 
 ```sh
 cargo xtask paper
