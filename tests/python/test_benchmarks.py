@@ -1,6 +1,6 @@
 """Problems of the literature as scenarios, against integrations of their equations that share no code with the units.
 
-Every reference is computed here: equations of motion with scipy's DOP853. Peaks are sampled at the steps of the run.
+Every reference is computed here: equations of motion with scipy's DOP853.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ LENGTH, BENDING, BEAM, MASS, SPRING, SPEED, GRAVITY = 25.0, 2.87e9 * 2.9, 2303.0
 ENTRY = 1.5
 
 
-def solved(equations, start, stop, tolerance=1e-11):
-    found = solve_ivp(equations, (0.0, stop), start, method="DOP853", rtol=tolerance, atol=1e-14, dense_output=True)
+def solved(equations, start, stop, tolerance=1e-9):
+    found = solve_ivp(equations, (0.0, stop), start, method="DOP853", rtol=tolerance, atol=1e-3 * tolerance, dense_output=True)
     assert found.success
     return found.sol
 
@@ -52,7 +52,7 @@ def rigid_mass(count):
         matrix = np.eye(count) + share * np.outer(shape, shape)
         return np.concatenate([rate, np.linalg.solve(matrix, share * load * shape - natural**2 * q)])
 
-    course = solved(equations, np.zeros(2 * count), LENGTH / SPEED, 1e-10)
+    course = solved(equations, np.zeros(2 * count), LENGTH / SPEED)
     return lambda t: np.sin(wave * LENGTH / 2) @ course(t)[:count]
 
 
@@ -68,13 +68,13 @@ def rigid_mass(count):
     ],
 )
 def test_analytic_a_mass_crosses_a_beam(scenario, reference, count, published, tolerance, tmp_path):
-    signals, _ = run(f"benchmarks/{scenario}", tmp_path, "--no-report", "--set", f"guideway.modes={count}")
+    signals, _ = run(f"benchmarks/{scenario}", tmp_path, "--no-report", "--record-interval", 0.001, "--set", f"guideway.modes={count}")
     time, deflection = signals["time"] - ENTRY, -1e3 * signals["guideway.midspan_displacement_01"]
     on_the_beam = (time >= 0.0) & (time <= LENGTH / SPEED)
     # nothing moves before
     assert np.abs(deflection[time < 0]).max() == 0.0
-    exact = 1e3 * reference(count)(time[on_the_beam])
-    peak = exact.max()
+    course = reference(count)
+    exact, peak = 1e3 * course(time[on_the_beam]), 1e3 * course(np.linspace(0.3, 0.45, 3001)).max()
     error = np.abs(deflection[on_the_beam] - exact).max() / peak
     print(f"{scenario}, {count} modes: peak {deflection.max():.6f} mm, exact {peak:.6f} mm, largest difference {error:.1e}")
     assert error < tolerance
@@ -123,7 +123,7 @@ def magnet(speed, start, stop):
     for begin, end in zip(edges, edges[1:]):
         if end <= begin:
             continue
-        piece = solve_ivp(lambda t, y: equations(t, y), (begin, end), state, method="DOP853", rtol=1e-10, atol=1e-14, dense_output=True)
+        piece = solve_ivp(lambda t, y: equations(t, y), (begin, end), state, method="DOP853", rtol=1e-9, atol=1e-13, dense_output=True)
         assert piece.success
         courses.append((begin, end, piece.sol))
         state = piece.y[:, -1]
@@ -141,12 +141,11 @@ def magnet(speed, start, stop):
 @pytest.mark.parametrize("speed, step", [(1.4, 0.001), (20.0, 0.001), (50.0, 0.0005), (100.0, 0.0002)])
 def test_analytic_one_magnet_crosses_a_girder(speed, step, tmp_path):
     stop = round((26.0 / speed + 0.3) / 0.01) * 0.01
-    signals, _ = run("benchmarks/magnet-crossing.json", tmp_path, "--no-report", "--set", f"vehicle.travel_speed={speed}", "--stop", stop, "--step", step)
-    every = max(1, len(signals["time"]) // 1000)
-    times = signals["time"][::every]
+    signals, _ = run("benchmarks/magnet-crossing.json", tmp_path, "--no-report", "--set", f"vehicle.travel_speed={speed}", "--stop", stop, "--step", step, "--record-interval", 10 * step)
+    times = signals["time"]
     exact = np.array([magnet_at(t) for magnet_at in [magnet(speed, -1.0, stop)] for t in times])
     for column, signal, rest in [(0, "vehicle.gap_01", 0.008), (1, "guideway.midspan_displacement_01", 0.0)]:
-        found = signals[signal][::every]
+        found = signals[signal]
         size = np.abs(exact[:, column] - rest).max()
         error = np.abs(found - exact[:, column]).max() / size
         print(f"{speed} m/s, {signal}: largest deviation {1e3 * size:.5f} mm, difference {error:.1e} of it")

@@ -191,7 +191,7 @@ pub fn fit(order: &Order<'_>, watch: &mut dyn FnMut(Progress)) -> Result<Fit, Fi
         .varied
         .iter()
         .zip(&known)
-        .map(|(it, (before, _))| {
+        .map(|(it, Known { before, .. })| {
             let own = if it.is_offset() { Some(alignment.offset) } else { *before };
             let inside = own.filter(|value| (it.low..=it.high).contains(value));
             let start = it.start.or(inside).unwrap_or(f64::midpoint(it.low, it.high));
@@ -272,28 +272,34 @@ fn load(setup: &Setup, spec: &RecordSpec) -> Result<Record, FitError> {
     Ok(Record::load(spec, &signals, &units)?)
 }
 
+/// What the scenario and the unit say of a varied variable.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    before: Option<f64>,
+    unit: Option<String>,
+}
+
 /// Value in the scenario and unit of each varied variable; of a pattern, of the first one that it matches.
 fn variables(
     pool: &mut Pool,
     scenario: &Scenario,
     setup: &Setup,
     varied: &[Varied],
-) -> Result<Vec<(Option<f64>, Option<String>)>, FitError> {
+) -> Result<Vec<Known>, FitError> {
     let mut found = Vec::new();
     for it in varied {
         if it.is_offset() {
-            found.push((None, Some("s".to_owned())));
+            found.push(Known { before: None, unit: Some("s".to_owned()) });
             continue;
         }
         // the master says which variables the target means
         let middle = f64::midpoint(it.low, it.high);
         let trial = crate::simulator::with_values(scenario, std::slice::from_ref(it), &[middle]);
         let trial = pool.setup(&trial).map_err(FitError::Setup)?;
-        let hit = &trial.system().overridden
-            [scenario.overrides.len().min(trial.system().overridden.len())..];
-        let hit = if hit.is_empty() { trial.system().overridden.as_slice() } else { hit };
+        // after those that the scenario itself overrides
+        let others = setup.system().overridden.len();
         let mut first = None;
-        for change in hit {
+        for change in trial.system().overridden.iter().skip(others) {
             let variable = trial.system().variable(change.port);
             if variable.kind != Type::Real {
                 return Err(FitError::NotReal { target: it.target.clone() });
@@ -311,7 +317,7 @@ fn variables(
                 Some(Value::Real(value)) => Some(*value),
                 _ => None,
             };
-            first.get_or_insert((value, variable.unit.clone()));
+            first.get_or_insert(Known { before: value, unit: variable.unit.clone() });
         }
         found.push(first.unwrap_or_default());
     }
@@ -376,15 +382,11 @@ fn first_residuals(
     Some(values.iter().zip(&data.values).map(|(a, b)| a - b).collect())
 }
 
-fn parameters(
-    varied: &[Varied],
-    known: &[(Option<f64>, Option<String>)],
-    solution: &Solution,
-) -> Vec<FittedParameter> {
+fn parameters(varied: &[Varied], known: &[Known], solution: &Solution) -> Vec<FittedParameter> {
     let factor = student_95(solution.freedom);
     let finite = |it: f64| it.is_finite().then_some(it);
     let information = &solution.information;
-    let one = |(k, (it, (before, unit))): (usize, (&Varied, &(Option<f64>, Option<String>)))| {
+    let one = |(k, (it, Known { before, unit })): (usize, (&Varied, &Known))| {
         let (error, robust) = (information.errors[k], information.correlated_errors[k]);
         let half = (0.5 * (it.high - it.low)) / factor;
         FittedParameter {

@@ -373,7 +373,7 @@ fn size(values: &[f64]) -> f64 {
 
 /// Point k of the Halton sequence in the unit cube: the digits of k in a prime base, mirrored at the point.
 fn halton(k: usize, dimensions: usize) -> Vec<f64> {
-    let primes = (2..).filter(|n: &usize| (2..*n).all(|divisor| n % divisor != 0));
+    let primes = (2..).filter(|n: &usize| (2..*n).all(|divisor| !n.is_multiple_of(divisor)));
     let mirrored = |base: usize| {
         let (mut rest, mut digit, mut value) = (k, 1.0, 0.0);
         while rest > 0 {

@@ -43,7 +43,7 @@ fn noise(seed: u64) -> Vec<f64> {
 }
 
 fn data(values: Vec<f64>) -> Data {
-    let groups = vec![0..values.len()];
+    let groups = std::iter::once(0..values.len()).collect();
     Data { values, groups }
 }
 

@@ -115,6 +115,11 @@ fn analytic_a_gain_is_fitted_to_a_record() {
     let single: Value =
         serde_json::from_str(&fit(&["--vary", vary, "--threads", "1", "--json"]).stdout()).unwrap();
     assert_eq!(single["parameters"], found["parameters"]);
+    // the value before is that of --set, which also gives other variables theirs
+    let set = ["--set", "*.fail_time=1e9", "--set", "c.gain=-6", "--vary", vary, "--json"];
+    let other: Value = serde_json::from_str(&fit(&set).stdout()).unwrap();
+    assert_eq!(other["parameters"][0]["before"], -6.0);
+    assert!((other["parameters"][0]["value"].as_f64().unwrap() - value).abs() < 1e-6);
     // bad input
     fit(&[]).fails(2, &["--vary"]);
     fit(&["--vary", "c.gian=1:2"]).fails(2, &["gian"]);

@@ -5,6 +5,7 @@
 //! [`section`] shows them in a report, and [`as_run`] puts the record beside the runs there.
 
 #![forbid(unsafe_code)]
+#![expect(clippy::result_large_err, reason = "an error ends the comparison")]
 #![doc = include_str!("../README.md")]
 
 mod align;

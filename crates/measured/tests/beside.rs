@@ -1,6 +1,6 @@
 //! Records beside signals whose difference is known.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test program")]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::result_large_err, reason = "a test program")]
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
