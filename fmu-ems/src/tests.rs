@@ -413,7 +413,7 @@ fn issue_20_lost_guidance_ends_the_run_as_a_result() {
         unit.set_input_derivative("lateral_offset", 1, 0.1).unwrap();
         (unit.step(0.0, 0.01), unit)
     };
-    let (outcome, mut unit) = slide(&["nonlinear", "lift_loss"]);
+    let (outcome, unit) = slide(&["nonlinear", "lift_loss"]);
     let failure = outcome.unwrap_err();
     assert_eq!(failure.status, fmi2Status::fmi2Discard);
     assert!(failure.to_string().contains("guidance is lost"), "{failure}");
