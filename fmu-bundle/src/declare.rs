@@ -2,7 +2,8 @@
 
 use bundle_table::{Exposed, Kind, Limits, Role, Table, Value};
 use fmi2_export::{
-    BooleanVar, Error, Info, IntegerVar, Interface, RealVar, StringVar, UnitOfMeasure, Values, VariableRow,
+    BooleanVar, Error, Info, IntegerVar, Interface, RealVar, StringVar, UnitOfMeasure, Values,
+    VariableRow,
 };
 
 use crate::measures::{lasting, measure};
@@ -85,7 +86,11 @@ macro_rules! with_role {
     };
 }
 
-fn variable(it: &Exposed, measures: &[UnitOfMeasure], interface: &mut Interface) -> Result<Handle, Error> {
+fn variable(
+    it: &Exposed,
+    measures: &[UnitOfMeasure],
+    interface: &mut Interface,
+) -> Result<Handle, Error> {
     let name = it.name.as_str();
     let handle = match (it.kind, &it.start) {
         (Kind::Real, start @ (None | Some(Value::Real(_)))) => {

@@ -28,7 +28,8 @@ pub(crate) fn states(
         match it.role {
             Role::Input => {
                 // inputs that a unit does not report have no effect
-                let found: Vec<_> = it.ports.iter().filter_map(|name| system.input(name).ok()).collect();
+                let found: Vec<_> =
+                    it.ports.iter().filter_map(|name| system.input(name).ok()).collect();
                 if !found.is_empty() {
                     let column = space.input(*variable);
                     columns.extend(found.iter().map(|_| column));

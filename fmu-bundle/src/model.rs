@@ -46,7 +46,8 @@ impl Model for Bundle {
 
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         let text = resources.read_to_string(TABLE)?;
-        let table = Table::read(&text).map_err(|why| Error::invalid(format!("resource {TABLE}: {why}")))?;
+        let table =
+            Table::read(&text).map_err(|why| Error::invalid(format!("resource {TABLE}: {why}")))?;
         let handles = declare(&table, interface)?;
         let places = |wanted: &dyn Fn(Role, bool) -> bool| -> Vec<usize> {
             let all = table.variables.iter().zip(&handles).enumerate();
@@ -139,7 +140,9 @@ impl Model for Bundle {
             }
             simulation.advance_to(end).map_err(|error| refusal(&error))?;
             match simulation.stopped() {
-                Some(reason) => Err(Error::terminated(format!("a stop condition has become true: {reason}"))),
+                Some(reason) => {
+                    Err(Error::terminated(format!("a stop condition has become true: {reason}")))
+                }
                 None => Ok(()),
             }
         });
@@ -188,7 +191,8 @@ impl Model for Bundle {
     }
 
     fn restored(&mut self, state: &mut State, values: &mut Values) -> Result<(), Error> {
-        let saved = state.saved.as_ref().ok_or_else(|| Error::invalid("the saved state is incomplete"))?;
+        let saved =
+            state.saved.as_ref().ok_or_else(|| Error::invalid("the saved state is incomplete"))?;
         let fits = self.running.as_ref().is_some_and(|it| it.borrow_owner().times == state.times);
         if !fits {
             self.start(values, state.times)?;

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from conftest import MAGLEV, ROOT, UNITS, maglev, results
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.validation import validate_fmu
 
 LIBRARY = UNITS / "bundle-library.zip"
 STOP = 0.05
@@ -225,9 +227,11 @@ def test_issue_a_bundle_leaves_nothing_behind(bogie, folder, tmp_path, monkeypat
     assert before == sorted(p for p in Path(folder).rglob("*"))
 
 
-def test_issue_validate_and_fmpy_find_nothing(bogie):
-    unit, _ = bogie
-    assert fmpy.validation.validate_fmu(str(unit)) == []
+def test_issue_validate_and_fmpy_find_nothing():
+    unit = UNITS / "magnet-on-girder.fmu"
+    for each in (unit, UNITS / "train.fmu"):
+        assert validate_fmu(str(each)) == []
+        assert json.loads(maglev("validate", "--json", each).stdout) == []
     report = json.loads(maglev("validate", "--dynamic", "--json", unit).stdout)
     findings = report.get("findings", []) + [f for check in report["checks"] for f in check["findings"]]
     assert [it for it in findings if it["severity"] != "note"] == []
@@ -392,3 +396,22 @@ def test_issue_names_and_patterns_choose_the_variables(tmp_path):
     maglev("bundle", ROOT / "scenarios" / "one-bogie.json", "--out", unit, "--library", LIBRARY, *options)
     found = {name: v.causality for name, v in names(unit).items()}
     assert found == {"gain": "parameter", "vehicle_gap_01": "output", "vehicle_gap_02": "output", "load": "output"}
+
+
+def test_issue_the_guides_code_runs_with_the_shipped_train(tmp_path):
+    """The ten lines of the page, with an early stop."""
+    code = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "bundle.md").read_text(), re.DOTALL)[1]
+    assert "stop_time=40.0" in code
+    code = "import matplotlib\nmatplotlib.use('Agg')\n" + code.replace("stop_time=40.0", "stop_time=0.2")
+    code = code.replace("target/fmu", str(UNITS))
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "figure-13.png").stat().st_size > 1000
+
+
+def test_crosstool_the_shipped_train_gets_the_bits_of_a_run(tmp_path):
+    maglev("run", ROOT / "scenarios" / "low-speed.json", "--stop", "0.1", "--no-report", "--out", tmp_path / "run")
+    run = results(tmp_path / "run")
+    signals = [in_bundle(name) for name in run if name != "time"]
+    found = fmpy.simulate_fmu(str(UNITS / "train.fmu"), stop_time=0.1, step_size=0.005, output_interval=0.005, output=signals)
+    same(run, found)

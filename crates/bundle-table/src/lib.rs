@@ -168,12 +168,17 @@ impl Table {
     pub fn read(text: &str) -> Result<Self, String> {
         let table: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
         if table.form != FORM {
-            return Err(format!("the bundle has form {}, and the library reads {FORM}", table.form));
+            return Err(format!(
+                "the bundle has form {}, and the library reads {FORM}",
+                table.form
+            ));
         }
         let count = table.variables.len();
-        let places = |it: &Exposed| it.depends.iter().chain(&it.initially).all(|&place| place < count);
+        let places =
+            |it: &Exposed| it.depends.iter().chain(&it.initially).all(|&place| place < count);
         let measured = |it: &Exposed| it.measure.is_none_or(|place| place < table.measures.len());
-        match table.variables.iter().find(|it| !places(it) || !measured(it) || it.ports.is_empty()) {
+        match table.variables.iter().find(|it| !places(it) || !measured(it) || it.ports.is_empty())
+        {
             None => Ok(table),
             Some(wrong) => Err(format!("the entry of {} refers to nothing", wrong.name)),
         }

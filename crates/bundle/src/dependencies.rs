@@ -32,7 +32,11 @@ impl<'a> Dependencies<'a> {
         self.walk(of, initial)
     }
 
-    fn walk(&self, of: Port, knowns: impl Fn(&ModelDescription, usize) -> Vec<usize>) -> Vec<usize> {
+    fn walk(
+        &self,
+        of: Port,
+        knowns: impl Fn(&ModelDescription, usize) -> Vec<usize>,
+    ) -> Vec<usize> {
         let mut seen: HashSet<Port> = HashSet::from([of]);
         let mut left = vec![of];
         let mut found = Vec::new();

@@ -61,7 +61,9 @@ pub enum BundleError {
         looked: Vec<PathBuf>,
     },
     /// A library for a platform is missing.
-    #[error("the units and the library of bundles ({library}) have no platform in common that this system can run")]
+    #[error(
+        "the units and the library of bundles ({library}) have no platform in common that this system can run"
+    )]
     Platform {
         /// The file with the libraries.
         library: PathBuf,

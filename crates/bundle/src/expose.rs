@@ -95,11 +95,8 @@ struct Chooser<'a> {
 
 impl Chooser<'_> {
     fn reserve(&mut self, expose: &Expose, name: &str) -> Result<(), BundleError> {
-        let wrong = |why| BundleError::Name {
-            pattern: expose.pattern.clone(),
-            name: name.to_owned(),
-            why,
-        };
+        let wrong =
+            |why| BundleError::Name { pattern: expose.pattern.clone(), name: name.to_owned(), why };
         if !is_valid(name) {
             return Err(wrong("is not a valid name"));
         }
@@ -112,7 +109,8 @@ impl Chooser<'_> {
     /// Adds what a pattern matches.
     fn add(&mut self, expose: &Expose) -> Result<(), BundleError> {
         let place = format!("--expose {}", expose.pattern);
-        let mut ports = self.system.select(&place, &expose.pattern).map_err(BundleError::Pattern)?;
+        let mut ports =
+            self.system.select(&place, &expose.pattern).map_err(BundleError::Pattern)?;
         let loose = expose.pattern.contains('*');
         let refused = |port: Port, why| BundleError::NotExposable {
             pattern: expose.pattern.clone(),
@@ -169,11 +167,15 @@ impl Chooser<'_> {
         match variable.causality {
             Causality::Independent => Err("is the time"),
             _ if variable.variability == Variability::Constant => Err("is a constant"),
-            Causality::Input if self.fed.contains(&port) || self.system.driven.contains(&port) => Ok(Role::Output),
+            Causality::Input if self.fed.contains(&port) || self.system.driven.contains(&port) => {
+                Ok(Role::Output)
+            }
             Causality::Input => Ok(Role::Input),
             Causality::Parameter if start(self.setup, port).is_none() => Err("has no start value"),
             Causality::Parameter if self.is_file(port) => Err("is the path of a file inside"),
-            Causality::Parameter if variable.variability == Variability::Tunable => Ok(Role::Tunable),
+            Causality::Parameter if variable.variability == Variability::Tunable => {
+                Ok(Role::Tunable)
+            }
             Causality::Parameter => Ok(Role::Parameter),
             _ => Ok(Role::Output),
         }
@@ -181,7 +183,8 @@ impl Chooser<'_> {
 
     /// Whether the scenario sets a parameter to the path of a file, which becomes one in the bundle.
     fn is_file(&self, port: Port) -> bool {
-        let (instance, variable) = (&self.system.instances[port.instance], self.system.variable(port));
+        let (instance, variable) =
+            (&self.system.instances[port.instance], self.system.variable(port));
         let entries = self.setup.scenario().instances.iter();
         let of_instance = entries.filter(|(pattern, _)| {
             **pattern == instance.name
@@ -288,6 +291,8 @@ pub(crate) fn start(setup: &Setup, port: Port) -> Option<Value> {
     let given = instance.inputs.get(&port.variable).or(instance.parameters.get(&port.variable));
     let variable = setup.system().variable(port);
     // an Enumeration without a start value has none that is certain
-    let usable = |value: &&Value| variable.kind != Type::Real || matches!(value, Value::Real(x) if x.is_finite());
+    let usable = |value: &&Value| {
+        variable.kind != Type::Real || matches!(value, Value::Real(x) if x.is_finite())
+    };
     given.or(variable.start.as_ref()).filter(usable).cloned()
 }

@@ -12,7 +12,8 @@ pub(crate) fn limits(system: &System) -> Limits {
     };
     let slow = |it: &&InstanceSetup| it.every > 1;
     let slow = system.instances.iter().find(slow);
-    let slow = slow.map(|it| format!("{} steps in every {}th communication step only", it.name, it.every));
+    let slow =
+        slow.map(|it| format!("{} steps in every {}th communication step only", it.name, it.every));
     Limits {
         variable_step: slow.or_else(|| {
             reason(

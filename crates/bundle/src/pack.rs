@@ -77,14 +77,17 @@ pub fn bundle(order: &Order<'_>) -> Result<Bundled, BundleError> {
         let Inner { folder, files } = unit;
         for (name, content) in files {
             match name.strip_prefix("documentation/") {
-                Some(name) => documentation.insert(format!("units/{folder}/{name}"), content.clone()),
+                Some(name) => {
+                    documentation.insert(format!("units/{folder}/{name}"), content.clone())
+                }
                 None => resources.insert(format!("{UNITS}/{folder}/{name}"), content.clone()),
             };
         }
     }
     // the binaries of other systems must not change the GUID
     let sums = resources.iter().filter(|(name, _)| !name.contains("/binaries/"));
-    let sums = sums.map(|(name, content)| (name.clone(), format!("{:08x}", crc32fast::hash(content))));
+    let sums =
+        sums.map(|(name, content)| (name.clone(), format!("{:08x}", crc32fast::hash(content))));
     let experiment = order.scenario.experiment;
     let title = order.scenario.title.trim();
     let table = Table {
@@ -198,9 +201,12 @@ fn add_licences(
 fn notes(setup: &Setup, table: &Table) -> Vec<String> {
     let mut notes = page::sentences(&table.limits);
     let scenario = setup.scenario();
-    let isolated = scenario.isolation.all || scenario.instances.values().any(|it| it.isolate == Some(true));
+    let isolated =
+        scenario.isolation.all || scenario.instances.values().any(|it| it.isolate == Some(true));
     if isolated {
-        notes.push("isolated units run in the importer's process: a bundle starts no process".to_owned());
+        notes.push(
+            "isolated units run in the importer's process: a bundle starts no process".to_owned(),
+        );
     }
     if scenario.real_time.is_some() {
         notes.push("real_time is not used: the importer decides when to step".to_owned());

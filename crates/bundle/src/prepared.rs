@@ -13,8 +13,21 @@ use crate::names::Names;
 
 /// Members that a bundle does not use: what is written, how fast, and in which processes.
 const LEFT_OUT: [&str; 15] = [
-    "$schema", "$comment", "plots", "ride_quality", "objectives", "limits", "checkpoint", "real_time", "trace",
-    "isolation", "strict", "log_level", "record", "title", "description",
+    "$schema",
+    "$comment",
+    "plots",
+    "ride_quality",
+    "objectives",
+    "limits",
+    "checkpoint",
+    "real_time",
+    "trace",
+    "isolation",
+    "strict",
+    "log_level",
+    "record",
+    "title",
+    "description",
 ];
 /// Folder of files that values and signals refer to.
 const FILES: &str = "files";
@@ -39,7 +52,8 @@ pub(crate) fn prepare(
     for member in LEFT_OUT {
         scenario.remove(member);
     }
-    let located = units.iter().map(|(key, it)| (key.clone(), json!(format!("{UNITS}/{}", it.folder))));
+    let located =
+        units.iter().map(|(key, it)| (key.clone(), json!(format!("{UNITS}/{}", it.folder))));
     scenario.insert("units".to_owned(), Value::Object(located.collect()));
     scenario.insert("record".to_owned(), json!({ "signals": outputs }));
     let mut copied = Copied { names: Names::default(), known: Vec::new(), files: BTreeMap::new() };
@@ -66,7 +80,10 @@ pub(crate) fn prepare(
     Ok(Prepared { text, files: copied.files })
 }
 
-fn members<'a>(object: &'a mut Map<String, Value>, name: &str) -> impl Iterator<Item = &'a mut Value> {
+fn members<'a>(
+    object: &'a mut Map<String, Value>,
+    name: &str,
+) -> impl Iterator<Item = &'a mut Value> {
     let members = object.get_mut(name).and_then(Value::as_object_mut);
     members.into_iter().flat_map(Map::values_mut)
 }

@@ -11,7 +11,11 @@ use crate::expose::{Choice, start};
 use crate::measures::Measures;
 
 /// The entries of the table.
-pub(crate) fn variables(setup: &Setup, choices: &[Choice], measures: &mut Measures) -> Vec<Exposed> {
+pub(crate) fn variables(
+    setup: &Setup,
+    choices: &[Choice],
+    measures: &mut Measures,
+) -> Vec<Exposed> {
     let mut exposed = HashMap::new();
     for (place, choice) in choices.iter().enumerate() {
         if choice.role != Role::Output {

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use coupling::{Links, Schedule};
 use fmi2_import::instance::Instance;
 use indexmap::IndexMap;
-use master::{Setup, Simulation};
 use master::system::VariableIndex;
+use master::{Setup, Simulation};
 use results::modes::OperatingPoint;
 
 use super::derivatives;

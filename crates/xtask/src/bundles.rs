@@ -15,7 +15,8 @@ pub const CRATE: &str = "fmu-bundle";
 /// Its name in the names of libraries.
 const IDENTIFIER: &str = "bundle";
 /// An archive needs a description; that of a bundle depends on its scenario.
-const DESCRIPTION: &str = r#"<fmiModelDescription><CoSimulation modelIdentifier="bundle"/></fmiModelDescription>"#;
+const DESCRIPTION: &str =
+    r#"<fmiModelDescription><CoSimulation modelIdentifier="bundle"/></fmiModelDescription>"#;
 
 /// A bundle that ships.
 struct Shipped {
@@ -55,7 +56,8 @@ pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<
     for it in SHIPPED.iter().filter(|it| only.is_none_or(|prefix| it.name.starts_with(prefix))) {
         let file = folder.join(format!("{}.fmu", it.name));
         let scenario = scenario(it.scenario, folder)?;
-        let mut args = vec!["bundle".into(), scenario.into_os_string(), "--out".into(), file.clone().into()];
+        let mut args =
+            vec!["bundle".into(), scenario.into_os_string(), "--out".into(), file.clone().into()];
         args.extend(["--library".into(), library.clone().into_os_string()]);
         args.extend(it.options.iter().map(Into::into));
         workspace::run(workspace::maglev(), &args)?;

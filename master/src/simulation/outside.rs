@@ -21,7 +21,9 @@ impl Setup {
     pub fn open_inputs(&mut self, ports: &[Port]) -> Arc<Outside> {
         let outside = Arc::new(Outside::new(ports.len()));
         for (k, &port) in ports.iter().enumerate() {
-            if let Some(Value::Real(start)) = self.system.instances[port.instance].inputs.get(&port.variable) {
+            if let Some(Value::Real(start)) =
+                self.system.instances[port.instance].inputs.get(&port.variable)
+            {
                 outside.set(k, self.scenario.experiment.start, &[*start, 0.0, 0.0, 0.0]);
             }
             let driver = Driver::Outside(Arc::clone(&outside), k);

@@ -38,7 +38,8 @@ pub fn note_arrival() {
 }
 
 /// Where logger.c delivers the formatted text.
-type Receiver = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
+type Receiver =
+    unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
 
 unsafe extern "C" {
     /// The variadic callback in logger.c.
