@@ -83,7 +83,7 @@ impl Opened {
     /// Starts the units.
     pub(crate) fn start(&mut self, prepared: Prepared) -> Result<Running, Error> {
         let pool = &mut self.pool;
-        Running::try_new(prepared, |it| it.setup.start_from(pool)).map_err(|it| refusal(&it))
+        Running::try_new(prepared, |it| it.setup.start_from(pool).map_err(|it| refusal(&it)))
     }
 }
 

@@ -38,9 +38,9 @@ impl Library {
     }
 }
 
-/// Beside the program, where `cargo xtask package` puts it, and where an installation does.
+/// Beside the program, where `cargo xtask package` puts it, in the Python package, and where an installation has it.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().and_then(|path| path.canonicalize()).unwrap_or_default();
     let folder = program.parent().unwrap_or(Path::new("."));
-    ["", "../fmu", "../share/maglev"].map(|place| folder.join(place).join(NAME)).into()
+    ["", "../fmu", "../units", "../share/maglev"].map(|place| folder.join(place).join(NAME)).into()
 }

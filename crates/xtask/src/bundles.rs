@@ -1,6 +1,7 @@
 //! The library of bundles, and the bundles that ship: `maglev bundle` packs them of scenarios.
 
 use std::{
+    ffi::OsString,
     fs,
     path::{Path, PathBuf},
 };
@@ -39,28 +40,39 @@ const SHIPPED: [Shipped; 2] = [
     Shipped { name: "train", scenario: "low-speed", options: &[] },
 ];
 
-/// Writes `bundle-library.zip` with the binaries for all targets, and packs the bundles if one is for this system.
-pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<Vec<PathBuf>> {
+/// Name of the file with the library; `maglev bundle` looks for it.
+const LIBRARY: &str = "bundle-library.zip";
+
+/// Writes the library with its binaries for all targets, and its licences.
+pub fn library(targets: &[Target], folder: &Path) -> Result<()> {
     let mut archive = Archive::new(DESCRIPTION)?;
     package::add_binaries(&mut archive, targets, IDENTIFIER)?;
     for (name, text) in licences::files_of_program(CRATE, &licences::dependencies()?)? {
         archive.file(&format!("documentation/licenses/{name}"), text)?;
     }
-    let library = folder.join("bundle-library.zip");
-    archive.write(&library)?;
+    Ok(archive.write(&folder.join(LIBRARY))?)
+}
+
+/// Packs the bundles, if a target is for this system.
+pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut packed = Vec::new();
-    if !targets.contains(&Target::host()) {
+    if !targets.iter().any(Target::runs_here) {
         eprintln!("no bundles: they are packed on the system that they are for");
         return Ok(packed);
     }
     for it in SHIPPED.iter().filter(|it| only.is_none_or(|prefix| it.name.starts_with(prefix))) {
         let file = folder.join(format!("{}.fmu", it.name));
         let scenario = scenario(it.scenario, folder)?;
-        let mut args =
-            vec!["bundle".into(), scenario.into_os_string(), "--out".into(), file.clone().into()];
-        args.extend(["--library".into(), library.clone().into_os_string()]);
+        let mut args: Vec<OsString> = vec!["bundle".into(), scenario.as_os_str().into()];
+        args.extend(["--out".into(), file.clone().into(), "--library".into()]);
+        args.push(folder.join(LIBRARY).into());
         args.extend(it.options.iter().map(Into::into));
-        workspace::run(workspace::maglev(), &args)?;
+        let done = workspace::run(workspace::maglev(), &args);
+        if scenario.starts_with(folder) {
+            fs::remove_file(&scenario)
+                .with_context(|| format!("removing {}", scenario.display()))?;
+        }
+        done?;
         packed.push(file);
     }
     Ok(packed)

@@ -154,8 +154,14 @@ fn main() -> Result<()> {
                 target.push(target::PORTABLE.parse().map_err(anyhow::Error::msg)?);
             }
             let glibc = target.iter().find_map(|target| target.glibc.clone());
-            let files =
-                package::package(&Order { check, only, targets: target, maglev, out, also: &[] })?;
+            let files = package::package(&Order {
+                check,
+                only,
+                targets: target,
+                maglev,
+                out,
+                ..Order::default()
+            })?;
             if glibc.is_some() { binaries::report(&files, glibc.as_deref()) } else { Ok(()) }
         }
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),

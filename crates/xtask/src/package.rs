@@ -82,6 +82,8 @@ pub struct Order {
     pub maglev: bool,
     /// Packages to build for this system in the same call of cargo: two cores are then busy to the end.
     pub also: &'static [&'static str],
+    /// Pack no bundles, only the library that they need.
+    pub no_bundles: bool,
     /// Folder of the .fmu files; `target/fmu` unless given.
     pub out: Option<PathBuf>,
 }
@@ -123,7 +125,10 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
         archive.write(&file)?;
         packed.push(file);
     }
-    packed.extend(bundles::package(targets, order.only.as_deref(), &folder)?);
+    bundles::library(targets, &folder)?;
+    if !order.no_bundles {
+        packed.extend(bundles::package(targets, order.only.as_deref(), &folder)?);
+    }
     if order.maglev {
         for target in targets {
             target.build(&[workspace::COMMAND])?;

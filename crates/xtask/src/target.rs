@@ -78,6 +78,12 @@ impl Target {
             .with_context(|| format!("FMI 2.0 has no name for {} on {}", self.os, self.arch))
     }
 
+    /// Whether this system can run what is built for it.
+    pub fn runs_here(&self) -> bool {
+        let host = Self::host();
+        (self.os, self.arch) == (host.os, host.arch)
+    }
+
     /// The processor, in the words of [`std::env::consts`].
     pub fn arch(&self) -> &'static str {
         self.arch

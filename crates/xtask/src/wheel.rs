@@ -41,6 +41,7 @@ pub fn build(portable: bool) -> Result<PathBuf> {
     package::package(&Order {
         targets: wanted.iter().cloned().collect(),
         also: &[workspace::COMMAND],
+        no_bundles: true,
         out: Some(content.join("units")),
         ..Order::default()
     })?;
