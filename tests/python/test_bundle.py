@@ -415,3 +415,44 @@ def test_crosstool_the_shipped_train_gets_the_bits_of_a_run(tmp_path):
     signals = [in_bundle(name) for name in run if name != "time"]
     found = fmpy.simulate_fmu(str(UNITS / "train.fmu"), stop_time=0.1, step_size=0.005, output_interval=0.005, output=signals)
     same(run, found)
+
+
+@pytest.mark.parametrize("algorithm", ["gauss-seidel", "iterated"])
+def test_analytic_a_part_of_a_system_couples_with_the_rest(algorithm, tmp_path):
+    """Magnet and mass as one unit, the girder outside: the motion of the three units by themselves, within the coupling's error.
+
+    The iterated algorithm saves and restores the bundle in each step."""
+    base = json.loads((ROOT / "scenarios" / "one-magnet.json").read_text())
+    units = {key: str(UNITS / Path(path).name) for key, path in base["units"].items()}
+    inside = [it for it in base["connections"] if "guideway" not in json.dumps(it)]
+    inside.append({"from": "ems_[01..01].force", "to": "vehicle.force_[01..01]"})
+    part = {
+        "units": {key: units[key] for key in ("vehicle", "ems")},
+        "instances": {key: it for key, it in base["instances"].items() if key != "guideway"},
+        "connections": inside,
+        "experiment": {"stop": 1.0, "step": 0.001},
+        "record": {"signals": ["vehicle.gap_01", "vehicle.position_01", "vehicle.speed", "ems_01.force"]},
+    }
+    (tmp_path / "part.json").write_text(json.dumps(part))
+    unit = tmp_path / "part.fmu"
+    maglev("bundle", tmp_path / "part.json", "--out", unit, "--library", LIBRARY)
+    whole = {
+        "units": {"part": str(unit), "guideway": units["guideway"]},
+        "instances": {"part": {"unit": "part"}, "guideway": base["instances"]["guideway"]},
+        "connections": [
+            {"from": "part.ems_01_force", "to": "guideway.force_01"},
+            {"from": "part.vehicle_position_01", "to": "guideway.position_01"},
+            {"from": "part.vehicle_speed", "to": "guideway.speed"},
+            {"from": "guideway.displacement_01", "to": "part.vehicle_track_displacement_01"},
+            {"from": "guideway.rate_01", "to": "part.vehicle_track_rate_01"},
+        ],
+        "experiment": {"stop": 1.0, "step": 0.001},
+        "algorithm": {"name": algorithm},
+        "record": {"signals": ["part.vehicle_gap_01"]},
+    }
+    (tmp_path / "whole.json").write_text(json.dumps(whole))
+    maglev("run", tmp_path / "whole.json", "--no-report", "--out", tmp_path / "whole")
+    maglev("run", ROOT / "scenarios" / "one-magnet.json", "--stop", "1", "--no-report", "--out", tmp_path / "plain")
+    found, plain = results(tmp_path / "whole")["part.vehicle_gap_01"], results(tmp_path / "plain")["vehicle.gap_01"]
+    motion = np.ptp(plain)
+    assert motion > 1e-7 and np.max(np.abs(found - plain)) < 1e-3 * motion
