@@ -456,3 +456,25 @@ def test_analytic_a_part_of_a_system_couples_with_the_rest(algorithm, tmp_path):
     found, plain = results(tmp_path / "whole")["part.vehicle_gap_01"], results(tmp_path / "plain")["vehicle.gap_01"]
     motion = np.ptp(plain)
     assert motion > 1e-7 and np.max(np.abs(found - plain)) < 1e-3 * motion
+
+
+def test_crosstool_patches_signals_and_events_of_the_scenario_are_inside(tmp_path):
+    """Everything that a scenario may name by a path travels with the bundle."""
+    (tmp_path / "wind.csv").write_text("time,force\n" + "".join(f"{0.01 * k},{1e4 * k}\n" for k in range(10)))
+    base = json.loads((ROOT / "scenarios" / "one-bogie.json").read_text())
+    base["units"] = {key: str(UNITS / Path(path).name) for key, path in base["units"].items()}
+    base["units"]["guideway"] = {"fmu": base["units"]["guideway"], "resources": {"guideway.json": {"pole": {"length": 0.9}}}}
+    base["instances"]["vehicle"]["parameters"]["initial_position"] = 12.0
+    base["inputs"] = [{"to": "vehicle.car_1_external_force_y", "signal": {"type": "csv", "file": "wind.csv", "column": "force"}}]
+    base["events"] = [{"at": 0.0105, "set": {"ems_*.gain_gap": 6.0}}]
+    base["experiment"]["stop"] = STOP
+    del base["$schema"]
+    (tmp_path / "windy.json").write_text(json.dumps(base))
+    unit = tmp_path / "windy.fmu"
+    maglev("bundle", tmp_path / "windy.json", "--out", unit, "--library", LIBRARY)
+    maglev("run", tmp_path / "windy.json", "--no-report", "--out", tmp_path / "run")
+    (tmp_path / "wind.csv").unlink()
+    assert "vehicle_car_1_external_force_y" not in names(unit)
+    run = results(tmp_path / "run")
+    found = fmpy.simulate_fmu(str(unit), step_size=1e-3, output_interval=1e-3, output=[in_bundle(name) for name in run if name != "time"])
+    same(run, found)
