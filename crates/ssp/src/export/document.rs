@@ -169,9 +169,13 @@ impl Writer<'_> {
         let used = used.get(&index);
         let connectors: Vec<VariableIndex> = (0..description.variables.len())
             .map(VariableIndex)
-            .filter(|it| match description.variables[*it].causality {
-                Causality::Input | Causality::Output => true,
-                _ => given.contains(it) || used.is_some_and(|used| used.contains(it)),
+            .filter(|it| {
+                let variable = &description.variables[*it];
+                let is_open = matches!(variable.causality, Causality::Input | Causality::Output);
+                // libcosim does not read connectors of this type
+                is_open && variable.kind != Type::Enumeration
+                    || given.contains(it)
+                    || used.is_some_and(|used| used.contains(it))
             })
             .collect();
         if !connectors.is_empty() {
