@@ -199,7 +199,11 @@ impl Built {
         let Self { guideway, work, loads, accelerations, surfaces, seen, .. } = self;
         guideway.accelerations(work, &state.girders, loads, state.time, accelerations);
         for (k, (surface, &x)) in surfaces.iter_mut().zip(positions).enumerate() {
-            *surface = guideway.rail(work, &state.girders, accelerations, k, x);
+            if guideway.rails().is_some() {
+                *surface = guideway.rail(work, &state.girders, accelerations, k, x);
+            } else {
+                surface.vertical = guideway.surface(work, &state.girders, accelerations, x);
+            }
         }
         (seen.valid, seen.time) = (true, state.time);
         seen.girders.clone_from(&state.girders);
