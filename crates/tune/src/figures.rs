@@ -22,6 +22,8 @@ const NARROW: f64 = 0.3;
 const FOLLOWED: usize = 16;
 /// Their places in half widths.
 const AROUND: [f64; 9] = [-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0];
+/// Steps to the top of a peak: to a hundredth of the distance of two frequencies.
+const SECTIONS: usize = 9;
 /// Least damping ratios that are kept.
 pub(crate) const LEAST: usize = 4;
 /// Imaginary parts below this fraction are rounding errors.
@@ -159,7 +161,8 @@ impl Scene<'_> {
     fn frequencies(&self, values: &[c64]) -> Vec<f64> {
         let bandwidth = self.noise.iter().flatten().map(|it| 3.0 * it.bandwidth).fold(HIGHEST, f64::max);
         let (mut first, mut last) = (LOWEST, bandwidth);
-        let mut all = Vec::new();
+        // nearly at rest, for margins there
+        let mut all = vec![1e-3 * LOWEST];
         if let Some(track) = self.track {
             let (low, high) = track.band();
             for edge in [low, high] {
@@ -188,19 +191,25 @@ impl Scene<'_> {
         let mut single = vec![Follower::default(); core.loops];
         let mut sums = [vec![0.0; core.loops], vec![0.0; core.loops]];
         let mut before: Option<(f64, [Vec<f64>; 2])> = None;
-        let (mut most_one, mut most_all) = (1.0_f64, 1.0_f64);
-        for &hz in &frequencies {
+        let (mut most_one, mut most_all) = ((1.0_f64, 0), (1.0_f64, 0));
+        for (k, &hz) in frequencies.iter().enumerate() {
             let s = c64::new(0.0, TAU * hz);
             let at = |port: usize| At::new(laws.of(port), s);
             let answers: Vec<Answer> = core.blocks.iter().map(|it| answer(it, &at, s, equal)).collect();
             for ((answer, block), follower) in answers.iter().zip(&core.blocks).zip(&mut loci) {
                 let shares = spectrum(&answer.sensitivity);
-                most_all = shares.iter().map(|it| it.norm()).fold(most_all, f64::max);
+                let size = shares.iter().map(|it| it.norm()).fold(0.0, f64::max);
+                if size > most_all.0 {
+                    most_all = (size, k);
+                }
                 follower.take(s.im, shares.iter().map(|it| it.inv() - 1.0).collect());
                 debug_assert_eq!(shares.len(), block.ports.ncols());
             }
             let alone = self.alone(&answers);
-            most_one = alone.iter().map(|it| it.norm()).fold(most_one, f64::max);
+            let size = alone.iter().map(|it| it.norm()).fold(0.0, f64::max);
+            if size > most_one.0 {
+                most_one = (size, k);
+            }
             for (follower, it) in single.iter_mut().zip(&alone) {
                 follower.take(s.im, vec![it.inv() - 1.0]);
             }
@@ -218,7 +227,26 @@ impl Scene<'_> {
             before = Some((hz, power));
         }
         let least = |all: &[Follower]| all.iter().map(|it| it.delay).fold(f64::INFINITY, f64::min);
-        (figures.modulus_one, figures.modulus_all) = (most_one.recip(), most_all.recip());
+        // the peaks between the frequencies
+        let peak = |(value, k): (f64, usize), all: bool| -> f64 {
+            let (Some(&low), Some(&high)) = (frequencies.get(k.saturating_sub(1)), frequencies.get(k + 1)) else {
+                return value;
+            };
+            let size = |hz: f64| {
+                let s = c64::new(0.0, TAU * hz);
+                let at = |port: usize| At::new(laws.of(port), s);
+                let answers: Vec<Answer> = core.blocks.iter().map(|it| answer(it, &at, s, equal)).collect();
+                let norms = |list: Vec<c64>| list.iter().map(|it| it.norm()).fold(0.0, f64::max);
+                if all {
+                    answers.iter().map(|it| norms(spectrum(&it.sensitivity))).fold(0.0, f64::max)
+                } else {
+                    norms(self.alone(&answers))
+                }
+            };
+            highest(size, (low, high)).max(value)
+        };
+        let (one, all) = (peak(most_one, false), peak(most_all, true));
+        (figures.modulus_one, figures.modulus_all) = (one.recip(), all.recip());
         (figures.delay_one, figures.delay_all) = (least(&single).min(10.0), least(&loci).min(10.0));
         let largest = |of: &dyn Fn(usize) -> f64| (0..core.loops).map(of).fold(0.0, f64::max).sqrt();
         figures.voltage_noise = largest(&|k| sums[0][k]);
@@ -309,6 +337,26 @@ impl Scene<'_> {
         debug_assert!(matches!(laws, Laws::Equal(_)) == equal);
         power
     }
+}
+
+/// The highest value of a function with one peak between two places, by golden section.
+fn highest(f: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64)) -> f64 {
+    let section = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let at = |low: f64, high: f64, share: f64| low + share * (high - low);
+    let (mut a, mut b) = (at(low, high, 1.0 - section), at(low, high, section));
+    let (mut fa, mut fb) = (f(a), f(b));
+    for _ in 0..SECTIONS {
+        if fa > fb {
+            (high, b, fb) = (b, a, fa);
+            a = at(low, high, 1.0 - section);
+            fa = f(a);
+        } else {
+            (low, a, fa) = (a, b, fb);
+            b = at(low, high, section);
+            fb = f(b);
+        }
+    }
+    fa.max(fb)
 }
 
 /// Eigenvalues of a small complex matrix.

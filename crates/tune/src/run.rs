@@ -117,6 +117,19 @@ pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resu
             verified,
         });
     }
+    // margins of the whole system count where they are known
+    let after: Vec<Figures> = after
+        .into_iter()
+        .zip(&mut results)
+        .map(|(mut figures, result)| {
+            if let Some([one, delay_one, all, delay_all]) = result.verified.margins {
+                (figures.modulus_one, figures.modulus_all) = (one, all);
+                (figures.delay_one, figures.delay_all) = (delay_one, delay_all);
+                result.after = figures.clone();
+            }
+            figures
+        })
+        .collect();
     let kept = exact.violation(&after) == 0.0;
     let title = if tuning.title.is_empty() { &scenario.title } else { &tuning.title };
     let mut result = TuneResult {

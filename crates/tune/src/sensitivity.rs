@@ -181,8 +181,9 @@ mod tests {
         assert_eq!(found[0].0, Cause::Limit(0, Limit::ModulusOne));
         assert!((found[0].1 - 0.003).abs() < 1e-8, "{found:?}");
         // on its bound instead
-        let best = Point { places: vec![0.0], figures: evaluate(&[0.0]).unwrap() };
+        let best = Point { places: vec![1.0], figures: evaluate(&[1.0]).unwrap() };
         let goal = Goal { limits: Constraints { modulus: None, ..goal.limits }, ..goal };
-        assert_eq!(active(&evaluate, &goal, &best).unwrap()[0], (Cause::Bound(0, false), 0.0));
+        let found = active(&evaluate, &goal, &best).unwrap();
+        assert!(found[0].0 == Cause::Bound(0, true) && (found[0].1 - 0.005).abs() < 1e-8, "{found:?}");
     }
 }

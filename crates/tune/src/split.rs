@@ -7,8 +7,9 @@ use crate::error::TuneError;
 
 /// Equal to rounding.
 const EQUAL: f64 = 1e-12;
-/// Relative change of what a unit passes on without states up to which it counts as the same.
-const UNCHANGED: f64 = 0.01;
+/// Relative change of what a unit passes on without states up to which it is due to its operating point, and left out:
+/// the lateral stiffness of a magnet on a bent girder follows its force. A new start shows what that does.
+const UNCHANGED: f64 = 0.25;
 
 /// Which units are tuned, and how they are connected to the rest.
 #[derive(Debug, Clone)]

@@ -234,7 +234,7 @@ fn analytic_the_slowest_decay_is_tuned_to_its_known_optimum() {
     let goal = Goal { limits, ..goal };
     let held = best(&goal, 0.9);
     assert!((gain(&held.places) + 15.0).abs() < 0.05, "{held:?}");
-    assert!((held.figures[0].modulus() - 0.7).abs() < 1e-3, "{held:?}");
+    assert!((held.figures[0].modulus() - 0.7).abs() < 2e-3, "{held:?}");
     let found = active(&evaluate, &goal, &held).unwrap();
     assert!(found.iter().any(|it| matches!(it.0, Cause::Limit(0, Limit::ModulusOne))), "{found:?}");
 }
