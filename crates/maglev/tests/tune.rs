@@ -75,7 +75,8 @@ fn issue_18_gains_are_tuned_within_limits_and_verified() {
     let modes: Value = serde_json::from_slice(&modes.stdout).unwrap();
     let all = modes["modes"]["modes"].as_array().unwrap();
     let damping = number(after, "damping");
-    let near = all.iter().any(|it| (number(&it["continuous"], "damping_ratio") - damping).abs() < 1e-6);
+    let near =
+        all.iter().any(|it| (number(&it["continuous"], "damping_ratio") - damping).abs() < 1e-6);
     assert!(near, "{damping}");
     assert!(!one["front"].as_array().unwrap().is_empty());
     for file in ["tune.json", "front.svg", "front.png"] {
@@ -106,7 +107,8 @@ fn issue_18_active_bounds_are_reported() {
         "0",
     ]);
     let active = found["active"].as_array().unwrap();
-    let named = |it: &Value| it["what"].as_str().unwrap().contains("ems_*.gain_gap_velocity at its");
+    let named =
+        |it: &Value| it["what"].as_str().unwrap().contains("ems_*.gain_gap_velocity at its");
     assert!(active.iter().any(named), "{found}");
 }
 
@@ -122,7 +124,10 @@ fn refusal_bad_input_is_named_with_status_2() {
         (&["--vary", "ems_*.gain_gap=14:2"], "14 to 2 is not a range"),
         (&["--vary", "ems_*.gain_gap=2"], "not of the form"),
         (&["--vary", "ems_*.gian_gap=2:14"], "gain_gap"),
-        (&["--vary", "ems_*.gain_gap=2:14", "--vary", "ems_01.gain_gap=2:14"], "changes the same parameter"),
+        (
+            &["--vary", "ems_*.gain_gap=2:14", "--vary", "ems_01.gain_gap=2:14"],
+            "changes the same parameter",
+        ),
         (&["--file", &file], "upto"),
         (&["--file", "nowhere.json"], "cannot read the tuning file nowhere.json"),
         (&["--objective", "speed", vary[0], vary[1]], "not an objective"),

@@ -46,7 +46,9 @@ impl At {
             c64::new(if j < channels { law.b[(i, j)] } else { law.added[i] }, 0.0)
         });
         let x = PartialPivLu::new(pencil.as_ref()).solve(&right);
-        let by = |row: &[f64], j: usize| row.iter().enumerate().map(|(i, c)| x[(i, j)] * *c).sum::<c64>();
+        let by = |row: &[f64], j: usize| {
+            row.iter().enumerate().map(|(i, c)| x[(i, j)] * *c).sum::<c64>()
+        };
         Self {
             force: (0..channels).map(|j| by(&law.force, j)).collect(),
             signal: (0..channels).map(|j| by(&law.signal, j) + law.direct[j]).collect(),

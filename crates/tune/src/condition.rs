@@ -78,7 +78,10 @@ pub(crate) fn text(setting: &Setting) -> String {
 }
 
 /// What each parameter changes.
-pub(crate) fn parameters(scenario: &Scenario, tuning: &Tuning) -> Result<Vec<Parameter>, TuneError> {
+pub(crate) fn parameters(
+    scenario: &Scenario,
+    tuning: &Tuning,
+) -> Result<Vec<Parameter>, TuneError> {
     let base = setup(scenario, &[])?;
     let mut all: Vec<Parameter> = Vec::new();
     for (target, bounds) in &tuning.vary {
@@ -153,19 +156,23 @@ impl<'a> Prepared<'a> {
         start: &[f64],
     ) -> Result<Self, TuneError> {
         let system = Linearised::at_start(setup)?.system;
-        let mut units: Vec<usize> = parameters.iter().flat_map(|it| it.changes.iter().map(|it| it.0)).collect();
+        let mut units: Vec<usize> =
+            parameters.iter().flat_map(|it| it.changes.iter().map(|it| it.0)).collect();
         units.sort_unstable();
         units.dedup();
         let mut split = Split::new(&system, units)?;
         // a parameter of some of the units makes them differ
-        split.equal &= parameters.iter().all(|it| split.units.iter().all(|k| it.changes.iter().any(|c| c.0 == *k)));
+        split.equal &= parameters
+            .iter()
+            .all(|it| split.units.iter().all(|k| it.changes.iter().any(|c| c.0 == *k)));
         let asked = if split.equal { &split.units[..1] } else { &split.units[..] };
         let mut all = twins(setup, asked)?;
         let mut noise = vec![None; split.channels.len()];
         for (input, it) in &tuning.noise {
             let Some(k) = split.names.iter().position(|name| name == input) else {
                 let known = split.names.join(", ");
-                let problem = format!("the varied units measure no such input; they measure {known}");
+                let problem =
+                    format!("the varied units measure no such input; they measure {known}");
                 return Err(TuneError::value(format!("noise.{input}"), problem));
             };
             noise[k] = Some(*it);
@@ -195,7 +202,8 @@ impl<'a> Prepared<'a> {
         }
         let low: Vec<f64> = parameters.iter().map(|it| it.bounds.from).collect();
         let high: Vec<f64> = parameters.iter().map(|it| it.bounds.to).collect();
-        let ends = [low, high].map(|values| all[0].linear(&given(parameters, split.units[0], &values)));
+        let ends =
+            [low, high].map(|values| all[0].linear(&given(parameters, split.units[0], &values)));
         let [before, after] = ends;
         split.check_feedthrough(&before?, &after?)?;
         all.shrink_to_fit();
@@ -250,10 +258,16 @@ impl<'a> Prepared<'a> {
     }
 
     /// The eigenvalues that count, and all of them, least damped first.
-    pub fn modes(&self, parameters: &[Parameter], values: &[f64]) -> Result<[Vec<c64>; 2], TuneError> {
+    pub fn modes(
+        &self,
+        parameters: &[Parameter],
+        values: &[f64],
+    ) -> Result<[Vec<c64>; 2], TuneError> {
         let all = eigenvalues(&self.exact, &self.laws(parameters, values)?)?;
         let mut inside = counted(all.clone(), &self.ignored);
-        inside.retain(|it| (self.band.0..=self.band.1).contains(&(it.norm() / std::f64::consts::TAU)));
+        inside.retain(|it| {
+            (self.band.0..=self.band.1).contains(&(it.norm() / std::f64::consts::TAU))
+        });
         Ok([inside, counted(all, &[])])
     }
 
@@ -335,8 +349,8 @@ impl<'a> Prepared<'a> {
                 pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
                 for (mode, _) in pairs {
                     let distance = |it: &c64| (it - base[mode]).norm();
-                    let nearest =
-                        (0..others.len()).min_by(|&a, &b| distance(&others[a]).total_cmp(&distance(&others[b])));
+                    let nearest = (0..others.len())
+                        .min_by(|&a, &b| distance(&others[a]).total_cmp(&distance(&others[b])));
                     match nearest {
                         Some(nearest) => {
                             let change = damping(others[nearest]) - damping(base[mode]);

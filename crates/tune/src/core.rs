@@ -90,7 +90,8 @@ impl Core {
         let into = modal.inputs(&rest.b.subcols(loops, further).to_owned());
         let direct = rest.d.subcols(loops, further).to_owned();
         // nothing is left out here: rows of states that further inputs do not reach cost little
-        let disturbed = Modes::new(&lambda, &into, &c, direct, RESIDUE * scale(&lambda, &into, &c))?;
+        let disturbed =
+            Modes::new(&lambda, &into, &c, direct, RESIDUE * scale(&lambda, &into, &c))?;
         let seen = if equal { Some(Seen::new(&rest.a, &b, &rest.c, &d, loops)?) } else { None };
         let mut all = Vec::new();
         for tolerance in tolerances {
@@ -99,7 +100,12 @@ impl Core {
                 None => vec![Mat::identity(loops, loops)],
             };
             let nothing = RESIDUE.max(tolerance * tolerance) * largest;
-            all.push(Self { blocks: split(ports, nothing)?, loops, channels, disturbed: disturbed.clone() });
+            all.push(Self {
+                blocks: split(ports, nothing)?,
+                loops,
+                channels,
+                disturbed: disturbed.clone(),
+            });
         }
         let failed = |_| TuneError::Numerics(MapError::Loop);
         all.try_into().map_err(failed)

@@ -75,13 +75,17 @@ mod tests {
     fn analytic_two_oscillations_on_an_offset_are_found() {
         let at = |k: u32| {
             let t = 0.002 * f64::from(k);
-            3.0 + (-0.4 * t).exp() * (40.0 * t).sin() + 0.2 * (0.1 * t).exp() * (54.0 * t + 1.0).cos()
+            3.0 + (-0.4 * t).exp() * (40.0 * t).sin()
+                + 0.2 * (0.1 * t).exp() * (54.0 * t + 1.0).cos()
         };
         let samples: Vec<f64> = (0..4000).map(at).collect();
         let found = oscillations(&samples, 0.002);
         for (k, wanted) in [(0, (-0.4, 40.0)), (1, (0.1, 54.0))] {
             let it = found[k];
-            assert!((it.real - wanted.0).abs() < 1e-3 && (it.imaginary - wanted.1).abs() < 1e-3, "{it:?}");
+            assert!(
+                (it.real - wanted.0).abs() < 1e-3 && (it.imaginary - wanted.1).abs() < 1e-3,
+                "{it:?}"
+            );
         }
         assert!(found[0].share > found[1].share);
     }

@@ -116,9 +116,9 @@ impl TuneError {
             Self::Json { .. } | Self::Value { .. } => {
                 Some("docs/tuning.md explains the keys; `maglev schema tuning` prints their schema")
             }
-            Self::Unstable { .. } => {
-                Some("widen the bounds, or vary other parameters; `maglev map` shows where modes grow")
-            }
+            Self::Unstable { .. } => Some(
+                "widen the bounds, or vary other parameters; `maglev map` shows where modes grow",
+            ),
             Self::Other { .. } => Some("choose another --out, or delete that file"),
             _ => None,
         }

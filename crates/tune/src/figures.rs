@@ -159,7 +159,8 @@ impl Scene<'_> {
     }
 
     fn frequencies(&self, values: &[c64]) -> Vec<f64> {
-        let bandwidth = self.noise.iter().flatten().map(|it| 3.0 * it.bandwidth).fold(HIGHEST, f64::max);
+        let bandwidth =
+            self.noise.iter().flatten().map(|it| 3.0 * it.bandwidth).fold(HIGHEST, f64::max);
         let (mut first, mut last) = (LOWEST, bandwidth);
         // nearly at rest, for margins there
         let mut all = vec![1e-3 * LOWEST];
@@ -170,13 +171,22 @@ impl Scene<'_> {
             }
             (first, last) = (first.min(0.9 * low), last.max(1.1 * high));
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small number"
+        )]
         let count = ((last / first).log10() * PER_DECADE).ceil() as usize + 1;
         all.extend((0..=count).map(|k| first * (last / first).powf(k as f64 / count as f64)));
         let narrow = values.iter().filter(|it| it.im > 0.0 && damping(**it).abs() < NARROW);
         for value in narrow.take(FOLLOWED) {
             let width = value.re.abs().max(1e-3 * value.norm());
-            all.extend(AROUND.iter().map(|by| (value.im + by * width) / TAU).filter(|it| *it > first && *it < last));
+            all.extend(
+                AROUND
+                    .iter()
+                    .map(|by| (value.im + by * width) / TAU)
+                    .filter(|it| *it > first && *it < last),
+            );
         }
         all.sort_by(f64::total_cmp);
         all.dedup();
@@ -195,7 +205,8 @@ impl Scene<'_> {
         for (k, &hz) in frequencies.iter().enumerate() {
             let s = c64::new(0.0, TAU * hz);
             let at = |port: usize| At::new(laws.of(port), s);
-            let answers: Vec<Answer> = core.blocks.iter().map(|it| answer(it, &at, s, equal)).collect();
+            let answers: Vec<Answer> =
+                core.blocks.iter().map(|it| answer(it, &at, s, equal)).collect();
             for ((answer, block), follower) in answers.iter().zip(&core.blocks).zip(&mut loci) {
                 let shares = spectrum(&answer.sensitivity);
                 let size = shares.iter().map(|it| it.norm()).fold(0.0, f64::max);
@@ -229,13 +240,16 @@ impl Scene<'_> {
         let least = |all: &[Follower]| all.iter().map(|it| it.delay).fold(f64::INFINITY, f64::min);
         // the peaks between the frequencies
         let peak = |(value, k): (f64, usize), all: bool| -> f64 {
-            let (Some(&low), Some(&high)) = (frequencies.get(k.saturating_sub(1)), frequencies.get(k + 1)) else {
+            let (Some(&low), Some(&high)) =
+                (frequencies.get(k.saturating_sub(1)), frequencies.get(k + 1))
+            else {
                 return value;
             };
             let size = |hz: f64| {
                 let s = c64::new(0.0, TAU * hz);
                 let at = |port: usize| At::new(laws.of(port), s);
-                let answers: Vec<Answer> = core.blocks.iter().map(|it| answer(it, &at, s, equal)).collect();
+                let answers: Vec<Answer> =
+                    core.blocks.iter().map(|it| answer(it, &at, s, equal)).collect();
                 let norms = |list: Vec<c64>| list.iter().map(|it| it.norm()).fold(0.0, f64::max);
                 if all {
                     answers.iter().map(|it| norms(spectrum(&it.sensitivity))).fold(0.0, f64::max)
@@ -248,7 +262,8 @@ impl Scene<'_> {
         let (one, all) = (peak(most_one, false), peak(most_all, true));
         (figures.modulus_one, figures.modulus_all) = (one.recip(), all.recip());
         (figures.delay_one, figures.delay_all) = (least(&single).min(10.0), least(&loci).min(10.0));
-        let largest = |of: &dyn Fn(usize) -> f64| (0..core.loops).map(of).fold(0.0, f64::max).sqrt();
+        let largest =
+            |of: &dyn Fn(usize) -> f64| (0..core.loops).map(of).fold(0.0, f64::max).sqrt();
         figures.voltage_noise = largest(&|k| sums[0][k]);
         figures.voltage_track = largest(&|k| sums[1][k]);
         figures.voltage = largest(&|k| sums[0][k] + sums[1][k]);
@@ -322,7 +337,8 @@ impl Scene<'_> {
                 let (p, q) = (block.ports.ncols(), &block.ports);
                 let force: Vec<c64> = (0..p)
                     .map(|j| {
-                        let port = |i: usize| (0..core.loops).map(|k| of(i, k) * q[(k, j)]).sum::<c64>();
+                        let port =
+                            |i: usize| (0..core.loops).map(|k| of(i, k) * q[(k, j)]).sum::<c64>();
                         (0..core.channels).map(|i| law(j).force[i] * port(i)).sum()
                     })
                     .collect();
@@ -388,7 +404,8 @@ impl Follower {
             let mut next = Vec::with_capacity(values.len());
             for one in old {
                 let distance = |it: &c64| (it - one).norm() / (1.0 + it.norm());
-                let nearest = (0..free.len()).min_by(|&a, &b| distance(&free[a]).total_cmp(&distance(&free[b])));
+                let nearest = (0..free.len())
+                    .min_by(|&a, &b| distance(&free[a]).total_cmp(&distance(&free[b])));
                 let Some(k) = nearest else { continue };
                 let value = free.swap_remove(k);
                 let (a, b) = (one.norm().ln(), value.norm().ln());

@@ -216,7 +216,8 @@ impl Tuning {
         }
         let positive = |key: &str, value: Option<f64>, most: f64| match value {
             Some(it) if !(it.is_finite() && it > 0.0 && it <= most) => {
-                let range = if most.is_finite() { format!(" and at most {most}") } else { String::new() };
+                let range =
+                    if most.is_finite() { format!(" and at most {most}") } else { String::new() };
                 Err(TuneError::value(key, format!("{it} must be positive{range}")))
             }
             _ => Ok(()),
@@ -248,7 +249,10 @@ impl Tuning {
             return Err(TuneError::value("band", format!("{low} to {high} Hz is not a range")));
         }
         if !(0.0..=10.0).contains(&self.influence) {
-            return Err(TuneError::value("influence", format!("{} is not from 0 to 10", self.influence)));
+            return Err(TuneError::value(
+                "influence",
+                format!("{} is not from 0 to 10", self.influence),
+            ));
         }
         if !self.has_noise() {
             let needs = "needs noise of a sensor, or irregularity";
@@ -260,7 +264,8 @@ impl Tuning {
             }
         }
         if self.objective == Objective::Voltage && damping.is_none() {
-            let problem = "voltage needs constraints.damping: the least voltage is that of no control";
+            let problem =
+                "voltage needs constraints.damping: the least voltage is that of no control";
             return Err(TuneError::value("objective", problem));
         }
         let counts = [("samples", self.samples, 1, 100_000), ("starts", self.starts, 1, 1000)];
@@ -270,7 +275,10 @@ impl Tuning {
         ]);
         for (key, value, least, most) in counts {
             if !(least..=most).contains(&value) {
-                return Err(TuneError::value(key, format!("{value} is not from {least} to {most}")));
+                return Err(TuneError::value(
+                    key,
+                    format!("{value} is not from {least} to {most}"),
+                ));
             }
         }
         Ok(())
@@ -296,7 +304,11 @@ impl FromStr for Varied {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("\"{text}\" is not of the form instance.variable=FROM:TO or instance.variable=FROM:TO:log");
+        let wrong = || {
+            format!(
+                "\"{text}\" is not of the form instance.variable=FROM:TO or instance.variable=FROM:TO:log"
+            )
+        };
         let (target, range) = text.split_once('=').ok_or_else(wrong)?;
         let number = |it: &str| it.trim().parse::<f64>().map_err(|_| wrong());
         let parts: Vec<&str> = range.split(':').collect();
@@ -353,11 +365,13 @@ impl FromStr for NoiseOption {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("\"{text}\" is not of the form INPUT=RMS:BANDWIDTH, as gap=1e-5:500");
+        let wrong =
+            || format!("\"{text}\" is not of the form INPUT=RMS:BANDWIDTH, as gap=1e-5:500");
         let (input, numbers) = text.split_once('=').ok_or_else(wrong)?;
         let (rms, bandwidth) = numbers.split_once(':').ok_or_else(wrong)?;
         let number = |it: &str| it.trim().parse::<f64>().map_err(|_| wrong());
-        let noise = SensorNoise { rms: Some(number(rms)?), density: None, bandwidth: number(bandwidth)? };
+        let noise =
+            SensorNoise { rms: Some(number(rms)?), density: None, bandwidth: number(bandwidth)? };
         Ok(Self { input: input.trim().to_owned(), noise })
     }
 }
@@ -376,7 +390,10 @@ mod tests {
     #[test]
     fn analytic_options_are_read() {
         let it: Varied = "ems_*.gain_gap = 2:14".parse().unwrap();
-        assert_eq!((it.target.as_str(), it.bounds), ("ems_*.gain_gap", Bounds { from: 2.0, to: 14.0, log: false }));
+        assert_eq!(
+            (it.target.as_str(), it.bounds),
+            ("ems_*.gain_gap", Bounds { from: 2.0, to: 14.0, log: false })
+        );
         assert!("a.b=1:9:log".parse::<Varied>().unwrap().bounds.log);
         let it: Condition = "soft: guideway.frequency_01=5, v.on=true".parse().unwrap();
         assert_eq!((it.name.as_str(), it.set.len()), ("soft", 2));
@@ -405,14 +422,20 @@ mod tests {
         let noise = |rms: Option<f64>, density| SensorNoise { rms, density, bandwidth: 100.0 };
         let cases: [(&str, Change); 14] = [
             ("vary: no parameter", |it| it.vary.clear()),
-            ("vary.ems_*.gain_gap: 14 to 2", |it| it.vary[0] = Bounds { from: 14.0, to: 2.0, log: false }),
-            ("vary.ems_*.gain_gap: a logarithmic", |it| it.vary[0] = Bounds { from: 0.0, to: 2.0, log: true }),
+            ("vary.ems_*.gain_gap: 14 to 2", |it| {
+                it.vary[0] = Bounds { from: 14.0, to: 2.0, log: false }
+            }),
+            ("vary.ems_*.gain_gap: a logarithmic", |it| {
+                it.vary[0] = Bounds { from: 0.0, to: 2.0, log: true }
+            }),
             ("constraints.modulus: 2", |it| it.constraints.modulus = Some(2.0)),
             ("constraints.delay: -1", |it| it.constraints.delay = Some(-1.0)),
             ("constraints.damping: 0", |it| it.constraints.damping = Some(0.0)),
             ("constraints.voltage: needs noise", |it| it.constraints.voltage = Some(1.0)),
             ("objective: voltage needs noise", |it| it.objective = Objective::Voltage),
-            ("irregularity.speed: 0", |it| it.irregularity = Some(Irregularity { speed: 0.0, amplitude: None })),
+            ("irregularity.speed: 0", |it| {
+                it.irregularity = Some(Irregularity { speed: 0.0, amplitude: None })
+            }),
             ("band: 5 to 1", |it| it.band = Some([5.0, 1.0])),
             ("influence: -1", |it| it.influence = -1.0),
             ("starts: 0", |it| it.starts = 0),
@@ -434,7 +457,11 @@ mod tests {
         tuning.noise.insert("gap".to_owned(), noise(Some(1.0), None));
         tuning.objective = Objective::Voltage;
         assert!(tuning.check().unwrap_err().to_string().contains("constraints.damping"));
-        for text in [r#"{"vary": {}, "vary": {}}"#, r#"{"varies": {}}"#, r#"{"vary": {"a.b": {"from": 1}}}"#] {
+        for text in [
+            r#"{"vary": {}, "vary": {}}"#,
+            r#"{"varies": {}}"#,
+            r#"{"vary": {"a.b": {"from": 1}}}"#,
+        ] {
             assert!(strict_json::read_commented::<Tuning>(text).is_err(), "{text}");
         }
     }

@@ -89,7 +89,13 @@ impl Goal {
         }
         if let Some(least) = delay {
             let relative = |value: f64| (value / least - 1.0 - reserve).min(FAR);
-            let kept = |value: f64| if it.stable() { relative(value) } else { it.damping.min(it.outside).min(0.0) - 0.01 };
+            let kept = |value: f64| {
+                if it.stable() {
+                    relative(value)
+                } else {
+                    it.damping.min(it.outside).min(0.0) - 0.01
+                }
+            };
             all.push((Limit::DelayOne, kept(it.delay_one)));
             all.push((Limit::DelayAll, kept(it.delay_all)));
         }
@@ -123,8 +129,22 @@ mod tests {
 
     #[test]
     fn analytic_constraints_are_positive_where_kept() {
-        let goal = Goal { objective: Objective::Damping, limits: Constraints { voltage: Some(2.0), ..Constraints::default() }, reserved: false };
-        let good = Figures { damping: 0.2, outside: 1.0, least: vec![0.2], modulus_one: 0.7, modulus_all: 0.5, delay_one: 0.002, delay_all: 0.001, voltage: 2.0, ..Figures::default() };
+        let goal = Goal {
+            objective: Objective::Damping,
+            limits: Constraints { voltage: Some(2.0), ..Constraints::default() },
+            reserved: false,
+        };
+        let good = Figures {
+            damping: 0.2,
+            outside: 1.0,
+            least: vec![0.2],
+            modulus_one: 0.7,
+            modulus_all: 0.5,
+            delay_one: 0.002,
+            delay_all: 0.001,
+            voltage: 2.0,
+            ..Figures::default()
+        };
         assert_eq!(goal.violation(&[good.clone()]), 0.0);
         assert_eq!(goal.parts(&[good.clone()]), [0.2, 1.0, 1.0, 1.0]);
         let bad = Figures { modulus_all: 0.4, ..good.clone() };

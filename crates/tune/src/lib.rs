@@ -37,7 +37,8 @@ pub use decay::{Oscillation, oscillations};
 pub use error::TuneError;
 pub use figures::{Figures, Ignored};
 pub use file::{
-    Bounds, Condition, Constraints, Irregularity, NoiseOption, Objective, SensorNoise, Tuning, Varied,
+    Bounds, Condition, Constraints, Irregularity, NoiseOption, Objective, SensorNoise, Tuning,
+    Varied,
 };
 pub use picture::front_picture;
 pub use result::{Active, ConditionResult, FrontPoint, TuneResult, Tuned, Verified};

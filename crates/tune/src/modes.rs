@@ -75,10 +75,13 @@ impl Modes {
                         None => reals.push((value, vec![k])),
                     }
                 }
-                &[k, l] if lambda[(k, k)] == lambda[(l, l)] && lambda[(k, l)] == -lambda[(l, k)] => {
+                &[k, l]
+                    if lambda[(k, k)] == lambda[(l, l)] && lambda[(k, l)] == -lambda[(l, k)] =>
+                {
                     // z = x₁ + i x₂
                     let value = c64::new(lambda[(k, k)], -lambda[(k, l)]);
-                    match complex.iter_mut().find(|it| (it.0 - value).norm() <= SAME * value.norm()) {
+                    match complex.iter_mut().find(|it| (it.0 - value).norm() <= SAME * value.norm())
+                    {
                         Some(group) => group.1.push(k),
                         None => complex.push((value, vec![k])),
                     }
@@ -111,7 +114,8 @@ impl Modes {
             }
         }
         for (value, group) in reals {
-            let term = |i: usize, j: usize| group.iter().map(|&k| c[(i, k)] * b[(k, j)]).sum::<f64>();
+            let term =
+                |i: usize, j: usize| group.iter().map(|&k| c[(i, k)] * b[(k, j)]).sum::<f64>();
             let residue = Mat::from_fn(q, p, term);
             if residue.norm_max() <= nothing {
                 continue;

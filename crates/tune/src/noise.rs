@@ -3,10 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use faer::prelude::c64;
-use linear::{LinearSystem, Port};
-use master::Setup;
 use fmi2_import::description::Value;
+use linear::{LinearSystem, Port};
 use maps::Twin;
+use master::Setup;
 
 use crate::error::TuneError;
 use crate::file::{Irregularity, SensorNoise};
@@ -49,10 +49,21 @@ pub(crate) struct Track {
 
 impl Track {
     /// From the one instance of the scenario that has the parameters of our guideway.
-    pub fn find(setup: &Setup, given: &Irregularity) -> Result<(usize, f64, (f64, f64), f64), TuneError> {
+    pub fn find(
+        setup: &Setup,
+        given: &Irregularity,
+    ) -> Result<(usize, f64, (f64, f64), f64), TuneError> {
         let all = &setup.system().instances;
-        let missing = || TuneError::value("irregularity", "no instance has the parameter irregularity_amplitude, as the unit guideway has");
-        let k = all.iter().position(|it| it.find("irregularity_amplitude").is_some()).ok_or_else(missing)?;
+        let missing = || {
+            TuneError::value(
+                "irregularity",
+                "no instance has the parameter irregularity_amplitude, as the unit guideway has",
+            )
+        };
+        let k = all
+            .iter()
+            .position(|it| it.find("irregularity_amplitude").is_some())
+            .ok_or_else(missing)?;
         let it = &all[k];
         let value = |name: &str| -> Option<Value> {
             let variable = it.find(name)?;
@@ -61,7 +72,10 @@ impl Track {
         };
         let real = |name: &str| match value(name) {
             Some(Value::Real(x)) => Ok(x),
-            _ => Err(TuneError::value("irregularity", format!("{} has no Real parameter {name}", it.name))),
+            _ => Err(TuneError::value(
+                "irregularity",
+                format!("{} has no Real parameter {name}", it.name),
+            )),
         };
         let amplitude = match given.amplitude {
             Some(amplitude) => amplitude,
@@ -84,16 +98,27 @@ impl Track {
         let variables = &setup.system().instances[unit].description().variables;
         let position = |number: &str| {
             let name = format!("position_{number}");
-            guideway.inputs().find(|(variable, _)| variables[variable.0].name == name).map(|it| it.1)
+            guideway
+                .inputs()
+                .find(|(variable, _)| variables[variable.0].name == name)
+                .map(|it| it.1)
         };
-        let mut track = Self { speed: given.speed, amplitude, waves, pole, acts: Vec::new(), ports: Vec::new() };
+        let mut track = Self {
+            speed: given.speed,
+            amplitude,
+            waves,
+            pole,
+            acts: Vec::new(),
+            ports: Vec::new(),
+        };
         for it in system.connections.iter().filter(|it| it.from.unit == unit) {
             let name = &system.units[unit].outputs[it.from.index].name;
-            let (number, rate) = match (name.strip_prefix("displacement_"), name.strip_prefix("rate_")) {
-                (Some(number), _) => (number, false),
-                (_, Some(number)) => (number, true),
-                _ => continue,
-            };
+            let (number, rate) =
+                match (name.strip_prefix("displacement_"), name.strip_prefix("rate_")) {
+                    (Some(number), _) => (number, false),
+                    (_, Some(number)) => (number, true),
+                    _ => continue,
+                };
             let Some(x) = position(number) else { continue };
             track.acts.push((x, rate, it.factor));
             track.ports.push(it.to);
@@ -101,7 +126,10 @@ impl Track {
         if track.acts.is_empty() {
             return Err(TuneError::value(
                 "irregularity",
-                format!("{} has no connected outputs displacement_NN and inputs position_NN", system.units[unit].name),
+                format!(
+                    "{} has no connected outputs displacement_NN and inputs position_NN",
+                    system.units[unit].name
+                ),
             ));
         }
         Ok(track)
@@ -143,7 +171,8 @@ mod tests {
     fn analytic_noise_has_its_variance_and_its_density() {
         let noise = SensorNoise { rms: Some(2.0), density: None, bandwidth: 50.0 };
         let step = 0.01;
-        let sum: f64 = (0..200_000).map(|k| density(&noise, (f64::from(k) + 0.5) * step) * step).sum();
+        let sum: f64 =
+            (0..200_000).map(|k| density(&noise, (f64::from(k) + 0.5) * step) * step).sum();
         assert!((sum - 4.0).abs() < 1e-5, "{sum}");
         assert!((density(&noise, 50.0) / density(&noise, 0.0) - 0.5).abs() < 1e-4);
         let given = SensorNoise { rms: None, density: Some(0.3), bandwidth: 50.0 };

@@ -118,7 +118,8 @@ impl TuneResult {
     pub fn worst(&self) -> [FrontPoint; 2] {
         let of = |figures: &dyn Fn(&ConditionResult) -> Figures, values: Vec<f64>| {
             let all: Vec<Figures> = self.conditions.iter().map(figures).collect();
-            let least = |of: &dyn Fn(&Figures) -> f64| all.iter().map(of).fold(f64::INFINITY, f64::min);
+            let least =
+                |of: &dyn Fn(&Figures) -> f64| all.iter().map(of).fold(f64::INFINITY, f64::min);
             // an unstable system has no margin
             let modulus = |it: &Figures| if it.stable() { it.modulus() } else { 0.0 };
             FrontPoint { damping: least(&|it| it.damping), modulus: least(&modulus), values }

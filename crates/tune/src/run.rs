@@ -50,7 +50,11 @@ pub trait Watch: Sync {
 /// # Errors
 /// A value is not allowed, the scenario does not start under a condition, a unit refuses a value or cannot be tuned, no
 /// stable set of values is found, or a file cannot be written.
-pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Result<TuneResult, TuneError> {
+pub fn tune(
+    request: &Request,
+    folder: Option<&Path>,
+    watch: &dyn Watch,
+) -> Result<TuneResult, TuneError> {
     let begin = Instant::now();
     let Request { scenario, tuning, threads } = request;
     tuning.check()?;
@@ -58,20 +62,29 @@ pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resu
     let parameters = parameters(scenario, tuning)?;
     let own = own_values(&parameters)?;
     let sets = conditions(tuning);
-    let inside = |name: &str, source: TuneError| TuneError::Condition { name: name.to_owned(), source: Box::new(source) };
+    let inside = |name: &str, source: TuneError| TuneError::Condition {
+        name: name.to_owned(),
+        source: Box::new(source),
+    };
     let setups: Vec<Setup> = sets
         .iter()
         .map(|(name, set)| setup(scenario, set).map_err(|error| inside(name, error)))
         .collect::<Result<_, _>>()?;
-    let start: Vec<f64> = parameters.iter().zip(&own).map(|(it, own)| it.value(it.place(*own))).collect();
+    let start: Vec<f64> =
+        parameters.iter().zip(&own).map(|(it, own)| it.value(it.place(*own))).collect();
     let prepared: Vec<Prepared<'_>> = sets
         .iter()
         .zip(&setups)
-        .map(|((name, _), setup)| Prepared::new(name, setup, &parameters, tuning, &start).map_err(|error| inside(name, error)))
+        .map(|((name, _), setup)| {
+            Prepared::new(name, setup, &parameters, tuning, &start)
+                .map_err(|error| inside(name, error))
+        })
         .collect::<Result<_, _>>()?;
     let store = Store::open(folder, &task(request))?;
     let done = AtomicUsize::new(0);
-    let most = tuning.samples + tuning.evaluations * (tuning.starts + 1 + if tuning.front > 0 { tuning.front + 1 } else { 0 });
+    let most = tuning.samples
+        + tuning.evaluations
+            * (tuning.starts + 1 + if tuning.front > 0 { tuning.front + 1 } else { 0 });
     let figures = |values: &[f64], exact: bool| -> Result<Vec<Figures>, TuneError> {
         prepared.iter().map(|it| it.figures(&parameters, values, exact)).collect()
     };
@@ -81,7 +94,8 @@ pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resu
         found
     };
     let before = figures(&own, true)?;
-    let goal = Goal { objective: tuning.objective, limits: tuning.constraints.clone(), reserved: true };
+    let goal =
+        Goal { objective: tuning.objective, limits: tuning.constraints.clone(), reserved: true };
     let mut archive = Vec::new();
     watch.stage("searching");
     let best = best(&evaluate, &goal, &parameters, &start, tuning, *threads, &mut archive)?;
@@ -96,16 +110,20 @@ pub fn tune(request: &Request, folder: Option<&Path>, watch: &dyn Watch) -> Resu
     };
     watch.stage("finding out what is active");
     let active = active(&evaluate, &goal, &best, &parameters, &prepared)?;
-    let found: Vec<f64> = parameters.iter().zip(&best.places).map(|(it, place)| rounded(it, *place)).collect();
+    let found: Vec<f64> =
+        parameters.iter().zip(&best.places).map(|(it, place)| rounded(it, *place)).collect();
     let after = figures(&found, true)?;
     watch.stage("starting the scenario anew with the values found");
     let exact = Goal { reserved: false, ..goal.clone() };
     let mut results = Vec::new();
     for (k, it) in prepared.iter().enumerate() {
         let mut set = sets[k].1.clone();
-        set.extend(parameters.iter().zip(&found).map(|(it, value)| (it.target.clone(), value.to_string())));
+        set.extend(
+            parameters.iter().zip(&found).map(|(it, value)| (it.target.clone(), value.to_string())),
+        );
         let modes = it.modes(&parameters, &found)?;
-        let verified = verify(scenario, &set, it, &modes).map_err(|error| inside(&it.name, error))?;
+        let verified =
+            verify(scenario, &set, it, &modes).map_err(|error| inside(&it.name, error))?;
         results.push(ConditionResult {
             name: it.name.clone(),
             set: sets[k].1.iter().cloned().collect(),
@@ -201,7 +219,8 @@ fn conditions(tuning: &Tuning) -> Vec<(String, Set)> {
 /// What is computed, in one line.
 fn task(request: &Request) -> String {
     let mut scenario = request.scenario.clone();
-    let set: Vec<String> = std::mem::take(&mut scenario.overrides).iter().map(ToString::to_string).collect();
+    let set: Vec<String> =
+        std::mem::take(&mut scenario.overrides).iter().map(ToString::to_string).collect();
     let all = serde_json::json!({ "scenario": scenario, "set": set, "tuning": request.tuning, "version": 1 });
     all.to_string()
 }
@@ -220,7 +239,11 @@ fn rounded(parameter: &Parameter, place: f64) -> f64 {
     let power = DIGITS - 1 - value.abs().log10().floor() as i32;
     // by the text, which has no rounding errors of its own
     let digits = usize::try_from(power).unwrap_or(0);
-    let short = if power >= 0 { format!("{value:.digits$}").parse().unwrap_or(value) } else { value.round() };
+    let short = if power >= 0 {
+        format!("{value:.digits$}").parse().unwrap_or(value)
+    } else {
+        value.round()
+    };
     short.clamp(parameter.bounds.from, parameter.bounds.to)
 }
 
@@ -247,7 +270,8 @@ fn best(
     let mut starts = vec![own];
     starts.extend(order.into_iter().take(tuning.starts - 1).map(|it| it.places.clone()));
     archive.extend(sampled.iter().cloned());
-    let found = for_all(&starts, threads, |start| search(evaluate, goal, start, tuning.evaluations))?;
+    let found =
+        for_all(&starts, threads, |start| search(evaluate, goal, start, tuning.evaluations))?;
     archive.extend(found.into_iter().flatten());
     let first = chosen(archive, goal)?;
     archive.extend(search(evaluate, goal, &first.places, tuning.evaluations)?);
@@ -255,7 +279,8 @@ fn best(
 }
 
 fn chosen(archive: &[Point], goal: &Goal) -> Result<Point, TuneError> {
-    let best = archive.iter().reduce(|a, b| if goal.better(&b.figures, &a.figures) { b } else { a });
+    let best =
+        archive.iter().reduce(|a, b| if goal.better(&b.figures, &a.figures) { b } else { a });
     best.cloned().ok_or(TuneError::Unstable { tried: 0 })
 }
 
@@ -328,11 +353,16 @@ fn active(
                     Limit::DelayOne | Limit::DelayAll => limits.delay.unwrap_or(0.0),
                     Limit::Voltage => limits.voltage.unwrap_or(0.0),
                 };
-                format!("{} at its limit of {value}, condition {}", limit.name(), prepared[condition].name)
+                format!(
+                    "{} at its limit of {value}, condition {}",
+                    limit.name(),
+                    prepared[condition].name
+                )
             }
             Cause::Bound(k, upper) => {
                 let it = &parameters[k];
-                let (side, value) = if upper { ("upper", it.bounds.to) } else { ("lower", it.bounds.from) };
+                let (side, value) =
+                    if upper { ("upper", it.bounds.to) } else { ("lower", it.bounds.from) };
                 format!("{} at its {side} bound of {value}", it.target)
             }
         };
@@ -341,7 +371,13 @@ fn active(
     Ok(found.into_iter().map(shown).collect())
 }
 
-fn notes(result: &TuneResult, goal: &Goal, after: &[Figures], tuning: &Tuning, own: &[f64]) -> Vec<String> {
+fn notes(
+    result: &TuneResult,
+    goal: &Goal,
+    after: &[Figures],
+    tuning: &Tuning,
+    own: &[f64],
+) -> Vec<String> {
     let mut notes = Vec::new();
     for (it, own) in result.parameters.iter().zip(own) {
         if !(it.bounds.0..=it.bounds.1).contains(own) {
@@ -373,7 +409,10 @@ fn notes(result: &TuneResult, goal: &Goal, after: &[Figures], tuning: &Tuning, o
         );
     }
     if tuning.irregularity.is_some() {
-        notes.push("The irregularity moves under a train that stays where it is: the girders do not pass.".to_owned());
+        notes.push(
+            "The irregularity moves under a train that stays where it is: the girders do not pass."
+                .to_owned(),
+        );
     }
     notes
 }

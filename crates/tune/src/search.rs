@@ -153,7 +153,8 @@ impl State<'_> {
         match (self.evaluate)(places) {
             Ok(figures) => {
                 let mut numbers = self.goal.parts(&figures);
-                numbers.extend(figures.iter().flat_map(|it| self.goal.constraints(it)).map(|it| it.1));
+                numbers
+                    .extend(figures.iter().flat_map(|it| self.goal.constraints(it)).map(|it| it.1));
                 self.points.borrow_mut().push(Point { places: places.to_vec(), figures });
                 *self.last.borrow_mut() = (places.to_vec(), numbers.clone());
                 numbers
@@ -211,12 +212,22 @@ mod tests {
 
     #[test]
     fn refusal_an_error_of_the_evaluation_ends_the_search() {
-        let goal = Goal { objective: Objective::Damping, limits: Constraints::default(), reserved: false };
+        let goal =
+            Goal { objective: Objective::Damping, limits: Constraints::default(), reserved: false };
         let evaluate = |x: &[f64]| {
             if x[0] > 0.5 {
                 return Err(TuneError::value("x", "too large"));
             }
-            Ok(vec![Figures { damping: x[0], outside: 1.0, least: vec![x[0]], modulus_one: 1.0, modulus_all: 1.0, delay_one: 1.0, delay_all: 1.0, ..Figures::default() }])
+            Ok(vec![Figures {
+                damping: x[0],
+                outside: 1.0,
+                least: vec![x[0]],
+                modulus_one: 1.0,
+                modulus_all: 1.0,
+                delay_one: 1.0,
+                delay_all: 1.0,
+                ..Figures::default()
+            }])
         };
         let error = search(&evaluate, &goal, &[0.2], 300).unwrap_err();
         assert!(error.to_string().contains("too large"));

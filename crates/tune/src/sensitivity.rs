@@ -83,7 +83,8 @@ pub(crate) fn active(
     let mut right = vec![0.0; dimension + 1];
     right[dimension] = 1.0;
     // the sum of the parts' multipliers must be met, whatever the size of the gradients
-    let weight = 1.0 + columns.iter().flat_map(|it| &it.1).fold(0.0, |size: f64, x| size.max(x.abs()));
+    let weight =
+        1.0 + columns.iter().flat_map(|it| &it.1).fold(0.0, |size: f64, x| size.max(x.abs()));
     for (_, column) in &mut columns {
         column[dimension] *= weight;
     }
@@ -184,6 +185,9 @@ mod tests {
         let best = Point { places: vec![1.0], figures: evaluate(&[1.0]).unwrap() };
         let goal = Goal { limits: Constraints { modulus: None, ..goal.limits }, ..goal };
         let found = active(&evaluate, &goal, &best).unwrap();
-        assert!(found[0].0 == Cause::Bound(0, true) && (found[0].1 - 0.005).abs() < 1e-8, "{found:?}");
+        assert!(
+            found[0].0 == Cause::Bound(0, true) && (found[0].1 - 0.005).abs() < 1e-8,
+            "{found:?}"
+        );
     }
 }

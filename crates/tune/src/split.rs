@@ -83,10 +83,18 @@ impl Split {
         for &k in &units {
             let unit = &all[k];
             let shape = |unit: &LinearUnit| {
-                (unit.states.len(), unit.connected_inputs, unit.connected_outputs, unit.inputs.len())
+                (
+                    unit.states.len(),
+                    unit.connected_inputs,
+                    unit.connected_outputs,
+                    unit.inputs.len(),
+                )
             };
             if shape(unit) != shape(first) {
-                return Err(wrong(unit, &format!("it has other inputs, outputs or states than {}", first.name)));
+                return Err(wrong(
+                    unit,
+                    &format!("it has other inputs, outputs or states than {}", first.name),
+                ));
             }
             let main = state(unit, force);
             if (0..unit.connected_outputs).any(|it| factor(&state(unit, it), &main).is_none()) {
@@ -95,7 +103,8 @@ impl Split {
                     "its states act by several outputs on their own; only units with one force can be tuned",
                 ));
             }
-            let by_signal = broken.map(|(output, _)| unit.d.row(output).to_vec()).unwrap_or_default();
+            let by_signal =
+                broken.map(|(output, _)| unit.d.row(output).to_vec()).unwrap_or_default();
             let reached = unit.b.iter().map(|(_, j, value)| (j, value)).chain(by_signal);
             for (j, value) in reached {
                 if value != 0.0 && j < unit.connected_inputs && !channels.contains(&j) {
@@ -141,7 +150,11 @@ impl Split {
     }
 
     /// Checks that what units pass on without states does not depend on the parameters.
-    pub fn check_feedthrough(&self, before: &LinearUnit, after: &LinearUnit) -> Result<(), TuneError> {
+    pub fn check_feedthrough(
+        &self,
+        before: &LinearUnit,
+        after: &LinearUnit,
+    ) -> Result<(), TuneError> {
         let signal = self.broken.map(|it| it.0);
         for output in (0..before.connected_outputs).filter(|it| Some(*it) != signal) {
             let width = before.inputs.len();

@@ -60,7 +60,8 @@ fn one(rest: &StateSpace, loops: usize, equal: bool) -> Core {
 fn figures(rest: &StateSpace, loops: usize, law: &Law, noise: Option<SensorNoise>) -> Figures {
     let core = one(rest, loops, true);
     let noise = [noise];
-    let scene = Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL };
+    let scene =
+        Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL };
     scene.figures(&Laws::Equal(law.clone())).unwrap()
 }
 
@@ -90,7 +91,11 @@ fn analytic_one_loop_has_the_margins_of_its_formula() {
         }
     }
     assert!((found.modulus_one / nearest - 1.0).abs() < 0.005, "{} {nearest}", found.modulus_one);
-    assert!((found.delay_one / delay - 1.0).abs() < 0.02 || !delay.is_finite(), "{} {delay}", found.delay_one);
+    assert!(
+        (found.delay_one / delay - 1.0).abs() < 0.02 || !delay.is_finite(),
+        "{} {delay}",
+        found.delay_one
+    );
     assert_eq!((found.modulus_one, found.delay_one), (found.modulus_all, found.delay_all));
     // the polynomial (s + r)(m s² + d s + k) + p r at the least damped root
     let core = one(&damped(m, k, d), 1, true);
@@ -122,7 +127,12 @@ fn analytic_the_integral_over_frequency_is_that_of_lyapunov() {
             t(std::f64::consts::TAU * hz).norm_sqr() * density(&noise, hz) * step
         })
         .sum();
-    assert!((found.voltage_noise / sum.sqrt() - 1.0).abs() < 0.01, "{} {}", found.voltage_noise, sum.sqrt());
+    assert!(
+        (found.voltage_noise / sum.sqrt() - 1.0).abs() < 0.01,
+        "{} {}",
+        found.voltage_noise,
+        sum.sqrt()
+    );
     // Lyapunov: white noise through 1/(s/ω + 1)², whose one-sided density is S₀/(1 + (f/f₀)²)²
     let (omega, low) = (300.0, 4e-4);
     let n = 5;
@@ -181,7 +191,9 @@ fn analytic_a_ring_falls_into_its_patterns() {
     let found = eigenvalues(&core, &Laws::Equal(law.clone())).unwrap();
     assert_eq!(found.iter().filter(|s| s.im > 0.0).count(), count);
     for s in &found {
-        let stiffness = |n: usize| k + 2.0 * c * (1.0 - (std::f64::consts::TAU * n as f64 / count as f64).cos());
+        let stiffness = |n: usize| {
+            k + 2.0 * c * (1.0 - (std::f64::consts::TAU * n as f64 / count as f64).cos())
+        };
         let value = |n: usize| (s + 30.0) * (m * s * s + 0.8 * m * s + stiffness(n)) + 150.0;
         let least = (0..count).map(|n| value(n).norm()).fold(f64::INFINITY, f64::min);
         assert!(least < 1e-6, "{s} {least}");
@@ -191,9 +203,12 @@ fn analytic_a_ring_falls_into_its_patterns() {
     assert_eq!((each.blocks.len(), each.widest()), (1, count));
     let noise = [Some(SensorNoise { rms: Some(1e-3), density: None, bandwidth: 50.0 })];
     let of = |core: &Core, laws: &Laws| {
-        Scene { core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL }.figures(laws).unwrap()
+        Scene { core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL }
+            .figures(laws)
+            .unwrap()
     };
-    let (one, other) = (of(&core, &Laws::Equal(law.clone())), of(&each, &Laws::Each(vec![law; count])));
+    let (one, other) =
+        (of(&core, &Laws::Equal(law.clone())), of(&each, &Laws::Each(vec![law; count])));
     let near = |a: f64, b: f64| (a - b).abs() < 1e-6 * a.abs();
     for (a, b) in [
         (one.damping, other.damping),
@@ -217,7 +232,14 @@ fn analytic_the_slowest_decay_is_tuned_to_its_known_optimum() {
     let noise = [None];
     let gain = |places: &[f64]| -45.0 + 75.0 * places[0];
     let evaluate = |places: &[f64]| {
-        let scene = Scene { core: &core, noise: &noise, track: None, ignored: &[], margins: true, band: ALL };
+        let scene = Scene {
+            core: &core,
+            noise: &noise,
+            track: None,
+            ignored: &[],
+            margins: true,
+            band: ALL,
+        };
         Ok(vec![scene.figures(&Laws::Equal(lag(gain(places), 4.0)))?])
     };
     let limits = Constraints { damping: None, modulus: None, delay: None, voltage: None };
@@ -225,7 +247,8 @@ fn analytic_the_slowest_decay_is_tuned_to_its_known_optimum() {
     let best = |goal: &Goal, start: f64| -> Point {
         let points = search(&evaluate, goal, &[start], 300).unwrap();
         let kept = points.into_iter().filter(|it| goal.violation(&it.figures) < 1e-4);
-        kept.reduce(|a, b| if goal.value(&b.figures) > goal.value(&a.figures) { b } else { a }).unwrap()
+        kept.reduce(|a, b| if goal.value(&b.figures) > goal.value(&a.figures) { b } else { a })
+            .unwrap()
     };
     let free = best(&goal, 0.9);
     assert!((goal.value(&free.figures) - 2.0).abs() < 5e-3, "{free:?}");

@@ -38,7 +38,11 @@ pub(crate) fn verify(
     let compared = counted.iter().take(COMPARED);
     let worst = compared.clone().map(|s| distance(&values, *s)).fold(0.0, f64::max);
     let nearest = |s: &c64| {
-        values.iter().copied().min_by(|a, b| (a - s).norm().total_cmp(&(b - s).norm())).unwrap_or(*s)
+        values
+            .iter()
+            .copied()
+            .min_by(|a, b| (a - s).norm().total_cmp(&(b - s).norm()))
+            .unwrap_or(*s)
     };
     let least = compared.map(|s| damping(nearest(s))).fold(f64::INFINITY, f64::min);
     let untouched = values
@@ -49,7 +53,10 @@ pub(crate) fn verify(
         .collect();
     let names = prepared.broken();
     let margins = if (1..=FEW).contains(&names.len()) && counted.iter().all(|s| s.re < 0.0) {
-        let points = names.iter().map(|name| BreakPoint::new(&system, name)).collect::<Result<Vec<_>, _>>()?;
+        let points = names
+            .iter()
+            .map(|name| BreakPoint::new(&system, name))
+            .collect::<Result<Vec<_>, _>>()?;
         let loops = Loops::new(&breaking::loops(&system, &points)?, &names)?.analyse(false)?;
         let mut found = [1.0_f64, 10.0, 1.0, 10.0];
         for margins in loops.single.iter().filter_map(|it| it.margins.as_ref()) {

@@ -23,7 +23,8 @@ impl FromStr for Window {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("\"{text}\" is not of the form instance.variable=FROM:TO, with times in s");
+        let wrong =
+            || format!("\"{text}\" is not of the form instance.variable=FROM:TO, with times in s");
         let (signal, times) = text.split_once('=').ok_or_else(wrong)?;
         let (from, to) = times.split_once(':').ok_or_else(wrong)?;
         let number = |it: &str| it.trim().parse::<f64>().ok().filter(|it| it.is_finite());
@@ -53,16 +54,24 @@ pub struct Confirmation {
 }
 
 /// Runs the scenario under every condition, before and after.
-pub fn confirm(scenario: &Scenario, result: &TuneResult, window: &Window) -> Result<Vec<Confirmation>, Error> {
+pub fn confirm(
+    scenario: &Scenario,
+    result: &TuneResult,
+    window: &Window,
+) -> Result<Vec<Confirmation>, Error> {
     let mut all = Vec::new();
     for condition in &result.conditions {
         for tuned in [false, true] {
             let mut changed = scenario.clone();
             let set = |target: &String, value: String| Override { target: target.clone(), value };
-            changed.overrides.extend(condition.set.iter().map(|(target, value)| set(target, value.clone())));
+            changed
+                .overrides
+                .extend(condition.set.iter().map(|(target, value)| set(target, value.clone())));
             if tuned {
                 let patch = result.patch();
-                changed.overrides.extend(patch.iter().map(|(target, value)| set(target, value.to_string())));
+                changed
+                    .overrides
+                    .extend(patch.iter().map(|(target, value)| set(target, value.to_string())));
             }
             changed.experiment.stop = window.to;
             changed.record.interval = None;
@@ -85,16 +94,24 @@ pub fn confirm(scenario: &Scenario, result: &TuneResult, window: &Window) -> Res
                 found.failure = Some(results::causes(&error).join(": "));
             } else if let Some(values) = run.table.columns.first() {
                 let inside = |t: &f64| *t >= window.from && *t <= window.to;
-                let samples: Vec<f64> =
-                    run.table.time.iter().zip(values).filter(|(t, _)| inside(t)).map(|it| *it.1).collect();
+                let samples: Vec<f64> = run
+                    .table
+                    .time
+                    .iter()
+                    .zip(values)
+                    .filter(|(t, _)| inside(t))
+                    .map(|it| *it.1)
+                    .collect();
                 match oscillations(&samples, changed.experiment.step).first() {
                     Some(it) => {
                         let place = (it.real, it.imaginary);
                         found.run = Some(place);
                         found.share = it.share;
                         let distance = |s: &&(f64, f64)| (s.0 - place.0).hypot(s.1 - place.1);
-                        found.predicted =
-                            eigenvalues.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied();
+                        found.predicted = eigenvalues
+                            .iter()
+                            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                            .copied();
                     }
                     None => found.failure = Some("the signal does not oscillate there".to_owned()),
                 }

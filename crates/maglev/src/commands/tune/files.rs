@@ -57,7 +57,8 @@ fn tuned(result: &TuneResult, scenario: &Scenario, path: &Path, folder: &Path) -
         let Some((_, variable)) = it.target.rsplit_once('.') else { continue };
         for key in scenario.instances.keys() {
             let names = patterns::expand(key).unwrap_or_else(|_| vec![key.clone()]);
-            let mine: Vec<&String> = names.iter().filter(|name| it.instances.contains(name)).collect();
+            let mine: Vec<&String> =
+                names.iter().filter(|name| it.instances.contains(name)).collect();
             if mine.len() == names.len() {
                 set(key, variable, it.after);
             } else {
@@ -82,7 +83,8 @@ fn relative(path: &Path, folder: &Path) -> String {
     let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else {
         return path.to_string_lossy().into_owned();
     };
-    let (to, from): (Vec<Component<'_>>, Vec<Component<'_>>) = (path.components().collect(), folder.components().collect());
+    let (to, from): (Vec<Component<'_>>, Vec<Component<'_>>) =
+        (path.components().collect(), folder.components().collect());
     let same = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
     let up = std::iter::repeat_n(Component::ParentDir, from.len() - same);
     up.chain(to[same..].iter().copied()).collect::<PathBuf>().to_string_lossy().into_owned()

@@ -11,7 +11,9 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use maglev::Error;
 use scenario::{Override, Scenario};
-use tune::{Condition, Constraints, Irregularity, NoiseOption, Objective, Request, Tuning, Varied, Watch};
+use tune::{
+    Condition, Constraints, Irregularity, NoiseOption, Objective, Request, Tuning, Varied, Watch,
+};
 
 use confirm::{Confirmation, Window, confirm};
 
@@ -190,7 +192,9 @@ struct Terminal {
 impl Terminal {
     fn new() -> Self {
         let bar = ProgressBar::new(0);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos} of at most {len} evaluations, {msg}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:30} {pos} of at most {len} evaluations, {msg}")
+        {
             bar.set_style(style);
         }
         Self { bar }

@@ -44,7 +44,17 @@ pub fn page(result: &TuneResult, confirmed: &[Confirmation], arguments: &Argumen
     text += &table(std::iter::once(head).chain(rows), &[1, 2]);
     text.push('\n');
     let voltage = result.conditions.iter().any(|it| it.before.voltage > 0.0);
-    let mut head = vec!["condition", "", "damping", "Hz", "decay 1/s", "modulus: one", "all", "delay ms: one", "all"];
+    let mut head = vec![
+        "condition",
+        "",
+        "damping",
+        "Hz",
+        "decay 1/s",
+        "modulus: one",
+        "all",
+        "delay ms: one",
+        "all",
+    ];
     if voltage {
         head.push("r.m.s. V");
     }
@@ -76,7 +86,12 @@ pub fn page(result: &TuneResult, confirmed: &[Confirmation], arguments: &Argumen
     for it in &result.active {
         let _ = match it.gain_per_percent {
             Some(gain) if gain.abs() > 0.0 => {
-                writeln!(text, "active: {} (1 % more gains {gain:.2e} of {})", it.what, result.objective.as_str())
+                writeln!(
+                    text,
+                    "active: {} (1 % more gains {gain:.2e} of {})",
+                    it.what,
+                    result.objective.as_str()
+                )
             }
             _ => writeln!(text, "active: {}", it.what),
         };
@@ -107,9 +122,18 @@ pub fn page(result: &TuneResult, confirmed: &[Confirmation], arguments: &Argumen
         let _ = writeln!(text, "note: {note}");
     }
     let _ = writeln!(text, "{} sets of values in {:.1} s", result.evaluations, result.seconds);
-    let _ = writeln!(text, "\nmaglev run {}{}", arguments.scenario.display(), settings(result, arguments));
+    let _ = writeln!(
+        text,
+        "\nmaglev run {}{}",
+        arguments.scenario.display(),
+        settings(result, arguments)
+    );
     if let Some(folder) = &arguments.out {
-        let _ = writeln!(text, "files: tune.json, tuned.json, front.svg, front.png in {}", folder.display());
+        let _ = writeln!(
+            text,
+            "files: tune.json, tuned.json, front.svg, front.png in {}",
+            folder.display()
+        );
     }
     text
 }
@@ -138,7 +162,11 @@ fn conditions(text: &mut String, result: &TuneResult) {
     }
     let Some(first) = result.conditions.first() else { return };
     let list = |modes: &mut dyn Iterator<Item = (f64, f64)>| {
-        modes.take(IGNORED).map(|(hz, ratio)| format!("{hz:.3} Hz {ratio:.4}")).collect::<Vec<_>>().join(", ")
+        modes
+            .take(IGNORED)
+            .map(|(hz, ratio)| format!("{hz:.3} Hz {ratio:.4}"))
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     if !first.ignored.is_empty() {
         let shown = list(&mut first.ignored.iter().map(|it| (it.frequency_hz, it.damping)));
@@ -152,7 +180,11 @@ fn conditions(text: &mut String, result: &TuneResult) {
     }
     if !first.verified.untouched.is_empty() {
         let shown = list(&mut first.verified.untouched.iter().copied());
-        let _ = writeln!(text, "not counted, as the varied units do not reach them ({}): {shown}", first.name);
+        let _ = writeln!(
+            text,
+            "not counted, as the varied units do not reach them ({}): {shown}",
+            first.name
+        );
     }
 }
 
