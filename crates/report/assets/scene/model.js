@@ -28,7 +28,64 @@ const scenes = {};
       this.frame = { index: 0, part: 0, time: this.time[0] };
       // a natural mode of the girders instead of the recorded deflection
       this.mode = null;
+      // or a mode of the coupled system, of train and girders
+      this.coupled = null;
       this.phase = Math.PI / 2;
+    }
+
+    // Whether a mode is drawn and not the recorded motion.
+    get animated() {
+      return this.mode !== null || this.coupled !== null;
+    }
+
+    // Re(amplitude · e^(iφ)), as a fraction of the mode's largest displacement.
+    moved(re, im) {
+      return re * Math.sin(this.phase) + im * Math.cos(this.phase);
+    }
+
+    // Drawn displacement (m) of the largest in a coupled mode: readable, and no gap closes.
+    size(scale) {
+      const widest = this.widestGap();
+      const room = widest > 0 ? (0.9 * scale.gap * this.data.nominal_gap) / widest : Infinity;
+      return Math.min(scale.deflection * this.amplitude(), room);
+    }
+
+    // Complex displacement [re, im] of a coupled mode: of the girders at x.
+    girderShape(x) {
+      const s = this.spans.findIndex((span) => x >= span.start && x <= span.end);
+      const points = s < 0 ? [] : this.coupled.spans[s];
+      if (points.length < 2) return [0, 0];
+      const place = (x - this.spans[s].start) / (this.spans[s].end - this.spans[s].start);
+      const high = Math.max(points.findIndex((point) => point[0] >= place), 1);
+      const [a, b] = [points[high - 1], points[high]];
+      const part = (place - a[0]) / (b[0] - a[0]);
+      // a smooth line through few points
+      const smooth = (i) => {
+        const at = (k) => points[Math.min(Math.max(k, 0), points.length - 1)][i];
+        const [p, q, r, t] = [at(high - 2), at(high - 1), at(high), at(high + 1)];
+        return q + 0.5 * part * (r - p + part * (2 * p - 5 * q + 4 * r - t + part * (3 * (q - r) + t - p)));
+      };
+      return [smooth(1), smooth(2)];
+    }
+
+    // The same of a magnet, upward.
+    magnetShape(k) {
+      const { group, position } = this.data.magnets[k];
+      const { center } = this.data.groups[group];
+      const m = this.coupled.groups[group];
+      return [0, 1].map((i) => m[2 + i] - m[6 + i] * (position[0] - center[0]) + m[4 + i] * (position[1] - center[1]));
+    }
+
+    // Largest change of a gap in a coupled mode, as a fraction of its largest displacement.
+    widestGap() {
+      const key = [this.coupled, this.travelled()];
+      if (this.widest?.key.every((it, i) => it === key[i])) return this.widest.value;
+      const changes = this.data.magnets.map(({ position }, k) => {
+        const [a, b] = [this.girderShape(this.travelled() + position[0]), this.magnetShape(k)];
+        return Math.hypot(a[0] - b[0], a[1] - b[1]);
+      });
+      this.widest = { key, value: Math.max(0, ...changes) };
+      return this.widest.value;
     }
 
     // Number of natural modes that all girders have.
@@ -99,6 +156,12 @@ const scenes = {};
       return 0;
     }
 
+    // Height (m) at which the girders' deflection is drawn.
+    bent(x, scale) {
+      if (this.coupled === null) return scale.deflection * this.deflection(x);
+      return this.size(scale) * this.moved(...this.girderShape(x));
+    }
+
     // Irregularity (m) of the surface at x; 0 where it is unknown.
     irregularity(x) {
       if (!this.profile) return 0;
@@ -109,7 +172,7 @@ const scenes = {};
 
     // Height (m) at which the surface is drawn: deflection and irregularity, each with its factor.
     surface(x, scale) {
-      return scale.deflection * this.deflection(x) + scale.gap * this.irregularity(x);
+      return this.bent(x, scale) + (this.coupled === null ? scale.gap * this.irregularity(x) : 0);
     }
 
     gap(k) {
@@ -117,7 +180,13 @@ const scenes = {};
     }
 
     // Deviation of magnet k's gap from the nominal one (m), null if it is not recorded.
+    // In a coupled mode its change, so that the largest has the last colour.
     deviation(k) {
+      if (this.coupled !== null) {
+        const [a, b] = [this.girderShape(this.travelled() + this.data.magnets[k].position[0]), this.magnetShape(k)];
+        this.usual ??= this.usualDeviation();
+        return (this.usual * this.moved(a[0] - b[0], a[1] - b[1])) / (this.widestGap() || 1);
+      }
       return this.gaps[k] ? this.gap(k) - this.data.nominal_gap : null;
     }
 
@@ -133,8 +202,8 @@ const scenes = {};
 
     // Amplitude (m) of a natural mode, whose size is arbitrary: that of the largest deflection.
     amplitude() {
-      this.size ??= this.largestDeflection() || 1e-3;
-      return this.size;
+      this.largest ??= this.largestDeflection() || 1e-3;
+      return this.largest;
     }
 
     // Largest deflection over the run (m).
@@ -171,12 +240,18 @@ const scenes = {};
     // The deflection of the girders is multiplied by one factor, everything relative to the girders by
     // another. A magnet moves up with the surface and down by the deviation of its gap.
     lift(k, scale) {
+      if (this.coupled !== null) return this.size(scale) * this.moved(...this.magnetShape(k));
       const x = this.travelled() + this.data.magnets[k].position[0];
       return this.surface(x, scale) - scale.gap * (this.deviation(k) ?? 0);
     }
 
     // The drawn pose of group g about its place in the vehicle file.
     pose(g, scale) {
+      if (this.coupled !== null) {
+        const m = this.coupled.groups[g];
+        const [lateral, vertical, roll, pitch, yaw] = [0, 2, 4, 6, 8].map((i) => this.size(scale) * this.moved(m[i], m[i + 1]));
+        return { lateral, vertical, roll: Math.atan(roll), pitch: Math.atan(pitch), yaw: Math.atan(yaw) };
+      }
       const recorded = this.poses[g];
       const turn = (channel) => Math.atan(scale.gap * this.value(channel));
       const { center, magnets, above } = this.carriers[g];

@@ -40,7 +40,7 @@
       const faces = Math.max(...magnets.map((it) => it.position[2])) + scenes.MAGNET.height / 2;
       const under = faces + scale.gap * model.data.nominal_gap;
       this.ribbon((x) => under + model.surface(x, scale), 0.07, colours.line);
-      this.ribbon((x) => faces - 0.8 + scale.deflection * model.deflection(x), -1.5, colours.fill);
+      this.ribbon((x) => faces - 0.8 + model.bent(x, scale), -1.5, colours.fill);
       this.boxes();
       magnets.forEach(({ position: [x, y, z] }, k) => {
         if (y > 0.1) return;

@@ -178,13 +178,13 @@
     update(scale) {
       const { THREE, model } = this;
       const under = this.under(scale);
-      this.girders.forEach((girder) => this.bend(girder, (x) => scale.deflection * model.deflection(x)));
+      this.girders.forEach((girder) => this.bend(girder, (x) => model.bent(x, scale)));
       this.rails.forEach((rail) => this.bend(rail, (x) => under + model.surface(x, scale)));
       this.references.forEach((line) => (line.position.z = under));
       const { places, bars, legs, posts } = this.sleepers;
       const node = new THREE.Object3D();
       places.forEach((x, i) => {
-        const slab = this.top + scale.deflection * model.deflection(x);
+        const slab = this.top + model.bent(x, scale);
         const bar = under + model.surface(x, scale) + RAIL.height / 2;
         node.scale.set(1, 1, 1);
         node.position.set(x, 0, bar);

@@ -72,20 +72,34 @@
         option("see-through cars", this.through, (on) => { this.through = on; this.stage?.seeThrough?.(on); }));
     }
 
-    // The recorded motion, or a natural mode of the girders.
+    // The recorded motion, a mode of train and girders, or a natural mode of the empty girders.
     motions() {
       const { model } = this;
-      if (model.modeCount === 0) return null;
+      const { coupled } = model.data;
+      if (model.modeCount === 0 && coupled.length === 0) return null;
       const names = Array.from({ length: model.modeCount }, (_, k) => element("option", { value: k }, this.modeName(k)));
-      const select = element("select", { "aria-label": "Motion" }, element("option", { value: "" }, "recorded motion"), names);
+      const both = coupled.map((mode, k) => element("option", { value: `coupled ${k}` }, this.coupledName(mode)));
+      const group = (label, options) => (options.length > 0 ? element("optgroup", { label }, options) : null);
+      const select = element("select", { "aria-label": "Motion" }, element("option", { value: "" }, "recorded motion"),
+        group("Coupled modes, least damped first", both), group("Empty girders", names));
       select.addEventListener("change", () => {
-        model.mode = select.value === "" ? null : Number(select.value);
+        const [, k] = select.value.match(/^coupled (\d+)$/) ?? [];
+        model.coupled = k === undefined ? null : coupled[Number(k)];
+        model.mode = k !== undefined || select.value === "" ? null : Number(select.value);
         model.phase = Math.PI / 2;
+        // the modes are those at the start
+        if (model.coupled !== null) this.seek(model.begin);
+        // its colours have no unit
+        this.stageBox.querySelector(".colours").style.display = model.coupled === null ? "" : "none";
         this.playing = false;
         this.say();
         this.changed();
       });
       return select;
+    }
+
+    coupledName({ frequency, damping, with: units }) {
+      return `${number(frequency, 4)} Hz, ζ ${number(damping, 3)}${units.length > 0 ? `, ${units.join(" and ")}` : ""}`;
     }
 
     modeName(k) {
@@ -139,7 +153,11 @@
     say() {
       const { deflection, gap } = this.scale;
       const times = (factor) => (factor < 1.005 ? "true to scale" : `${number(factor, 2)} times too large`);
-      const { mode } = this.model;
+      const { mode, coupled } = this.model;
+      if (coupled !== null) {
+        this.words.textContent = `Mode of the train and the girders together, ${this.coupledName(coupled)}, as maglev modes found it at the start of the scenario; drawn once in ${PERIOD} s, without its growth or decay. The amplitude is arbitrary: as large as the exaggerated gaps allow. Colours: change of the gaps, relative to the largest.`;
+        return;
+      }
       if (mode !== null) {
         this.words.textContent = `Natural mode of the empty girders, ${this.modeName(mode)}, drawn once in ${PERIOD} s with an amplitude of ${number(this.model.amplitude() * 1e3, 3)} mm, ${times(deflection)}. The train stands where it was at the time of the slider and only follows the girders.`;
         return;
@@ -242,6 +260,7 @@
     // The state in words.
     spoken() {
       const { model } = this;
+      if (model.coupled !== null) return `The train and the girders in the coupled mode ${this.coupledName(model.coupled)}.`;
       if (model.mode !== null) return `The girders in ${this.modeName(model.mode)}.`;
       const worst = model.gaps.reduce((best, _, k) => (Math.abs(model.deviation(k) ?? 0) > Math.abs(model.deviation(best) ?? 0) ? k : best), 0);
       const gap = model.gaps[worst] ? ` Largest deviation of a gap: magnet ${worst + 1}, ${number(model.gap(worst) * 1e3, 4)} mm.` : "";
@@ -259,7 +278,7 @@
 
     play(on) {
       const { model } = this;
-      if (on && model.mode === null && model.frame.time >= model.end) this.seek(model.begin);
+      if (on && !model.animated && model.frame.time >= model.end) this.seek(model.begin);
       this.playing = on;
       this.last = null;
       this.changed();
@@ -271,7 +290,7 @@
       const { model } = this;
       const passed = this.last == null ? 0 : Math.min(now - this.last, 250) / 1000;
       this.last = now;
-      if (model.mode !== null) {
+      if (model.animated) {
         model.phase += (2 * Math.PI * passed) / PERIOD;
         return;
       }
@@ -321,7 +340,7 @@
     showTip() {
       const k = this.pointed ?? -1;
       const { model } = this;
-      this.tip.textContent = k < 0 ? "" : model.gaps[k] ? `magnet ${k + 1}: gap ${number(model.gap(k) * 1e3, 4)} mm` : `magnet ${k + 1}: gap not recorded`;
+      this.tip.textContent = k < 0 ? "" : model.coupled !== null ? `magnet ${k + 1}` : model.gaps[k] ? `magnet ${k + 1}: gap ${number(model.gap(k) * 1e3, 4)} mm` : `magnet ${k + 1}: gap not recorded`;
     }
   };
 

@@ -5,6 +5,7 @@
 //! [`Scene::missing`] lists them. The scripts in `assets/scene` draw the view.
 
 mod bodies;
+mod coupled;
 mod motion;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ use crate::error::ReportError;
 use crate::layout_fmu::LayoutFmu;
 use crate::names;
 use bodies::DrawnBodies;
+use coupled::DrawnMode;
 use motion::{RecordedMotion, ViewFrames};
 use results::RunResults;
 use track::DrawnTrack;
@@ -36,6 +38,8 @@ pub struct Scene {
     track: DrawnTrack,
     #[serde(flatten)]
     motion: RecordedMotion,
+    /// Modes of the coupled system, if `maglev modes` wrote their shapes beside the run.
+    coupled: Vec<DrawnMode>,
     /// Sentences about what is missing in the view, and why.
     pub missing: Vec<String>,
 }
@@ -63,6 +67,7 @@ pub fn build(
         motion::SignalSource { table: &run.table, frames: &frames, arrays, missing: &mut missing };
     let motion = RecordedMotion::new(&vehicle, &layout, &bodies, &mut source);
     let (track, pole_length) = DrawnTrack::new(guideway.as_ref(), &vehicle, &layout, &mut source)?;
+    let coupled = coupled::modes(run, &bodies, track.spans(), &mut missing);
     Ok(Some(Scene {
         name: layout.name,
         nominal_gap: layout.nominal_gap,
@@ -70,6 +75,7 @@ pub fn build(
         bodies,
         track,
         motion,
+        coupled,
         missing,
     }))
 }

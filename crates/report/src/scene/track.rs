@@ -53,6 +53,11 @@ struct DrawnIrregularity {
 }
 
 impl DrawnTrack {
+    /// Number of spans.
+    pub(super) fn spans(&self) -> usize {
+        self.spans.len()
+    }
+
     /// The track, and the magnets' pole length (m).
     pub(super) fn new(
         unit: Option<&LayoutFmu<'_>>,
