@@ -210,13 +210,17 @@ fn evidence(cells: &[Vec<MapCell>]) -> Vec<String> {
 fn of_boundary(boundary: &[BoundaryPoint]) -> Option<String> {
     let checked: Vec<f64> = boundary.iter().filter_map(|it| it.distance).collect();
     let worst = checked.iter().copied().fold(0.0, f64::max);
-    (!boundary.is_empty()).then(|| {
-        format!(
-            "The stability boundary was refined at {} places between points (a mode with Re λ = 0); {} of them lie within {worst:.1e} of an eigenvalue of the whole system.",
-            boundary.len(),
-            checked.len()
-        )
-    })
+    let places = boundary.len();
+    let refined = format!(
+        "The stability boundary was refined at {places} places between points (a mode with Re λ = 0)"
+    );
+    match (places, checked.len()) {
+        (0, _) => None,
+        (_, 0) => Some(format!("{refined}.")),
+        (_, count) => Some(format!(
+            "{refined}; {count} of them lie within {worst:.1e} of an eigenvalue of the whole system."
+        )),
+    }
 }
 
 /// The map's inputs in one line, by which its journal is recognised.

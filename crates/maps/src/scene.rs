@@ -220,7 +220,7 @@ impl<'a> Reduced<'a> {
     }
 
     /// The attached part and the controllers at a point of the grid, or between two neighbours of a row (or column):
-    /// their numbers are interpolated by a parabola.
+    /// their numbers are interpolated.
     pub fn between(
         &self,
         (column, row): (usize, usize),
@@ -229,7 +229,7 @@ impl<'a> Reduced<'a> {
     ) -> (Level, Controllers) {
         let axis = if along_x { self.plan.columns } else { self.plan.rows };
         let values: &[f64] = axis.map_or(&[], |it| &it.axis.values);
-        let weights = parabola(values, if along_x { column } else { row }, part);
+        let weights = weights(values, if along_x { column } else { row }, part);
         let place = |k: usize| if along_x { (k, row) } else { (column, k) };
         let sum = |of: &dyn Fn(&Level) -> &Mat<f64>| {
             let level = |k: usize| of(&self.levels[level_index(&self.plan, place(k))]);
@@ -434,14 +434,14 @@ fn controllers_of(
     Controllers::Each(numbers.chunks(n * n + n * channels + n).map(of).collect())
 }
 
-/// Weights of three values (or two, if there are no more) for a place between value k and the next one.
-fn parabola(values: &[f64], k: usize, part: f64) -> Vec<(usize, f64)> {
+/// Weights of the nearest values, up to five, for a place between value k and the next one (Lagrange).
+fn weights(values: &[f64], k: usize, part: f64) -> Vec<(usize, f64)> {
     let n = values.len();
     if n < 2 || k + 1 >= n {
         return vec![(k, 1.0)];
     }
-    let first = k.min(n.saturating_sub(3));
-    let nodes: Vec<usize> = (first..n.min(first + 3)).collect();
+    let first = k.saturating_sub(2).min(n.saturating_sub(5));
+    let nodes: Vec<usize> = (first..n.min(first + 5)).collect();
     let x = values[k] + part * (values[k + 1] - values[k]);
     let weight = |i: usize| -> f64 {
         let others = nodes.iter().filter(|&&j| j != i);
