@@ -7,6 +7,7 @@ mod binaries;
 mod bundles;
 mod check;
 mod documentation;
+mod figures;
 mod licences;
 mod mutants;
 mod package;
@@ -124,6 +125,8 @@ enum Task {
     Mutants(mutants::Selection),
     /// Take docs/report.png, the picture of a report (may install Chromium)
     Screenshot,
+    /// Draw the pictures of docs/stability.md anew, each by the page's own command
+    Figures,
     /// Run the scenarios of the paper's figures, and write docs/paper.md
     Paper {
         /// Use the results of the previous run instead of running the scenarios
@@ -185,6 +188,7 @@ fn main() -> Result<()> {
         Task::Sanitize { calls } => sanitize::run(calls),
         Task::Mutants(selection) => mutants::run(&selection),
         Task::Screenshot => screenshot::take(),
+        Task::Figures => figures::draw(),
         Task::Paper { keep_results } => paper(keep_results),
         Task::Readings => {
             package::package(&Order { also: &[workspace::COMMAND], ..Order::default() })?;
