@@ -42,7 +42,8 @@ fn analytic_realised_spectra_are_those_of_the_target() {
         4.032e-7 * 0.8246f64.powi(2) / ((k * k + 0.0206f64.powi(2)) * (k * k + 0.8246f64.powi(2)))
     };
     let rational = |k: f64| 2e-7 * (k * k + 16.0) / ((k * k + 0.09) * (k * k + 1.0));
-    let targets: [(&dyn Fn(f64) -> f64, &dyn Fn(f64) -> f64); 2] =
+    type Form<'a> = &'a dyn Fn(f64) -> f64;
+    let targets: [(Form<'_>, Form<'_>); 2] =
         [(&german, &|k| 1.0 / (1.0 + (k / 0.6).powi(2))), (&rational, &|_| 0.4)];
     for (direction, (density, coherency)) in targets.into_iter().enumerate() {
         let target = |k: f64| [density(k), density(k) * coherency(k)];

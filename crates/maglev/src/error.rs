@@ -263,7 +263,9 @@ impl Error {
             Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
-            Self::Tune(TuneError::Write { .. } | TuneError::Unstable { .. } | TuneError::Search { .. }) => 1,
+            Self::Tune(
+                TuneError::Write { .. } | TuneError::Unstable { .. } | TuneError::Search { .. },
+            ) => 1,
             Self::Write { .. } | Self::Program(_) => 1,
             Self::Temporary(_) | Self::Ssp(SspError::Write { .. }) => 1,
             Self::Page(error) if !error.is_bad_input() => 1,

@@ -37,8 +37,8 @@ pub use growing::Position;
 pub use keeper::write_now;
 pub use metrics::write_metrics;
 pub use names::{
-    AS_RUN, CHECKPOINT, EVENTS, FILES, MEASURED, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT, RESPONSE,
-    SUMMARY, TABLE,
+    AS_RUN, CHECKPOINT, EVENTS, FILES, MEASURED, METRICS, MODE_SHAPES, MODES, PARQUET, REPORT,
+    RESPONSE, SUMMARY, TABLE,
 };
 pub use parquet::{ParquetError, copy_to_parquet};
 pub use read_error::ReadError;

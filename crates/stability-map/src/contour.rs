@@ -331,12 +331,12 @@ fn inserted(
         };
         changes.push(if moved.is_some() { Change::Order } else { Change::None });
         all.push(moved.map_or_else(|| Arc::clone(placed), Arc::new));
-        if let Some((_, node)) = nodes.next_if(|(place, _)| **place == k) {
-            if let Some(last) = all.last() {
-                let new = Placed::beside(node, last);
-                all.push(Arc::new(new));
-                changes.push(Change::New);
-            }
+        if let Some((_, node)) = nodes.next_if(|(place, _)| **place == k)
+            && let Some(last) = all.last()
+        {
+            let new = Placed::beside(node, last);
+            all.push(Arc::new(new));
+            changes.push(Change::New);
         }
     }
     (all, changes)

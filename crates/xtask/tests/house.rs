@@ -86,17 +86,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "sources",
         ],
     ),
-    (
-        "ssp",
-        &[
-            "fmi2-derive",
-            "fmi2-import",
-            "master",
-            "patterns",
-            "results",
-            "scenario",
-        ],
-    ),
+    ("ssp", &["fmi2-derive", "fmi2-import", "master", "patterns", "results", "scenario"]),
     ("linear", &["coupling", "fmi2-import", "master", "patterns", "results"]),
     ("stability-map", &[]),
     (
