@@ -145,11 +145,11 @@ mod tests {
             voltage: 2.0,
             ..Figures::default()
         };
-        assert_eq!(goal.violation(&[good.clone()]), 0.0);
-        assert_eq!(goal.parts(&[good.clone()]), [0.2, 1.0, 1.0, 1.0]);
+        assert_eq!(goal.violation(std::slice::from_ref(&good)), 0.0);
+        assert_eq!(goal.parts(std::slice::from_ref(&good)), [0.2, 1.0, 1.0, 1.0]);
         let bad = Figures { modulus_all: 0.4, ..good.clone() };
         assert!((goal.violation(&[good.clone(), bad.clone()]) - 0.1).abs() < 1e-12);
-        assert!(goal.better(&[good.clone()], &[bad.clone()]));
+        assert!(goal.better(std::slice::from_ref(&good), std::slice::from_ref(&bad)));
         let growing = Figures { damping: -0.1, ..good.clone() };
         assert!(goal.violation(&[growing]) > 1.0);
         let loud = Figures { voltage: 4.0, ..good };
