@@ -144,7 +144,7 @@ fn analytic_the_integral_over_frequency_is_that_of_lyapunov() {
     a[(3, 3)] = -omega;
     (a[(4, 3)], a[(4, 4)]) = (omega, -omega);
     // two-sided density S₀/2 of white noise
-    let x = lyapunov(&a, &[0.0, 0.0, 0.0, omega * (0.5 * low).sqrt(), 0.0]);
+    let x = lyapunov(&a, &[0.0, 0.0, 0.0, omega * (0.5_f64 * low).sqrt(), 0.0]);
     let c = [-p, 0.0, 0.0, 0.0, -p];
     let exact: f64 = (0..n).map(|i| (0..n).map(|j| c[i] * x[(i, j)] * c[j]).sum::<f64>()).sum();
     let hz = |n: u32| 1e-3 * 1.000_1_f64.powi(n as i32);
