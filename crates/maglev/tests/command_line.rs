@@ -231,6 +231,7 @@ fn golden_schemas_are_printed_by_kind_of_file() {
         (vec!["scenario"], "scenarios/schema.json"),
         (vec!["criteria"], "criteria/schema.json"),
         (vec!["study"], "examples/studies/schema.json"),
+        (vec!["tuning"], "examples/tuning/schema.json"),
         (vec!["vehicle"], "fmu-vehicle/resources/schema.json"),
         (vec!["guideway"], "fmu-guideway/resources/schema.json"),
     ] {
@@ -242,5 +243,5 @@ fn golden_schemas_are_printed_by_kind_of_file() {
     }
     bench
         .maglev(&["schema", "train"])
-        .fails(2, &["train", "scenario, criteria, study, vehicle, guideway"]);
+        .fails(2, &["train", "scenario, criteria, study, tuning, vehicle, guideway"]);
 }

@@ -157,11 +157,30 @@ fn locate(value: &mut Value, folder: &Path) {
     if let Some(path) = value.get_mut("design").and_then(|it| it.get_mut("file")) {
         join(path);
     }
+    let set = value.get_mut("set").and_then(Value::as_object_mut);
+    for path in set.into_iter().flatten().filter_map(|(_, it)| it.get_mut("path")) {
+        join(path);
+        // workers and readers of the results have other working directories
+        if let Value::String(text) = path
+            && let Ok(absolute) = std::path::absolute(&*text)
+        {
+            *text = absolute.to_string_lossy().into_owned();
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn issue_19_files_in_set_are_beside_the_study() {
+        let mut value =
+            json!({ "scenario": "a.json", "set": { "b.file": { "path": "c.csv" }, "b.gain": 1 } });
+        locate(&mut value, Path::new("/folder"));
+        assert_eq!(value["set"]["b.file"]["path"], "/folder/c.csv");
+        assert_eq!(value["scenario"], "/folder/a.json");
+    }
 
     #[test]
     fn golden_published_schema_is_current() {

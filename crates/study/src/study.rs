@@ -440,6 +440,10 @@ fn columns(
 fn set(target: &str, value: &Setting) -> Override {
     let value = match value {
         Setting::Text(text) => text.clone(),
+        Setting::File(file) => {
+            let path = std::path::absolute(&file.path).unwrap_or_else(|_| file.path.clone());
+            path.to_string_lossy().into_owned()
+        }
         other => other.to_string(),
     };
     Override { target: target.to_owned(), value }

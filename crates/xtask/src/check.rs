@@ -121,8 +121,12 @@ pub fn codegen(check: bool) -> Result<()> {
     layout_schemas(check)?;
     workspace::build(&[workspace::COMMAND])?;
     let maglev = workspace::maglev();
-    let published =
-        [("scenario", "scenarios"), ("criteria", "criteria"), ("study", "examples/studies")];
+    let published = [
+        ("scenario", "scenarios"),
+        ("criteria", "criteria"),
+        ("study", "examples/studies"),
+        ("tuning", "examples/tuning"),
+    ];
     for (kind, folder) in published {
         let output = std::process::Command::new(&maglev)
             .args(["schema", kind])
