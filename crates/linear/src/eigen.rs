@@ -30,6 +30,8 @@ pub struct Eigen {
     pub shares: Vec<f64>,
     /// Right eigenvector v: the states move with Re(v e^(λt)). Its largest element is 1.
     pub shape: Vec<c64>,
+    /// Left eigenvector w with wᴴ v = 1: wᴴ x is how much of the mode is in a state x.
+    pub left: Vec<c64>,
 }
 
 /// Eigenvalues of a real matrix with the participation of the states, one per conjugate pair.
@@ -46,7 +48,7 @@ pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, LinearError> {
     for (k, value) in values.iter().enumerate() {
         let vector = |matrix: &Mat<f64>| column(matrix, &values, k);
         let Some(value) = upper(*value) else { continue };
-        let (left, mut shape) = (vector(&left), vector(&right));
+        let (mut left, mut shape) = (vector(&left), vector(&right));
         let mut shares: Vec<f64> = left.iter().zip(&shape).map(|(w, v)| (w * v).norm()).collect();
         let sum: f64 = shares.iter().sum();
         shares.iter_mut().for_each(|share| *share /= sum);
@@ -55,7 +57,10 @@ pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, LinearError> {
         if let Some(largest) = largest.filter(|it| it.norm() > 0.0) {
             shape.iter_mut().for_each(|v| *v /= largest);
         }
-        found.push(Eigen { value, shares, shape });
+        left.iter_mut().zip(&scale).for_each(|(w, scale)| *w /= *scale);
+        let product: c64 = left.iter().zip(&shape).map(|(w, v)| w.conj() * v).sum();
+        left.iter_mut().for_each(|w| *w /= product.conj());
+        found.push(Eigen { value, shares, shape, left });
     }
     Ok(found)
 }
@@ -155,4 +160,39 @@ pub fn balanced(matrix: &Mat<f64>) -> Balanced {
     }
     let matrix = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[j] / scale[i]);
     Balanced { matrix, scale }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// wᴴ A = λ wᴴ, A v = λ v and wᴴ v = 1, in the coordinates of the matrix although it is balanced.
+    #[test]
+    fn analytic_left_and_right_eigenvectors_belong_to_the_matrix() {
+        let (k, d) = (4e6, 3.0);
+        let rows = [
+            [0.0, 1.0, 0.0, 0.0],
+            [-2.0 * k, -d, k, 0.1],
+            [0.0, 0.0, -20.0, 1e-4],
+            [1e5, 0.0, 0.0, -7.0],
+        ];
+        let a = Mat::from_fn(4, 4, |i, j| rows[i][j]);
+        for it in eigen(&a).unwrap() {
+            let size = |x: &[c64]| x.iter().map(|x| x.norm()).fold(0.0, f64::max);
+            let value = it.value;
+            let right: Vec<c64> = (0..4)
+                .map(|i| (0..4).map(|j| it.shape[j] * a[(i, j)]).sum::<c64>() - value * it.shape[i])
+                .collect();
+            let left: Vec<c64> = (0..4)
+                .map(|j| {
+                    let seen: c64 = (0..4).map(|i| it.left[i].conj() * a[(i, j)]).sum();
+                    seen - value * it.left[j].conj()
+                })
+                .collect();
+            assert!(size(&right) < 1e-9 * 8e6 * size(&it.shape), "{right:?}");
+            assert!(size(&left) < 1e-9 * 8e6 * size(&it.left), "{left:?}");
+            let product: c64 = it.left.iter().zip(&it.shape).map(|(w, v)| w.conj() * v).sum();
+            assert!((product - 1.0).norm() < 1e-12, "{product}");
+        }
+    }
 }

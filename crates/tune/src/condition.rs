@@ -2,6 +2,15 @@
 
 use std::sync::Mutex;
 
+use crate::closed::Laws;
+use crate::core::{Core, EXACT, SEARCH};
+use crate::counting::{ALL, Mode, Rule};
+use crate::error::TuneError;
+use crate::figures::{Figures, Scene};
+use crate::file::{Bounds, SensorNoise, Tuning};
+use crate::noise::Track;
+use crate::split::Split;
+use crate::verify::{named, whole_system};
 use faer::prelude::c64;
 use fmi2_import::description::{Type, Value};
 use linear::{LinearSystem, LinearUnit, Linearised, Port};
@@ -9,22 +18,9 @@ use maps::{Given, Twin, changed, twins};
 use master::Setup;
 use master::system::VariableIndex;
 use scenario::{Override, Scenario, Setting};
-use stability_map::damping;
-
-use crate::closed::Laws;
-use crate::core::{Core, EXACT, SEARCH};
-use crate::error::TuneError;
-use crate::figures::{ALL, Figures, Ignored, Scene, counted, eigenvalues};
-use crate::file::{Bounds, SensorNoise, Tuning};
-use crate::noise::Track;
-use crate::split::Split;
 
 /// Change of a parameter by which its influence is found out, as a fraction of its range.
 const NUDGE: f64 = 0.2;
-/// A mode of a part and one of the whole are the same if they are this near, relative.
-const SAME: f64 = 3e-3;
-/// Modes with more damping need not be left out.
-const DAMPED: f64 = 0.9;
 
 /// A parameter that is varied.
 #[derive(Debug, Clone)]
@@ -133,26 +129,27 @@ pub(crate) struct Prepared<'a> {
     system: LinearSystem,
     split: Split,
     twins: Mutex<Vec<Twin<'a>>>,
-    /// For the search, in parts.
+    /// For margins and voltages of the search, in parts.
     core: Core,
-    /// For the figures that are shown.
+    /// For the figures that are shown, and for all modes.
     exact: Core,
-    band: (f64, f64),
     noise: Vec<Option<SensorNoise>>,
     track: Option<Track>,
-    /// Modes of the whole that do not count.
-    pub ignored: Vec<Ignored>,
-    /// Modes of the parts that do not count: also poles that a part hardly sees.
-    left_out: Vec<Ignored>,
+    /// Which modes count.
+    pub rule: Rule,
+    /// Modes of the whole system at the start that the varied units do not reach.
+    pub unreached: Vec<c64>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Starts the scenario and splits it.
+    /// Starts the scenario with its own values of the parameters, and splits it. The search starts at other ones if those
+    /// are out of bounds.
     pub fn new(
         name: &str,
         setup: &'a Setup,
         parameters: &[Parameter],
         tuning: &Tuning,
+        own: &[f64],
         start: &[f64],
     ) -> Result<Self, TuneError> {
         let system = Linearised::at_start(setup)?.system;
@@ -207,6 +204,7 @@ impl<'a> Prepared<'a> {
         let [before, after] = ends;
         split.check_feedthrough(&before?, &after?)?;
         all.shrink_to_fit();
+        let band = tuning.band.map_or(ALL, |[low, high]| (low, high));
         let mut prepared = Self {
             name: name.to_owned(),
             system,
@@ -214,14 +212,27 @@ impl<'a> Prepared<'a> {
             twins: Mutex::new(all),
             core,
             exact,
-            band: tuning.band.map_or(ALL, |[low, high]| (low, high)),
             noise,
             track,
-            ignored: Vec::new(),
-            left_out: Vec::new(),
+            rule: Rule::all(band),
+            unreached: Vec::new(),
         };
-        prepared.left_out = prepared.hardly_moved(parameters, start, tuning.influence)?;
-        prepared.ignored = prepared.same_modes(&prepared.laws(parameters, start)?)?;
+        // before anything is left out, as it is started
+        let known = prepared.modes(parameters, own)?;
+        let whole = named(&whole_system(&prepared.system)?, &known);
+        prepared.unreached = whole.unreached;
+        let laws = prepared.laws(parameters, start)?;
+        let mut changed = Vec::new();
+        for (k, parameter) in parameters.iter().enumerate() {
+            for sign in [-1.0, 1.0] {
+                let mut values = start.to_vec();
+                values[k] = parameter.value(parameter.place(start[k]) + sign * NUDGE);
+                if values[k] != start[k] {
+                    changed.push(prepared.laws(parameters, &values)?);
+                }
+            }
+        }
+        prepared.rule = Rule::new(&prepared.exact, &laws, &changed, tuning.influence, band)?;
         Ok(prepared)
     }
 
@@ -248,27 +259,18 @@ impl<'a> Prepared<'a> {
     ) -> Result<Figures, TuneError> {
         let scene = Scene {
             core: if exact { &self.exact } else { &self.core },
-            band: self.band,
+            whole: &self.exact,
+            rule: &self.rule,
             noise: &self.noise,
             track: self.track.as_ref(),
-            ignored: if exact { &self.ignored } else { &self.left_out },
             margins: self.split.broken.is_some(),
         };
         scene.figures(&self.laws(parameters, values)?)
     }
 
-    /// The eigenvalues that count, and all of them, least damped first.
-    pub fn modes(
-        &self,
-        parameters: &[Parameter],
-        values: &[f64],
-    ) -> Result<[Vec<c64>; 2], TuneError> {
-        let all = eigenvalues(&self.exact, &self.laws(parameters, values)?)?;
-        let mut inside = counted(all.clone(), &self.ignored);
-        inside.retain(|it| {
-            (self.band.0..=self.band.1).contains(&(it.norm() / std::f64::consts::TAU))
-        });
-        Ok([inside, counted(all, &[])])
+    /// All modes that the varied units reach, least damped first.
+    pub fn modes(&self, parameters: &[Parameter], values: &[f64]) -> Result<Vec<Mode>, TuneError> {
+        self.rule.modes(&self.exact, &self.laws(parameters, values)?)
     }
 
     /// Names of the signals at which loops are broken.
@@ -287,8 +289,9 @@ impl<'a> Prepared<'a> {
         if self.split.equal {
             let (blocks, widest) = (self.core.blocks.len(), self.core.widest());
             format!(
-                "{loops} equal controllers: the search by {blocks} parts of at most {widest} patterns of forces, \
-                 with {} states and couplings below {SEARCH} left out; the figures by {} of at most {}, {} states without the controllers",
+                "{loops} equal controllers: margins and voltages of the search by {blocks} parts of at most {widest} patterns of \
+                 forces, with {} states and couplings below {SEARCH} left out; all modes and the figures shown by {} of at \
+                 most {}, {} states without the controllers",
                 self.core.states(),
                 self.exact.blocks.len(),
                 self.exact.widest(),
@@ -297,86 +300,6 @@ impl<'a> Prepared<'a> {
         } else {
             format!("{loops} different controllers: the full computation, each with its own law")
         }
-    }
-
-    /// Modes of the whole where the parts only have modes that do not count.
-    fn same_modes(&self, laws: &Laws) -> Result<Vec<Ignored>, TuneError> {
-        let parts = eigenvalues(&self.core, laws)?;
-        let counting = counted(parts, &self.left_out);
-        let whole = counted(eigenvalues(&self.exact, laws)?, &[]);
-        let mut all = Vec::new();
-        for s in whole {
-            let near = |it: &c64| (it - s).norm() <= SAME * s.norm();
-            let mine = self.left_out.iter().filter(|it| near(&c64::new(it.value.0, it.value.1)));
-            // the one that moved the most has the widest reach
-            let widest = mine.max_by(|a, b| a.reach.total_cmp(&b.reach));
-            if let Some(it) = widest.filter(|_| !counting.iter().any(near)) {
-                all.push(Ignored {
-                    frequency_hz: s.norm() / std::f64::consts::TAU,
-                    damping: damping(s),
-                    value: (s.re, s.im),
-                    ..*it
-                });
-            }
-        }
-        Ok(all)
-    }
-
-    /// Modes that none of the parameters moves much.
-    fn hardly_moved(
-        &self,
-        parameters: &[Parameter],
-        start: &[f64],
-        influence: f64,
-    ) -> Result<Vec<Ignored>, TuneError> {
-        let base = eigenvalues(&self.core, &self.laws(parameters, start)?)?;
-        // distance, and change of the damping ratio
-        let mut moved = vec![(0.0_f64, 0.0_f64); base.len()];
-        for (k, parameter) in parameters.iter().enumerate() {
-            for sign in [-1.0, 1.0] {
-                let mut values = start.to_vec();
-                values[k] = parameter.value(parameter.place(start[k]) + sign * NUDGE);
-                if values[k] == start[k] {
-                    continue;
-                }
-                let mut others = eigenvalues(&self.core, &self.laws(parameters, &values)?)?;
-                // each takes the nearest that is left, the least moved first
-                let mut pairs: Vec<(usize, f64)> = base
-                    .iter()
-                    .map(|s| others.iter().map(|it| (it - s).norm()).fold(f64::INFINITY, f64::min))
-                    .enumerate()
-                    .collect();
-                pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
-                for (mode, _) in pairs {
-                    let distance = |it: &c64| (it - base[mode]).norm();
-                    let nearest = (0..others.len())
-                        .min_by(|&a, &b| distance(&others[a]).total_cmp(&distance(&others[b])));
-                    match nearest {
-                        Some(nearest) => {
-                            let change = damping(others[nearest]) - damping(base[mode]);
-                            let it = &mut moved[mode];
-                            *it = (it.0.max(distance(&others[nearest])), it.1.max(change.abs()));
-                            others.swap_remove(nearest);
-                        }
-                        None => moved[mode].1 = f64::INFINITY,
-                    }
-                }
-            }
-        }
-        let mut all: Vec<Ignored> = base
-            .iter()
-            .zip(&moved)
-            .filter(|(s, moved)| damping(**s) < DAMPED && moved.1 < influence * damping(**s).abs())
-            .map(|(s, moved)| Ignored {
-                frequency_hz: s.norm() / std::f64::consts::TAU,
-                damping: damping(*s),
-                value: (s.re, s.im),
-                moved: moved.1 / damping(*s).abs(),
-                reach: 3.0 * moved.0 + 1e-3 * s.norm(),
-            })
-            .collect();
-        all.sort_by(|a, b| a.damping.total_cmp(&b.damping));
-        Ok(all)
     }
 }
 

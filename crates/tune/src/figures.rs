@@ -9,6 +9,7 @@ use stability_map::damping;
 
 use crate::closed::{Answer, At, Laws, answer, matrix};
 use crate::core::Core;
+use crate::counting::{Role, Rule};
 use crate::error::TuneError;
 use crate::file::SensorNoise;
 use crate::noise::{Track, density};
@@ -29,21 +30,6 @@ pub(crate) const LEAST: usize = 4;
 /// Imaginary parts below this fraction are rounding errors.
 const NEARLY_REAL: f64 = 1e-6;
 
-/// A mode that the parameters hardly move.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Ignored {
-    /// |λ|/2π (Hz).
-    pub frequency_hz: f64,
-    /// Damping ratio at the start.
-    pub damping: f64,
-    /// λ (1/s).
-    pub value: (f64, f64),
-    /// How far its damping ratio moved at most when each parameter was changed on its own, as a fraction.
-    pub moved: f64,
-    /// Distance (1/s) up to which an eigenvalue is taken for it.
-    pub reach: f64,
-}
-
 /// What is known of a set of values under one condition.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
@@ -55,7 +41,7 @@ pub struct Figures {
     pub decay: f64,
     /// The least damping ratios, ascending.
     pub least: Vec<f64>,
-    /// Least damping ratio of modes outside of the band: they must decay, but do not count otherwise.
+    /// Least damping ratio of modes that are out of the band or left out: they must decay, but do not count otherwise.
     pub outside: f64,
     /// Modulus margin of one loop alone, the worst.
     pub modulus_one: f64,
@@ -95,19 +81,17 @@ impl Figures {
 
 /// What figures are made of, besides the laws.
 pub(crate) struct Scene<'a> {
+    /// Of margins and voltage.
     pub core: &'a Core,
+    /// Of the modes, without anything left out, and which of them count.
+    pub whole: &'a Core,
+    pub rule: &'a Rule,
     /// Noise of each channel, if any.
     pub noise: &'a [Option<SensorNoise>],
     pub track: Option<&'a Track>,
-    pub ignored: &'a [Ignored],
     /// Whether there is a signal at which loops can be broken.
     pub margins: bool,
-    /// Frequencies (Hz) between which modes count.
-    pub band: (f64, f64),
 }
-
-/// All frequencies.
-pub(crate) const ALL: (f64, f64) = (0.0, f64::INFINITY);
 
 /// Eigenvalues with Im ≥ 0 of all blocks.
 pub(crate) fn eigenvalues(core: &Core, laws: &Laws) -> Result<Vec<c64>, TuneError> {
@@ -119,31 +103,19 @@ pub(crate) fn eigenvalues(core: &Core, laws: &Laws) -> Result<Vec<c64>, TuneErro
     Ok(all)
 }
 
-/// Takes out the eigenvalue nearest to each ignored mode, if it is within reach.
-pub(crate) fn counted(mut values: Vec<c64>, ignored: &[Ignored]) -> Vec<c64> {
-    for it in ignored {
-        let place = c64::new(it.value.0, it.value.1);
-        let nearest = (0..values.len())
-            .min_by(|&a, &b| (values[a] - place).norm().total_cmp(&(values[b] - place).norm()));
-        if let Some(k) = nearest.filter(|&k| (values[k] - place).norm() <= it.reach) {
-            values.swap_remove(k);
-        }
-    }
-    values.sort_by(|a, b| damping(*a).total_cmp(&damping(*b)).then(a.im.total_cmp(&b.im)));
-    values
-}
-
 impl Scene<'_> {
     /// All figures.
     pub fn figures(&self, laws: &Laws) -> Result<Figures, TuneError> {
-        let all = counted(eigenvalues(self.core, laws)?, self.ignored);
-        let inside = |it: &c64| (self.band.0..=self.band.1).contains(&(it.norm() / TAU));
-        let (values, others): (Vec<c64>, Vec<c64>) = all.iter().copied().partition(inside);
+        let all = self.rule.modes(self.whole, laws)?;
+        let of = |wanted: &dyn Fn(Role) -> bool| -> Vec<c64> {
+            all.iter().filter(|it| wanted(it.role)).map(|it| it.value).collect()
+        };
+        let values = of(&|it| it == Role::Counts);
         let mut figures = Figures {
             modulus_one: 1.0,
             modulus_all: 1.0,
             damping: 1.0,
-            outside: others.first().map_or(1.0, |it| damping(*it)),
+            outside: self.rule.outside(&all),
             ..Figures::default()
         };
         if let Some(first) = values.first() {
@@ -153,7 +125,7 @@ impl Scene<'_> {
         figures.decay = values.iter().map(|it| -it.re).fold(1e3, f64::min);
         figures.least = values.iter().take(LEAST).map(|it| damping(*it)).collect();
         if self.margins {
-            self.at_frequencies(laws, &all, &mut figures);
+            self.at_frequencies(laws, &of(&|it| it != Role::LeftOut), &mut figures);
         }
         Ok(figures)
     }

@@ -25,7 +25,7 @@ impl Limit {
     pub fn name(self) -> &'static str {
         match self {
             Self::Damping => "damping ratio",
-            Self::Outside => "decay of modes outside of the band",
+            Self::Outside => "decay of modes out of the band or left out",
             Self::ModulusOne => "modulus margin of one loop",
             Self::ModulusAll => "modulus margin of all loops alike",
             Self::DelayOne => "delay margin of one loop",

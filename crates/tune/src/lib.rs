@@ -15,6 +15,7 @@
 mod closed;
 mod condition;
 mod core;
+mod counting;
 mod decay;
 mod error;
 mod figures;
@@ -33,9 +34,10 @@ mod store;
 mod tests;
 mod verify;
 
+pub use counting::Ignored;
 pub use decay::{Oscillation, oscillations};
 pub use error::TuneError;
-pub use figures::{Figures, Ignored};
+pub use figures::Figures;
 pub use file::{
     Bounds, Condition, Constraints, Irregularity, NoiseOption, Objective, SensorNoise, Tuning,
     Varied,

@@ -3,7 +3,8 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use crate::figures::{Figures, Ignored};
+use crate::counting::Ignored;
+use crate::figures::Figures;
 use crate::file::{Constraints, Objective};
 
 /// A parameter with its values before and after.
@@ -36,15 +37,18 @@ pub struct Active {
 /// The system started anew with the values found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verified {
-    /// Least damping ratio of all eigenvalues of the whole system that a parameter influences.
+    /// Least damping ratio of the whole system's eigenvalues that belong to the modes of the table that count.
     pub damping: f64,
-    /// Largest distance of the least damped modes to the eigenvalues of the whole system, relative.
+    /// Largest distance of the six least damped modes that count from their eigenvalues of the whole system, relative.
     pub distance: f64,
     /// Modulus and delay (s) margins of one loop and of all loops alike, computed as `maglev response` does.
     pub margins: Option<[f64; 4]>,
     /// Modes of the whole system that none of the varied units reaches: frequency (Hz) and damping ratio of those with
     /// the least damping.
     pub untouched: Vec<(f64, f64)>,
+    /// Modes of the new start that are neither among those of the table nor among those that the varied units did not
+    /// reach before: frequency (Hz) and damping ratio. None, unless the operating point has moved much.
+    pub unknown: Vec<(f64, f64)>,
 }
 
 /// A condition before and after.
@@ -62,8 +66,10 @@ pub struct ConditionResult {
     pub eigenvalues: [Vec<(f64, f64)>; 2],
     /// How it is computed.
     pub method: String,
-    /// Modes that the parameters hardly move; they do not count.
+    /// Modes that the parameters hardly move, at the start; they do not count.
     pub ignored: Vec<Ignored>,
+    /// The same with the values found: frequency (Hz) and damping ratio, those in the band first, then by damping.
+    pub ignored_after: Vec<(f64, f64)>,
     /// A new start, with all eigenvalues.
     pub verified: Verified,
 }
@@ -86,6 +92,10 @@ pub struct TuneResult {
     pub title: String,
     /// What was optimised.
     pub objective: Objective,
+    /// Modes are left out if no parameter changes their damping ratio by this fraction.
+    pub influence: f64,
+    /// Frequencies (Hz) between which modes count.
+    pub band: Option<[f64; 2]>,
     /// What had to be kept.
     pub constraints: Constraints,
     /// Whether all constraints are kept.

@@ -1,14 +1,16 @@
 //! The whole tuning.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use faer::prelude::c64;
 use master::Setup;
 use scenario::Scenario;
+use stability_map::damping;
 
 use crate::condition::{Parameter, Prepared, parameters, setup, text};
+use crate::counting::{Mode, Role};
 use crate::error::TuneError;
 use crate::figures::Figures;
 use crate::file::{Objective, Tuning};
@@ -76,7 +78,7 @@ pub fn tune(
         .iter()
         .zip(&setups)
         .map(|((name, _), setup)| {
-            Prepared::new(name, setup, &parameters, tuning, &start)
+            Prepared::new(name, setup, &parameters, tuning, &own, &start)
                 .map_err(|error| inside(name, error))
         })
         .collect::<Result<_, _>>()?;
@@ -129,9 +131,10 @@ pub fn tune(
             set: sets[k].1.iter().cloned().collect(),
             before: before[k].clone(),
             after: after[k].clone(),
-            eigenvalues: [listed(&it.modes(&parameters, &own)?[1]), listed(&modes[1])],
+            eigenvalues: [listed(&it.modes(&parameters, &own)?), listed(&modes)],
             method: it.method(),
-            ignored: it.ignored.clone(),
+            ignored: it.rule.left_out.clone(),
+            ignored_after: left_out(&modes, tuning.band),
             verified,
         });
     }
@@ -153,6 +156,8 @@ pub fn tune(
     let mut result = TuneResult {
         title: title.clone(),
         objective: tuning.objective,
+        influence: tuning.influence,
+        band: tuning.band,
         constraints: tuning.constraints.clone(),
         kept,
         parameters: parameters
@@ -189,8 +194,18 @@ fn instances(parameter: &Parameter, setups: &[Setup]) -> Vec<String> {
 }
 
 /// The first eigenvalues of a list, least damped first.
-fn listed(values: &[c64]) -> Vec<(f64, f64)> {
-    values.iter().take(LISTED).map(|s| (s.re, s.im)).collect()
+fn listed(modes: &[Mode]) -> Vec<(f64, f64)> {
+    modes.iter().take(LISTED).map(|it| (it.value.re, it.value.im)).collect()
+}
+
+/// Frequency and damping ratio of modes left out, those in the band first.
+fn left_out(modes: &[Mode], band: Option<[f64; 2]>) -> Vec<(f64, f64)> {
+    let all = modes.iter().filter(|it| it.role == Role::LeftOut);
+    let mut all: Vec<(f64, f64)> =
+        all.map(|it| (it.value.norm() / TAU, damping(it.value))).collect();
+    // stable: still by damping within each
+    all.sort_by_key(|it| band.is_some_and(|[low, high]| !(low..=high).contains(&it.0)));
+    all
 }
 
 /// The scenario's own values, which must be the same for all instances of a pattern.
@@ -221,7 +236,7 @@ fn task(request: &Request) -> String {
     let mut scenario = request.scenario.clone();
     let set: Vec<String> =
         std::mem::take(&mut scenario.overrides).iter().map(ToString::to_string).collect();
-    let all = serde_json::json!({ "scenario": scenario, "set": set, "tuning": request.tuning, "version": 1 });
+    let all = serde_json::json!({ "scenario": scenario, "set": set, "tuning": request.tuning, "version": 2 });
     all.to_string()
 }
 
@@ -395,6 +410,12 @@ fn notes(
                 "Under {} the least damped modes differ by {:.1e} from those of a new start: the operating point \
                  depends on the parameters.",
                 it.name, it.verified.distance
+            ));
+        }
+        if let Some((hz, ratio)) = it.verified.unknown.first() {
+            notes.push(format!(
+                "Under {} the new start has a mode that no list has: {hz:.3} Hz, damping {ratio:.4}. It does not count.",
+                it.name
             ));
         }
         if let Some((hz, ratio)) = it.verified.untouched.iter().find(|it| it.1 < 0.0) {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use tune::{Figures, Objective, TuneResult};
+use tune::{ConditionResult, Figures, Objective, TuneResult};
 
 use super::Arguments;
 use super::confirm::Confirmation;
@@ -160,32 +160,43 @@ fn conditions(text: &mut String, result: &TuneResult) {
         }
         let _ = writeln!(text, "{line}");
     }
-    let Some(first) = result.conditions.first() else { return };
-    let list = |modes: &mut dyn Iterator<Item = (f64, f64)>| {
-        modes
-            .take(IGNORED)
-            .map(|(hz, ratio)| format!("{hz:.3} Hz {ratio:.4}"))
-            .collect::<Vec<_>>()
-            .join(", ")
+    for it in &result.conditions {
+        left_out(text, result, it);
+        let untouched = &it.verified.untouched;
+        if !untouched.is_empty() {
+            let shown = list(&mut untouched.iter().copied());
+            let _ = writeln!(text, "not reached by the varied units, {}: {shown}, …", it.name);
+        }
+    }
+}
+
+/// Frequencies and damping ratios.
+fn list(modes: &mut dyn Iterator<Item = (f64, f64)>) -> String {
+    let shown = modes.take(IGNORED).map(|(hz, ratio)| format!("{hz:.3} Hz {ratio:.4}"));
+    shown.collect::<Vec<_>>().join(", ")
+}
+
+/// Which modes of a condition do not count, and why.
+fn left_out(text: &mut String, result: &TuneResult, it: &ConditionResult) {
+    let all = it.ignored.len();
+    if all == 0 {
+        return;
+    }
+    let inside = it.ignored.iter().filter(|it| it.in_band).count();
+    let where_ = match result.band {
+        Some([low, high]) => format!("{inside} of them from {low} to {high} Hz; "),
+        None => String::new(),
     };
-    if !first.ignored.is_empty() {
-        let shown = list(&mut first.ignored.iter().map(|it| (it.frequency_hz, it.damping)));
-        let _ = writeln!(
-            text,
-            "not counted, as the parameters hardly move them ({}, {}): {shown}{}",
-            first.ignored.len(),
-            first.name,
-            if first.ignored.len() > IGNORED { ", …" } else { "" }
-        );
-    }
-    if !first.verified.untouched.is_empty() {
-        let shown = list(&mut first.verified.untouched.iter().copied());
-        let _ = writeln!(
-            text,
-            "not counted, as the varied units do not reach them ({}): {shown}",
-            first.name
-        );
-    }
+    let before = list(&mut it.ignored.iter().map(|it| (it.frequency_hz, it.damping)));
+    let after = list(&mut it.ignored_after.iter().copied());
+    let more = if all > IGNORED { ", …" } else { "" };
+    let _ = writeln!(
+        text,
+        "left out, {}: {all} modes whose damping ratio no parameter changes by {:.0} % ({where_}the least damped): \
+         before {before}{more}; after {after}{more}",
+        it.name,
+        100.0 * result.influence
+    );
 }
 
 /// The values found as options.
