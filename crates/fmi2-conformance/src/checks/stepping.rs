@@ -113,7 +113,7 @@ fn split(bench: &Bench) -> CheckResult {
         bench.part(&format!("the time of eight steps in {} steps", sizes.len()));
         for (index, (got, wanted)) in after(bench, sizes)?.iter().zip(&wanted).enumerate() {
             // what is at rest changes by rounding errors
-            let rounding = 1e-10 * nominal(bench, of.reals[index]);
+            let rounding = (1e-10 * nominal(bench, of.reals[index])).max(1e-12);
             let scale = (wanted - begin[index]).abs() + 1e-6 * wanted.abs() + rounding;
             if (got - wanted).abs() > SHARE * scale {
                 let name = bench.description().name_of(CType::Real, of.reals[index]).unwrap_or("?");
