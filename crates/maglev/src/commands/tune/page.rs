@@ -165,7 +165,8 @@ fn conditions(text: &mut String, result: &TuneResult) {
         let untouched = &it.verified.untouched;
         if !untouched.is_empty() {
             let shown = list(&mut untouched.iter().copied());
-            let _ = writeln!(text, "not reached by the varied units, {}: {shown}, …", it.name);
+            let more = if untouched.len() > IGNORED { ", …" } else { "" };
+            let _ = writeln!(text, "not reached by the varied units, {}: {shown}{more}", it.name);
         }
     }
 }
@@ -183,7 +184,7 @@ fn left_out(text: &mut String, result: &TuneResult, it: &ConditionResult) {
         return;
     }
     let inside = it.ignored.iter().filter(|it| it.in_band).count();
-    let where_ = match result.band {
+    let band = match result.band {
         Some([low, high]) => format!("{inside} of them from {low} to {high} Hz; "),
         None => String::new(),
     };
@@ -192,7 +193,7 @@ fn left_out(text: &mut String, result: &TuneResult, it: &ConditionResult) {
     let more = if all > IGNORED { ", …" } else { "" };
     let _ = writeln!(
         text,
-        "left out, {}: {all} modes whose damping ratio no parameter changes by {:.0} % ({where_}the least damped): \
+        "left out, {}: {all} modes whose damping ratio no parameter changes by {:.0} % ({band}the least damped): \
          before {before}{more}; after {after}{more}",
         it.name,
         100.0 * result.influence
