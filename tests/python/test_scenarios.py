@@ -9,7 +9,13 @@ from conftest import ROOT, maglev
 
 FOLDER = ROOT / "scenarios"
 SCHEMA = json.loads((FOLDER / "schema.json").read_text())
-SCENARIOS = sorted(path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*.json") if path.name != "schema.json")
+# folders of resources that scenarios use
+RESOURCES = ["girders", "lines"]
+SCENARIOS = sorted(
+    path.relative_to(FOLDER).as_posix()
+    for path in FOLDER.rglob("*.json")
+    if path.name != "schema.json" and path.parent.name not in RESOURCES
+)
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 
 WHOLE = json.loads((FOLDER / "one-magnet.json").read_text())
