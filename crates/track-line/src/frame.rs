@@ -11,7 +11,7 @@ pub struct Frame {
     pub position: Vector3<f64>,
     /// R: the axes t (along), n (left) and b (up) as columns.
     pub axes: Matrix3<f64>,
-    /// κ in the axes of the frame, rad/m: dR/ds = R·[κ]ₓ.
+    /// κ in the axes of the frame, rad/m: dR/ds = R·\[κ\]ₓ.
     pub curvature: Vector3<f64>,
     /// dκ/ds, rad/m².
     pub curvature_rate: Vector3<f64>,

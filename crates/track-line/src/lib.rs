@@ -5,7 +5,7 @@
 //! of the rails has the cant φ (left side up positive). With x forward, y left and z up, the axes
 //! (t, n, b) of the track are the columns of R = R_z(ψ)·R_y(−θ)·R_x(φ), and
 //!
-//! dp/ds = t,   dR/ds = R·[κ]ₓ,   κ = (φ' + ψ' sin θ,  −θ' cos φ + ψ' cos θ sin φ,  θ' sin φ + ψ' cos θ cos φ).
+//! dp/ds = t,   dR/ds = R·\[κ\]ₓ,   κ = (φ' + ψ' sin θ,  −θ' cos φ + ψ' cos θ sin φ,  θ' sin φ + ψ' cos θ cos φ).
 //!
 //! ψ' is linear by pieces (straight, clothoid, circle), θ' likewise (crest and sag), φ a polynomial by
 //! pieces. The position is integrated by power series on short cells, to rounding ([`Line`]). A

@@ -1,7 +1,7 @@
 //! Which reading of the paper agrees with most of it.
 //!
-//! The paper leaves choices open. Each [`Reading`] makes them; [`cases`] are the runs that it takes, the points of the
-//! studies `examples/studies/readings*.json`. [`Row`] is what is measured of a run, [`judge`] turns rows into
+//! The paper leaves choices open. Each [`Reading`] makes them; `cases` are the runs that it takes, the points of the
+//! studies `examples/studies/readings*.json`. `Row` is what is measured of a run, [`judge`] turns rows into
 //! verdicts by the criteria of the page.
 
 #[cfg(test)]
