@@ -107,11 +107,17 @@ fn maturin(stage: &Path, out: &Path, portable: bool) -> Result<PathBuf> {
     }
 }
 
-/// Copies the JSON files of a folder. Paths of units are those in the package.
+/// Copies the files of a folder and of the folders in it. Paths of units are those in the package.
 fn data_files(from: &Path, to: &Path) -> Result<()> {
     for file in files(from)? {
         let text = read(&file)?.replace("../target/fmu/", "../units/");
         write(&to.join(file.file_name().unwrap_or_default()), text.as_bytes())?;
+    }
+    for entry in fs::read_dir(from).with_context(|| format!("reading {}", from.display()))? {
+        let entry = entry?;
+        if entry.path().is_dir() {
+            data_files(&entry.path(), &to.join(entry.file_name()))?;
+        }
     }
     Ok(())
 }
