@@ -27,6 +27,7 @@ mod twin;
 
 pub use axis::Axis;
 pub use error::Error;
+pub use parts::{factor, largest};
 pub use picture::picture;
 pub use result::{BoundaryPoint, Check, Known, MapAxis, MapCell, ModeKind, StabilityMap};
 pub use run::{Request, Watch, map};

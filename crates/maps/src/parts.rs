@@ -39,12 +39,15 @@ fn c_row(unit: &LinearUnit, output: usize) -> Vec<f64> {
     row
 }
 
-fn largest(row: &[f64]) -> f64 {
+/// The largest magnitude in a row.
+#[must_use]
+pub fn largest(row: &[f64]) -> f64 {
     row.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
 }
 
 /// Factor of a row relative to another, if it has one.
-fn factor(row: &[f64], main: &[f64]) -> Option<f64> {
+#[must_use]
+pub fn factor(row: &[f64], main: &[f64]) -> Option<f64> {
     let square: f64 = main.iter().map(|x| x * x).sum();
     let factor = row.iter().zip(main).map(|(a, b)| a * b).sum::<f64>() / square;
     let rest = row.iter().zip(main).map(|(a, b)| (a - factor * b).abs()).fold(0.0, f64::max);

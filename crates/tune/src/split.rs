@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use linear::{LinearSystem, LinearUnit, Open, Port, Quantity, Rows, StateSpace};
+use maps::{factor, largest};
 
 use crate::error::TuneError;
 
@@ -45,18 +46,6 @@ fn row(rows: &Rows, k: usize, width: usize) -> Vec<f64> {
     let mut all = vec![0.0; width];
     rows.row(k).iter().for_each(|&(j, value)| all[j] += value);
     all
-}
-
-fn largest(row: &[f64]) -> f64 {
-    row.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
-}
-
-/// Factor of a row relative to another, if it has one.
-fn factor(row: &[f64], main: &[f64]) -> Option<f64> {
-    let square: f64 = main.iter().map(|x| x * x).sum();
-    let factor = row.iter().zip(main).map(|(a, b)| a * b).sum::<f64>() / square;
-    let rest = row.iter().zip(main).map(|(a, b)| (a - factor * b).abs()).fold(0.0, f64::max);
-    (rest <= EQUAL * largest(row).max(EQUAL * largest(main))).then_some(factor)
 }
 
 impl Split {
