@@ -1,7 +1,7 @@
 //! Reads the recorded signals: results.csv, as much as there is of it, or results.parquet.
 
 use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -51,7 +51,7 @@ impl Table {
             read_csv(&csv, false, wanted).map(Some)
         } else if parquet.exists() {
             crate::columns::read_parquet(&parquet, wanted).map(Some)
-        } else if unfinished.exists() {
+        } else if has_header(&unfinished)? {
             read_csv(&unfinished, true, wanted).map(Some)
         } else {
             Ok(None)
@@ -113,6 +113,18 @@ struct BadField {
     row: usize,
     column: usize,
     message: String,
+}
+
+/// Whether a table that is still being written exists and has its whole first line. A run that was
+/// killed early leaves it empty.
+fn has_header(path: &Path) -> Result<bool, ReadError> {
+    let mut line = Vec::new();
+    let read = File::open(path).and_then(|file| BufReader::new(file).read_until(b'\n', &mut line));
+    match read {
+        Ok(_) => Ok(line.ends_with(b"\n")),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(source) => Err(ReadError::File { path: path.to_owned(), source }),
+    }
 }
 
 /// Reads a table as text. The last line of a table that is still being written may be incomplete; it
@@ -266,6 +278,18 @@ mod tests {
         let table = read("time,a.x\n0,NaN\n1,2.0\n2,-inf\n3,inf\n", "results.csv").unwrap();
         assert_eq!(table.points(0), (vec![1.0], vec![2.0]));
         assert_eq!(table.samples(0).0, [0.0, 1.0, 2.0, 3.0]);
+    }
+
+    /// A run that was killed before its first flush leaves nothing, or a part of the first line.
+    #[test]
+    fn issue_a_table_without_its_whole_first_line_is_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        for text in ["", "ti", "time,a.x,b"] {
+            std::fs::write(folder.path().join("results.csv.partial"), text).unwrap();
+            assert_eq!(Table::read(folder.path()).unwrap(), None, "{text:?}");
+        }
+        let table = read("time,a.x\n0,1", "results.csv.partial").unwrap();
+        assert_eq!((table.names, table.time), (vec!["a.x".to_owned()], vec![]));
     }
 
     #[test]
