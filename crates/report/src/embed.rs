@@ -66,14 +66,20 @@ impl Arrays {
         it
     }
 
-    /// The values of a reference in the data of the page; 32-bit floats only.
+    /// The values of a reference to floats in the data of the page.
     #[cfg(test)]
     pub(crate) fn read(&self, reference: &serde_json::Value) -> Vec<f64> {
         let number = |key: &str| usize::try_from(reference[key].as_u64().unwrap()).unwrap();
         let (at, len) = (number("at"), number("len"));
         let byte = |k: usize, place: usize| self.bytes[at + place * len + k];
-        assert_eq!(reference["kind"], "f32");
-        (0..len).map(|k| f32::from_le_bytes(std::array::from_fn(|i| byte(k, i))).into()).collect()
+        let value = |k: usize| match reference["kind"].as_str() {
+            Some("f32") => f32::from_le_bytes(std::array::from_fn(|i| byte(k, i))).into(),
+            kind => {
+                assert_eq!(kind, Some("f64"));
+                f64::from_le_bytes(std::array::from_fn(|i| byte(k, i)))
+            }
+        };
+        (0..len).map(value).collect()
     }
 
     /// All arrays as a zlib stream in base64.

@@ -58,8 +58,13 @@ impl<'a> LayoutFmu<'a> {
 
     /// The text of a file in the FMU's resources.
     pub(crate) fn resource(&self, name: &str) -> Result<String, ReportError> {
-        read(&source(&self.instance), name)?
+        self.find_resource(name)?
             .ok_or_else(|| self.unusable(&format!("resources/{name} does not exist")))
+    }
+
+    /// The same of a file that may be missing.
+    pub(crate) fn find_resource(&self, name: &str) -> Result<Option<String>, ReportError> {
+        read(&source(&self.instance), name)
     }
 
     /// An error about this FMU.

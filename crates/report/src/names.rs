@@ -24,6 +24,8 @@ pub(crate) const TRAVEL_SPEED: &str = "travel_speed";
 /// Outputs of the guideway, one per span.
 pub(crate) const MIDSPAN: &str = "midspan_displacement";
 pub(crate) const QUARTER: &str = "quarter_displacement";
+pub(crate) const MIDSPAN_LATERAL: &str = "midspan_lateral";
+pub(crate) const MIDSPAN_TWIST: &str = "midspan_twist";
 /// Output of the guideway, one per magnet.
 pub(crate) const IRREGULARITY: &str = "irregularity";
 /// Parameters of the guideway.
@@ -44,8 +46,9 @@ pub(crate) const IRREGULARITY_LONGEST_WAVE: &str = "irregularity_longest_wave";
 pub(crate) const FREQUENCY: &str = "frequency";
 pub(crate) const DAMPING: &str = "damping";
 
-/// Layout files of vehicles and guideways, in the resources of an FMU.
+/// Layout files of vehicles, their lines, and guideways, in the resources of an FMU.
 pub(crate) const VEHICLE_FILE: &str = "vehicle.json";
+pub(crate) const LINE_FILE: &str = "line.json";
 pub(crate) const GUIDEWAY_FILE: &str = "guideway.json";
 
 /// Variable `k` of a row of `size`, such as `gap_01` to `gap_64`: with the digits of the last one, at least 2.

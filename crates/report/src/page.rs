@@ -18,7 +18,7 @@ const STYLES: [&str; 3] = [
 ];
 const UPLOT: &str = include_str!("../assets/vendor/uPlot.iife.min.js");
 /// Scripts in the order in which they run, in one scope.
-const SCRIPTS: [&str; 23] = [
+const SCRIPTS: [&str; 24] = [
     include_str!("../assets/base.js"),
     include_str!("../assets/print.js"),
     include_str!("../assets/axis.js"),
@@ -35,6 +35,7 @@ const SCRIPTS: [&str; 23] = [
     include_str!("../assets/spectra.js"),
     include_str!("../assets/spectrogram.js"),
     include_str!("../assets/track.js"),
+    include_str!("../assets/scene/course.js"),
     include_str!("../assets/scene/model.js"),
     include_str!("../assets/scene/track.js"),
     include_str!("../assets/scene/train.js"),

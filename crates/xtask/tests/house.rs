@@ -130,6 +130,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "guideway",
             "multibody",
             "results",
+            "track-line",
         ],
     ),
     (

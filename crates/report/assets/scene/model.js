@@ -1,10 +1,6 @@
 // Train and track at a time, as numbers. Nothing is drawn here.
-
-// Shared by the files of the 3D view. Everything else in them is in a block.
-const scenes = {};
-
 {
-  // What a view draws: positions along x in metres, heights and angles exaggerated.
+  // What a view draws: positions along the track in metres, and what is across it, heights and angles exaggerated.
   scenes.Model = class {
     // `data` is the scene in the report's data, `get` returns the array of a reference.
     constructor(data, get) {
@@ -16,8 +12,12 @@ const scenes = {};
       this.poses = data.poses.map((pose) =>
         Object.fromEntries(Object.entries(pose).map(([name, reference]) => [name, channel(reference)])),
       );
-      this.spans = data.spans.map((span) => ({ ...span, modes: span.modes.map(channel), natural: span.natural.map(channel) }));
-      this.profile = data.irregularity && { ...data.irregularity, values: channel(data.irregularity.values) };
+      this.course = new scenes.Course(data.line, get);
+      const sway = (it) => it && { ...it, values: channel(it.values) };
+      this.spans = data.spans.map((span) => ({
+        ...span, modes: span.modes.map(channel), natural: span.natural.map(channel), lateral: sway(span.lateral), twist: sway(span.twist),
+      }));
+      this.profiles = data.irregularity.map((it) => ({ ...it, values: channel(it.values) }));
       this.carriers = data.groups.map((group, g) => ({
         ...group,
         magnets: data.magnets.flatMap((magnet, k) => (magnet.group === g ? [k] : [])),
@@ -50,11 +50,11 @@ const scenes = {};
       return Math.min(scale.deflection * this.amplitude(), room);
     }
 
-    // Complex displacement [re, im] of a coupled mode: of the girders at x.
+    // Complex displacement in a coupled mode of the girders at x: [re, im] upward, to the left, and of the twist.
     girderShape(x) {
       const s = this.spans.findIndex((span) => x >= span.start && x <= span.end);
       const points = s < 0 ? [] : this.coupled.spans[s];
-      if (points.length < 2) return [0, 0];
+      if (points.length < 2) return [0, 0, 0, 0, 0, 0];
       const place = (x - this.spans[s].start) / (this.spans[s].end - this.spans[s].start);
       const high = Math.max(points.findIndex((point) => point[0] >= place), 1);
       const [a, b] = [points[high - 1], points[high]];
@@ -65,10 +65,16 @@ const scenes = {};
         const [p, q, r, t] = [at(high - 2), at(high - 1), at(high), at(high + 1)];
         return q + 0.5 * part * (r - p + part * (2 * p - 5 * q + 4 * r - t + part * (3 * (q - r) + t - p)));
       };
-      return [smooth(1), smooth(2)];
+      return [1, 2, 3, 4, 5, 6].map(smooth);
     }
 
-    // The same of a magnet, upward.
+    // The same of a rail beside the middle of the track, upward.
+    railShape(x, y) {
+      const [re, im, , , turnRe, turnIm] = this.girderShape(x);
+      return [re + y * turnRe, im + y * turnIm];
+    }
+
+    // The same of a magnet.
     magnetShape(k) {
       const { group, position } = this.data.magnets[k];
       const { center } = this.data.groups[group];
@@ -81,7 +87,7 @@ const scenes = {};
       const key = [this.coupled, this.travelled()];
       if (this.widest?.key.every((it, i) => it === key[i])) return this.widest.value;
       const changes = this.data.magnets.map(({ position }, k) => {
-        const [a, b] = [this.girderShape(this.travelled() + position[0]), this.magnetShape(k)];
+        const [a, b] = [this.railShape(this.travelled() + position[0], position[1]), this.magnetShape(k)];
         return Math.hypot(a[0] - b[0], a[1] - b[1]);
       });
       this.widest = { key, value: Math.max(0, ...changes) };
@@ -159,20 +165,49 @@ const scenes = {};
     // Height (m) at which the girders' deflection is drawn.
     bent(x, scale) {
       if (this.coupled === null) return scale.deflection * this.deflection(x);
-      return this.size(scale) * this.moved(...this.girderShape(x));
+      return this.size(scale) * this.moved(...this.girderShape(x).slice(0, 2));
     }
 
-    // Irregularity (m) of the surface at x; 0 where it is unknown.
-    irregularity(x) {
-      if (!this.profile) return 0;
-      const { start, step, values } = this.profile;
+    // How the girders are drawn beside their straight line: shifted to the left (m), and turned, left side up (rad).
+    sway(x, scale) {
+      if (this.coupled !== null) {
+        const [, , ...parts] = this.girderShape(x);
+        const [shift, turn] = [0, 2].map((i) => this.size(scale) * this.moved(parts[i], parts[i + 1]));
+        return { shift, turn: Math.atan(turn) };
+      }
+      const span = this.mode === null && this.spans.find((it) => x >= it.start && x <= it.end);
+      if (!span) return { shift: 0, turn: 0 };
+      const place = (x - span.start) / (span.end - span.start);
+      const value = (it) => (it ? scale.deflection * this.value(it.values) * sample(it.shape, place) : 0);
+      return { shift: value(span.lateral), turn: Math.atan(value(span.twist)) };
+    }
+
+    // A point of the girder or a rail, `y` to the left and `z` up of the undeflected rails' middle, where it is drawn
+    // across the line: bent, and turned about the shear centre.
+    across(x, y, z, scale) {
+      const { shift, turn } = this.sway(x, scale);
+      const high = z + this.data.rail_height;
+      const [c, s] = [Math.cos(turn), Math.sin(turn)];
+      return [shift + c * y - s * high, this.bent(x, scale) + s * y + c * high - this.data.rail_height];
+    }
+
+    // Irregularity (m) of the rail at the side of y, at x; 0 where it is unknown.
+    irregularity(x, y) {
+      const profile = this.profiles.find(({ side }) => side === 0 || side === Math.sign(y));
+      if (!profile) return 0;
+      const { start, step, values } = profile;
       const place = (x - start) / step / (values.length - 1);
       return place >= 0 && place <= 1 ? sample(values, place) : 0;
     }
 
-    // Height (m) at which the surface is drawn: deflection and irregularity, each with its factor.
-    surface(x, scale) {
-      return this.bent(x, scale) + (this.coupled === null ? scale.gap * this.irregularity(x) : 0);
+    // Height (m) at which the irregularity of a rail is drawn.
+    rough(x, y, scale) {
+      return this.coupled === null ? scale.gap * this.irregularity(x, y) : 0;
+    }
+
+    // Height (m) at which the surface of a rail is drawn: deflection and irregularity, each with its factor.
+    surface(x, scale, y = 0) {
+      return this.across(x, y, 0, scale)[1] + this.rough(x, y, scale);
     }
 
     gap(k) {
@@ -183,7 +218,8 @@ const scenes = {};
     // In a coupled mode its change, so that the largest has the last colour.
     deviation(k) {
       if (this.coupled !== null) {
-        const [a, b] = [this.girderShape(this.travelled() + this.data.magnets[k].position[0]), this.magnetShape(k)];
+        const { position } = this.data.magnets[k];
+        const [a, b] = [this.railShape(this.travelled() + position[0], position[1]), this.magnetShape(k)];
         this.usual ??= this.usualDeviation();
         return (this.usual * this.moved(a[0] - b[0], a[1] - b[1])) / (this.widestGap() || 1);
       }
@@ -241,8 +277,8 @@ const scenes = {};
     // another. A magnet moves up with the surface and down by the deviation of its gap.
     lift(k, scale) {
       if (this.coupled !== null) return this.size(scale) * this.moved(...this.magnetShape(k));
-      const x = this.travelled() + this.data.magnets[k].position[0];
-      return this.surface(x, scale) - scale.gap * (this.deviation(k) ?? 0);
+      const [x, y] = this.data.magnets[k].position;
+      return this.surface(this.travelled() + x, scale, y) - scale.gap * (this.deviation(k) ?? 0);
     }
 
     // The drawn pose of group g about its place in the vehicle file.
@@ -255,7 +291,9 @@ const scenes = {};
       const recorded = this.poses[g];
       const turn = (channel) => Math.atan(scale.gap * this.value(channel));
       const { center, magnets, above } = this.carriers[g];
-      const sideways = { lateral: scale.gap * this.value(recorded.lateral), roll: turn(recorded.roll), yaw: turn(recorded.yaw) };
+      // offsets are relative to the rails, positions of cars are not
+      const moved = magnets.length > 0 ? this.across(this.travelled() + center[0], 0, 0, scale)[0] : 0;
+      const sideways = { lateral: moved + scale.gap * this.value(recorded.lateral), roll: turn(recorded.roll), yaw: turn(recorded.yaw) };
       if (magnets.length > 0) {
         const { height, slope } = this.line(magnets, center[0], (k) => this.lift(k, scale));
         return { ...sideways, vertical: height, pitch: -Math.atan(slope) };

@@ -39,7 +39,8 @@
       const magnets = model.data.magnets;
       const faces = Math.max(...magnets.map((it) => it.position[2])) + scenes.MAGNET.height / 2;
       const under = faces + scale.gap * model.data.nominal_gap;
-      this.ribbon((x) => under + model.surface(x, scale), 0.07, colours.line);
+      const near = Math.min(...magnets.map((it) => it.position[1]));
+      this.ribbon((x) => under + model.surface(x, scale, near), 0.07, colours.line);
       this.ribbon((x) => faces - 0.8 + model.bent(x, scale), -1.5, colours.fill);
       this.boxes();
       magnets.forEach(({ position: [x, y, z] }, k) => {

@@ -54,10 +54,16 @@
       this.train = new scenes.Train(THREE, model, this.materials);
       this.scene.add(this.track.root, this.train.root);
       this.addLight();
-      this.at = model.travelled();
       this.middle = (model.reach[0] + model.reach[1]) / 2;
+      this.base = this.level(this.middle);
       // short vehicles are as high as they are long
       this.half = Math.max((model.reach[1] - model.reach[0]) / 2, model.data.boxes.length > 1 ? 6.5 : 2.5);
+    }
+
+    // The heading of the line at a place on the train, as a matrix.
+    level(x) {
+      const { THREE, model } = this;
+      return scenes.Course.matrix(THREE, model.course.level(model.travelled() + x));
     }
 
     makeMaterials() {
@@ -119,23 +125,22 @@
     look(name, scale) {
       const { THREE, model, camera } = this;
       const view = VIEWS[name];
-      const travelled = model.travelled();
       const under = this.track.under(scale);
       if (view.near) {
         const k = this.nearest();
         const [x, y, z] = model.data.magnets[k].position;
-        const magnet = new THREE.Vector3(travelled + x, y, z + model.lift(k, scale));
         const side = y > 0 ? -1 : 1;
-        const place = ([a, b, c]) => magnet.clone().add(new THREE.Vector3(a, side * b, c));
+        const beside = this.level(x);
+        const place = ([a, b, c]) => new THREE.Vector3(a, y + side * b, c + z + model.lift(k, scale)).applyMatrix4(beside);
         return this.free({ from: place(view.from), aim: place(view.aim) });
       }
       // far enough away that the train fits across, however narrow the window
       const wide = Math.tan((camera.fov * Math.PI) / 360) * Math.min(camera.aspect, 2.6);
       const away = (view.across * this.half) / wide / 2;
-      const middle = new THREE.Vector3(travelled + this.middle, 0, under + 0.08 * this.half);
-      const aim = middle.clone().addScaledVector(new THREE.Vector3(...view.aim), this.half);
-      const direction = new THREE.Vector3(...view.from).normalize();
-      return this.free({ from: aim.clone().addScaledVector(direction, away * 1.06), aim });
+      const aim = new THREE.Vector3(0, 0, under + 0.08 * this.half).addScaledVector(new THREE.Vector3(...view.aim), this.half);
+      const from = aim.clone().addScaledVector(new THREE.Vector3(...view.from).normalize(), away * 1.06);
+      const here = this.level(this.middle);
+      return this.free({ from: from.applyMatrix4(here), aim: aim.applyMatrix4(here) });
     }
 
     // Raises a camera until it is above the ground and no girder or rigid ground hides what it looks at.
@@ -170,9 +175,9 @@
       const { camera, controls } = this;
       // relative to the train, which may go on meanwhile
       const way = [[camera.position, from], [controls.target, aim]].map(([now, then]) => {
-        const start = duration > 0 ? now.clone() : then.clone();
-        start.x -= this.at;
-        return [now, start, then.clone().setX(then.x - this.at)];
+        const local = this.base.clone().invert();
+        const start = (duration > 0 ? now : then).clone().applyMatrix4(local);
+        return [now, start, then.clone().applyMatrix4(local)];
       });
       const begin = performance.now();
       const token = (this.gliding = {});
@@ -182,8 +187,7 @@
         const part = duration > 0 ? Math.min((performance.now() - begin) / duration, 1) : 1;
         const eased = part * part * (3 - 2 * part);
         for (const [now, start, end] of way) {
-          now.lerpVectors(start, end, eased);
-          now.x += this.at;
+          now.lerpVectors(start, end, eased).applyMatrix4(this.base);
         }
         controls.update();
         changed();
@@ -194,18 +198,18 @@
 
     // Brings everything to the model's time; the camera goes with the train if it follows.
     update(scale, range, follow) {
-      const travelled = this.model.travelled();
-      if (follow && travelled !== this.at) {
-        this.camera.position.x += travelled - this.at;
-        this.controls.target.x += travelled - this.at;
+      const here = this.level(this.middle);
+      if (follow && !here.equals(this.base)) {
+        const way = here.clone().multiply(this.base.clone().invert());
+        this.camera.position.applyMatrix4(way);
+        this.controls.target.applyMatrix4(way);
         this.controls.update();
       }
-      this.at = travelled;
+      this.base = here;
       this.track.update(scale);
       this.train.update(scale, range);
-      const middle = travelled + this.middle;
-      this.sun.position.set(middle - 9, -22, 24);
-      this.sun.target.position.set(middle, 0, 0);
+      this.sun.position.set(-9, -22, 24).applyMatrix4(here);
+      this.sun.target.position.set(0, 0, 0).applyMatrix4(here);
     }
 
     // The magnet under a point of the canvas, in −1 … 1 both ways; −1 for none.

@@ -11,7 +11,7 @@
       this.root = new THREE.Group();
       this.groups = model.data.groups.map((group) => {
         const node = new THREE.Group();
-        node.rotation.order = "ZYX";
+        node.matrixAutoUpdate = false;
         this.root.add(node);
         return node;
       });
@@ -143,29 +143,33 @@
 
     update(scale, range) {
       const { model, groups } = this;
-      this.root.position.x = model.travelled();
-      groups.forEach((node, g) => {
+      this.poses = groups.map((node, g) => {
         const pose = model.pose(g, scale);
         const [x, y, z] = model.data.groups[g].center;
-        node.position.set(x, y + pose.lateral, z + pose.vertical);
-        node.rotation.set(pose.roll, pose.pitch, pose.yaw);
-        node.updateMatrix();
+        this.put(node.matrix, x, y + pose.lateral, z + pose.vertical, pose);
+        node.matrixWorldNeedsUpdate = true;
+        return pose;
       });
       this.updateMagnets(scale, range);
       this.updateLinks(this.rods);
       this.updateLinks(this.springs);
     }
 
+    // Sets a matrix to a place on the train, x along it from its origin, turned by a pose.
+    put(matrix, x, y, z, { roll, pitch, yaw }) {
+      const { THREE, model } = this;
+      const turned = new THREE.Matrix4().makeRotationFromEuler(new THREE.Euler(roll, pitch, yaw, "ZYX")).setPosition(0, y, z);
+      matrix.multiplyMatrices(scenes.Course.matrix(THREE, model.course.at(model.travelled() + x)), turned);
+    }
+
     updateMagnets(scale, range) {
       const { THREE, model } = this;
-      const node = new THREE.Object3D();
+      const matrix = new THREE.Matrix4();
       const colour = new THREE.Color();
       model.data.magnets.forEach(({ group, position: [x, y, z] }, k) => {
-        const frame = this.groups[group];
-        node.position.set(x, y + frame.position.y - model.data.groups[group].center[1], z + model.lift(k, scale));
-        node.rotation.copy(frame.rotation);
-        node.updateMatrix();
-        this.magnets.setMatrixAt(k, node.matrix);
+        const pose = this.poses[group];
+        this.put(matrix, x, y + pose.lateral, z + model.lift(k, scale), pose);
+        this.magnets.setMatrixAt(k, matrix);
         const [r, g, b] = scenes.colour(model.deviation(k), range);
         this.magnets.setColorAt(k, colour.setRGB(r / 255, g / 255, b / 255, THREE.SRGBColorSpace));
       });

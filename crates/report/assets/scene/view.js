@@ -162,8 +162,9 @@
         this.words.textContent = `Natural mode of the empty girders, ${this.modeName(mode)}, drawn once in ${PERIOD} s with an amplitude of ${number(this.model.amplitude() * 1e3, 3)} mm, ${times(deflection)}. The train stands where it was at the time of the slider and only follows the girders.`;
         return;
       }
-      const rough = this.model.profile ? ", the track's irregularity" : "";
-      this.words.textContent = `The girders' deflection is drawn ${times(deflection)}; air gaps${rough} and the train's motion on the girders ${times(gap)}; everything else is to scale. Dashed: the rail without deflection and irregularity.`;
+      const rough = this.model.profiles.length > 0 ? ", the track's irregularity" : "";
+      const twist = this.model.spans.some((span) => span.twist || span.lateral) ? " and twist" : "";
+      this.words.textContent = `The girders' deflection${twist} ${twist ? "are" : "is"} drawn ${times(deflection)}; air gaps${rough} and the train's motion on the girders ${times(gap)}; everything else is to scale${this.model.course.straight ? "" : ", the line in plan and elevation and its cant too"}. Dashed: the rail without deflection and irregularity.`;
     }
 
     // ---- drawing ----

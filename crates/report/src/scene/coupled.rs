@@ -10,6 +10,8 @@ use super::bodies::DrawnBodies;
 const MOST: usize = 40;
 /// Directions of a body, in this order.
 const DIRECTIONS: [&str; 5] = ["y", "z", "rx", "ry", "rz"];
+/// Directions of a section of a girder, in this order.
+const SWAYS: [&str; 3] = ["z", "y", "rx"];
 
 /// A mode with the motion of what the view draws. The motion is Re(amplitude · e^(iφ)).
 #[derive(Debug, PartialEq, Serialize)]
@@ -22,8 +24,9 @@ pub(super) struct DrawnMode {
     with: Vec<String>,
     /// Of each group, real and imaginary part of y, z (relative), rx, ry, rz (per metre).
     groups: Vec<[f32; 10]>,
-    /// Of each span, fraction of its length, and real and imaginary part of the deflection there.
-    spans: Vec<Vec<[f32; 3]>>,
+    /// Of each span, fraction of its length, and there real and imaginary part of the deflection, of the lateral
+    /// deflection, and of the twist (per metre).
+    spans: Vec<Vec<[f32; 7]>>,
 }
 
 /// The least damped modes in which a body or a girder moves.
@@ -86,8 +89,14 @@ fn drawn(
         let (re, im) = (re as f32, im as f32);
         let span = part.part.strip_prefix("span ").and_then(|it| it.parse::<usize>().ok());
         if let (Some(span), Some(at)) = (span, part.at) {
-            if let Some(points) = span.checked_sub(1).and_then(|k| all.spans.get_mut(k)) {
-                points.push([at as f32, re, im]);
+            let direction = SWAYS.iter().position(|it| *it == part.direction);
+            let points = span.checked_sub(1).and_then(|k| all.spans.get_mut(k));
+            if let (Some(points), Some(direction)) = (points, direction) {
+                let n = points.iter().position(|it| it[0] == at as f32).unwrap_or(points.len());
+                if n == points.len() {
+                    points.push([at as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                }
+                points[n][1 + 2 * direction..3 + 2 * direction].copy_from_slice(&[re, im]);
                 any = true;
             }
             continue;
@@ -103,7 +112,7 @@ fn drawn(
     for points in all.spans.iter_mut().filter(|points| !points.is_empty()) {
         for end in [0.0, 1.0] {
             if points.iter().all(|point| point[0] != end) {
-                points.push([end, 0.0, 0.0]);
+                points.push([end, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
             }
         }
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -131,17 +140,26 @@ mod tests {
                 part("span 2", "z", Some(0.5)),
                 part("span 2", "mode 1", None),
                 part("beam", "z", None),
+                part("span 2", "rx", Some(0.5)),
             ],
             modes: Vec::new(),
         };
         let moves = |moves: Vec<(usize, f64, f64)>| ModeShape { mode: 0, moves };
         let mode = CoupledMode::default();
         let leads = ["car", "frame"];
-        let shape = moves(vec![(0, 0.25, -0.5), (1, 1.0, 0.125), (2, 1.0, 0.0), (3, 1.0, 0.0)]);
+        let shape = moves(vec![
+            (0, 0.25, -0.5),
+            (1, 1.0, 0.125),
+            (2, 1.0, 0.0),
+            (3, 1.0, 0.0),
+            (4, -0.5, 0.25),
+        ]);
         let found = drawn(&mode, &shape, &shapes, &leads, 3).unwrap();
         assert_eq!(found.groups[0], [0.0; 10]);
         assert_eq!(found.groups[1][4..6], [0.25, -0.5]);
-        assert_eq!(found.spans[1], [[0.0; 3], [0.5, 1.0, 0.125], [1.0, 0.0, 0.0]]);
+        let end = |at: f32| [at, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let middle = [0.5, 1.0, 0.125, 0.0, 0.0, -0.5, 0.25];
+        assert_eq!(found.spans[1], [end(0.0), middle, end(1.0)]);
         assert!(found.spans[0].is_empty());
         // what the view does not draw is no mode of it
         assert_eq!(drawn(&mode, &moves(vec![(3, 1.0, 0.0)]), &shapes, &leads, 3), None);

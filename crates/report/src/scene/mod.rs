@@ -6,7 +6,9 @@
 
 mod bodies;
 mod coupled;
+mod course;
 mod motion;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -19,6 +21,7 @@ use crate::layout_fmu::LayoutFmu;
 use crate::names;
 use bodies::DrawnBodies;
 use coupled::DrawnMode;
+use course::DrawnLine;
 use motion::{RecordedMotion, ViewFrames};
 use results::RunResults;
 use track::DrawnTrack;
@@ -36,6 +39,8 @@ pub struct Scene {
     bodies: DrawnBodies,
     #[serde(flatten)]
     track: DrawnTrack,
+    /// The line that the track follows; none if it is straight.
+    line: Option<DrawnLine>,
     #[serde(flatten)]
     motion: RecordedMotion,
     /// Modes of the coupled system, if `maglev modes` wrote their shapes beside the run.
@@ -67,6 +72,8 @@ pub fn build(
         motion::SignalSource { table: &run.table, frames: &frames, arrays, missing: &mut missing };
     let motion = RecordedMotion::new(&vehicle, &layout, &bodies, &mut source);
     let (track, pole_length) = DrawnTrack::new(guideway.as_ref(), &vehicle, &layout, &mut source)?;
+    let (from, to) = track.stretch(&motion, &bodies);
+    let line = DrawnLine::new(&vehicle, from, to, source.arrays)?;
     let coupled = coupled::modes(run, &bodies, track.spans(), &mut missing);
     Ok(Some(Scene {
         name: layout.name,
@@ -74,6 +81,7 @@ pub fn build(
         pole_length,
         bodies,
         track,
+        line,
         motion,
         coupled,
         missing,

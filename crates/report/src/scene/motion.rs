@@ -91,6 +91,9 @@ pub(super) struct RecordedMotion {
     position: ArrayRef,
     /// Air gap of each magnet (m).
     gaps: Vec<Channel>,
+    /// Smallest and largest position (m).
+    #[serde(skip)]
+    pub travel: (f64, f64),
     /// Displacement of each group from its position in the vehicle file.
     poses: Vec<Pose>,
 }
@@ -120,6 +123,8 @@ impl RecordedMotion {
     ) -> Self {
         let time = source.time();
         let position = travelled(vehicle, layout, source, &time);
+        let finite = || position.iter().copied().filter(|it| it.is_finite());
+        let travel = (finite().fold(f64::MAX, f64::min), finite().fold(f64::MIN, f64::max));
         let position = source.arrays.f32(&position);
         let gaps: Vec<Channel> = (1..=layout.magnets.len())
             .map(|k| {
@@ -143,7 +148,7 @@ impl RecordedMotion {
             })
             .collect();
         note_missing_motion(bodies, &poses, source.missing);
-        Self { time: source.arrays.f64(&time), position, gaps, poses }
+        Self { time: source.arrays.f64(&time), position, gaps, travel, poses }
     }
 }
 

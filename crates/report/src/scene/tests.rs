@@ -47,10 +47,22 @@ fn run_on(
     signals: &[(&str, [f64; 3])],
     parameters: &Value,
 ) -> RunResults {
+    run_along(guideway, None, folder, signals, parameters)
+}
+
+/// The same along a line.
+fn run_along(
+    guideway: &str,
+    line: Option<&str>,
+    folder: &Path,
+    signals: &[(&str, [f64; 3])],
+    parameters: &Value,
+) -> RunResults {
     let vehicle = train::one_bogie().to_json().unwrap();
-    let vehicle =
-        [("resources/vehicle.json", vehicle.as_str()), ("modelDescription.xml", DESCRIPTION)];
-    let vehicle = archive(&folder.join("v.fmu"), &vehicle);
+    let mut files =
+        vec![("resources/vehicle.json", vehicle.as_str()), ("modelDescription.xml", DESCRIPTION)];
+    files.extend(line.map(|text| ("resources/line.json", text)));
+    let vehicle = archive(&folder.join("v.fmu"), &files);
     let guideway = archive(&folder.join("g.fmu"), &[("resources/guideway.json", guideway)]);
     let scenario = json!({
         "units": {"a": vehicle, "b": guideway},
@@ -159,6 +171,62 @@ fn issue_girders_with_tabulated_shapes_are_drawn_by_interpolation() {
     assert!(modes.is_empty() && missing.contains("drawn straight"), "{missing}");
 }
 
+/// A quarter of a circle of 20 m to the left: the line turns about (0, 20, 0).
+#[test]
+fn analytic_the_line_is_laid_out_in_space() {
+    let line = r#"{"name": "bend", "start": 0, "plan": [{"kind": "straight", "length": 10},
+        {"kind": "clothoid", "length": 1e-3, "to_radius": 20}, {"kind": "circle", "length": 40, "radius": 20}, {"kind": "clothoid", "length": 1e-3}]}"#;
+    let folder = tempfile::tempdir().unwrap();
+    let run = run_along(GUIDEWAY, Some(line), folder.path(), &[], &json!({}));
+    let (scene, arrays) = seen(&run);
+    let (start, step) =
+        (scene["line"]["start"].as_f64().unwrap(), scene["line"]["step"].as_f64().unwrap());
+    let points = arrays.read(&scene["line"]["points"]);
+    let mut turned = 0;
+    for (k, point) in points.chunks_exact(12).enumerate() {
+        let s = start + step * k as f64;
+        let angle = (s - 10.0) / 20.0;
+        if (0.1..1.9).contains(&angle) {
+            let (sin, cos) = angle.sin_cos();
+            let place = [10.0 + 20.0 * sin, 20.0 * (1.0 - cos), 0.0];
+            let expected = [place, [cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]].concat();
+            assert!(point.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 2e-3), "{point:?}");
+            turned += 1;
+        }
+    }
+    // every half metre of 36 m
+    assert!(turned > 60, "{turned}");
+    let (straight, _) = seen(&run_along(GUIDEWAY, None, folder.path(), &[], &json!({})));
+    assert_eq!(straight["line"], Value::Null);
+}
+
+/// φ₁ = sin πx/L of both components, scaled to the recorded middle.
+#[test]
+fn analytic_a_girder_shifts_and_twists_with_its_middle() {
+    let mut guideway: Value = serde_json::from_str(GUIDEWAY).unwrap();
+    let girder = guideway["girders"].as_object_mut().unwrap().values_mut().next().unwrap();
+    girder["lateral"] = json!({"modes": 1, "frequencies": [8.0]});
+    girder["torsion"] = json!({"modes": 1, "frequencies": [39.0], "polar_inertia": 3776.0});
+    guideway["rails"] = json!({"height": 1.2});
+    let folder = tempfile::tempdir().unwrap();
+    let (shift, turn) = ([0.0, 1e-6, -2e-6], [0.0, 3e-6, 1e-6]);
+    let signals = [("bridge.midspan_lateral_01", shift), ("bridge.midspan_twist_01", turn)];
+    let (scene, arrays) = seen(&run_on(&guideway.to_string(), folder.path(), &signals, &json!({})));
+    assert_eq!(scene["rail_height"], 1.2);
+    for (component, values) in [("lateral", shift), ("twist", turn)] {
+        let sway = &scene["spans"][0][component];
+        assert_close(&arrays.read(&sway["values"]), &values);
+        let shape = sway["shape"].as_array().unwrap();
+        for (n, value) in shape.iter().enumerate() {
+            let phi = (std::f64::consts::PI * n as f64 / (shape.len() - 1) as f64).sin();
+            assert!((value.as_f64().unwrap() - phi).abs() < 1e-12);
+        }
+    }
+    let (bare, _) = seen(&run_on(&guideway.to_string(), folder.path(), &[], &json!({})));
+    assert_eq!(bare["spans"][0]["twist"], Value::Null);
+    assert!(bare["missing"].to_string().contains("without lateral deflection or twist"));
+}
+
 /// With mid-span alone it is the first mode, and the view says so; with nothing it is straight.
 #[test]
 fn invariant_what_is_not_recorded_is_named() {
@@ -213,7 +281,7 @@ fn analytic_the_irregularity_is_laid_out_along_the_track() {
     let signals =
         [("train.position_01", [10.0, 10.5, 11.0]), ("bridge.irregularity_01", [0.0, 5e-3, 0.0])];
     let (scene, arrays) = seen(&run(folder.path(), &signals, &json!({})));
-    let profile = &scene["irregularity"];
+    let profile = &scene["irregularity"][0];
     assert!((profile["start"].as_f64().unwrap() - 10.0).abs() < 1e-12);
     let up = [0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3];
     let expected: Vec<f64> = up.into_iter().chain(up.into_iter().rev().skip(1)).collect();

@@ -1,12 +1,12 @@
 //! The girders: where they are, their mode shapes, and their modal coordinates over time.
 
-use std::collections::BTreeMap;
-
 use guideway::{Guideway, State, Workspace};
 use multibody::VehicleDescription as Vehicle;
 use serde::Serialize;
 
-use super::motion::SignalSource;
+use super::bodies::{BodyBox, DrawnBodies};
+use super::motion::{RecordedMotion, SignalSource};
+use super::surface::{self, DrawnIrregularity};
 use crate::embed::ArrayRef;
 use crate::error::ReportError;
 use crate::layout_fmu::LayoutFmu;
@@ -16,8 +16,8 @@ use crate::names::{self, numbered};
 const POINTS: usize = 65;
 /// Least value of a shape at a recorded point, as a fraction of its largest value, for it to be computed.
 const VISIBLE: f64 = 0.2;
-/// Distance between points of the drawn irregularity (m): a fifth of the shortest wave.
-const GRID: f64 = 0.1;
+/// Ground that the page draws before and after train and spans, and a little more (m).
+const BEYOND: f64 = 45.0;
 /// Pole length (m) if no guideway defines one.
 const POLE_LENGTH: f64 = 0.65;
 /// Outputs for the deflection of a span: row, and position as a fraction of the span's length.
@@ -27,7 +27,10 @@ const MEASURED: [(&str, f64); 2] = [(names::MIDSPAN, 0.5), (names::QUARTER, 0.25
 #[derive(Debug, Serialize)]
 pub(super) struct DrawnTrack {
     spans: Vec<DrawnSpan>,
-    irregularity: Option<DrawnIrregularity>,
+    /// One that all rails share, or one of each rail.
+    irregularity: Vec<DrawnIrregularity>,
+    /// Height of the rails over the shear centre of the girders (m), about which these twist.
+    rail_height: f64,
 }
 
 /// One span.
@@ -42,13 +45,17 @@ struct DrawnSpan {
     modes: Vec<ArrayRef>,
     /// Shapes of all natural modes at equal distances from end to end, the lowest first.
     natural: Vec<ArrayRef>,
+    /// Lateral deflection (m, left positive) and twist (rad, left side up), if they are recorded.
+    lateral: Option<Sway>,
+    twist: Option<Sway>,
 }
 
-/// Recorded height of the rails' surface (m) at equal distances from `start`.
+/// A lateral deflection or a twist, known in the middle of the span.
 #[derive(Debug, Serialize)]
-struct DrawnIrregularity {
-    start: f64,
-    step: f64,
+struct Sway {
+    /// The shape of the lowest mode that has this component in the middle, 1 there, at equal distances.
+    shape: Vec<f64>,
+    /// Values in the middle over time.
     values: ArrayRef,
 }
 
@@ -56,6 +63,17 @@ impl DrawnTrack {
     /// Number of spans.
     pub(super) fn spans(&self) -> usize {
         self.spans.len()
+    }
+
+    /// Places (m) between which the track is drawn, at most.
+    pub(super) fn stretch(&self, motion: &RecordedMotion, bodies: &DrawnBodies) -> (f64, f64) {
+        let half = |it: &BodyBox| it.size[0] / 2.0;
+        let rear = bodies.boxes.iter().map(|it| it.center[0] - half(it)).fold(0.0, f64::min);
+        let front = bodies.boxes.iter().map(|it| it.center[0] + half(it)).fold(0.0, f64::max);
+        let (from, to) = motion.travel;
+        let starts = self.spans.iter().map(|it| it.start).fold(from + rear, f64::min);
+        let ends = self.spans.iter().map(|it| it.end).fold(to + front, f64::max);
+        (starts - BEYOND, ends + BEYOND)
     }
 
     /// The track, and the magnets' pole length (m).
@@ -70,7 +88,10 @@ impl DrawnTrack {
                 "no unit of this run is a guideway with girders: the track is drawn rigid"
                     .to_owned(),
             );
-            return Ok((Self { spans: Vec::new(), irregularity: None }, POLE_LENGTH));
+            return Ok((
+                Self { spans: Vec::new(), irregularity: Vec::new(), rail_height: 0.0 },
+                POLE_LENGTH,
+            ));
         };
         let mut description = unit.layout(guideway::GuidewayDescription::from_json)?;
         // only the shapes are needed; generating a profile takes time
@@ -94,15 +115,17 @@ impl DrawnTrack {
             Guideway::new(&description, None).map_err(|error| unit.unusable(&error.to_string()))?;
         let mut shapes = SpanShapes::new(&guideway);
         let spans = (0..guideway.spans().len()).map(|k| shapes.span(k, unit, source)).collect();
-        let irregularity = irregularity(unit, vehicle, layout, source);
-        if irregularity.is_none() && unit.parameter(names::IRREGULARITY_ON) == Some(1.0) {
+        let rails = description.rails.as_ref();
+        let irregularity = surface::irregularity(unit, vehicle, layout, rails, source);
+        if irregularity.is_empty() && unit.parameter(names::IRREGULARITY_ON) == Some(1.0) {
             source.missing.push(
                 "the track is drawn smooth: no irregularity_NN with its position_NN is recorded"
                     .to_owned(),
             );
         }
         shapes.note_missing_modes(source.missing);
-        Ok((Self { spans, irregularity }, if pole > 0.0 { pole } else { POLE_LENGTH }))
+        let rail_height = rails.map_or(0.0, |it| it.height);
+        Ok((Self { spans, irregularity, rail_height }, if pole > 0.0 { pole } else { POLE_LENGTH }))
     }
 }
 
@@ -127,6 +150,8 @@ struct SpanShapes<'a> {
     unknown: usize,
     /// A span with only some modes drawn.
     partly: Option<PartialModes>,
+    /// Number of spans that can sway, but whose sway is not recorded.
+    stiff: usize,
 }
 
 impl<'a> SpanShapes<'a> {
@@ -134,7 +159,7 @@ impl<'a> SpanShapes<'a> {
         let still = vec![0.0; guideway.modes().len()];
         let alone = State { q: still.clone(), v: still.clone() };
         let work = Workspace::new(guideway);
-        Self { guideway, work, still, alone, unknown: 0, partly: None }
+        Self { guideway, work, still, alone, unknown: 0, partly: None, stiff: 0 }
     }
 
     /// φₙ of span `k` at a fraction of its length.
@@ -176,10 +201,62 @@ impl<'a> SpanShapes<'a> {
         }
         let modes = found.iter().map(|(_, values)| source.arrays.f32(values)).collect();
         let shapes = found.into_iter().map(|(mode, _)| tables[mode].clone()).collect();
-        DrawnSpan { start: place.start, end: place.end, shapes, modes, natural }
+        let lateral =
+            self.sway(k, 1, unit.variable(&numbered(names::MIDSPAN_LATERAL, k + 1, spans)), source);
+        let twist =
+            self.sway(k, 2, unit.variable(&numbered(names::MIDSPAN_TWIST, k + 1, spans)), source);
+        let spatial = self.guideway.girders()[place.girder].is_spatial();
+        self.stiff += usize::from(spatial && (lateral.is_none() || twist.is_none()));
+        DrawnSpan { start: place.start, end: place.end, shapes, modes, natural, lateral, twist }
+    }
+
+    /// A component of span `k`, 1 lateral or 2 twist, from its signal in the middle.
+    fn sway(
+        &mut self,
+        k: usize,
+        component: usize,
+        signal: String,
+        source: &mut SignalSource<'_>,
+    ) -> Option<Sway> {
+        let values = source.signal(&signal)?;
+        let span = self.guideway.spans()[k];
+        let girder = &self.guideway.girders()[span.girder];
+        let (modes, length) = (girder.modes().len(), girder.length());
+        let shape = (0..modes).find_map(|mode| {
+            self.alone.q[span.first_mode + mode] = 1.0;
+            let mut at = |n: usize| {
+                let x = length * n as f64 / (POINTS - 1) as f64;
+                let (work, still) = (&mut self.work, &self.still);
+                let motion = self.guideway.section_motion(work, &self.alone, still, k, x);
+                motion[component].displacement
+            };
+            let table: Vec<f64> = (0..POINTS).map(&mut at).collect();
+            self.alone.q[span.first_mode + mode] = 0.0;
+            let peak = table.iter().fold(0.0_f64, |most, it| most.max(it.abs()));
+            let middle = table[POINTS / 2];
+            let seen = peak > 0.0 && middle.abs() > VISIBLE * peak;
+            seen.then(|| table.iter().map(|it| it / middle).collect())
+        })?;
+        Some(Sway { shape, values: source.arrays.f32(&values) })
     }
 
     fn note_missing_modes(&self, missing: &mut Vec<String>) {
+        if self.stiff > 0 {
+            missing.push(format!(
+                "{} of {} spans are drawn without lateral deflection or twist: their {} or {} is not \
+                 recorded",
+                self.stiff,
+                self.guideway.spans().len(),
+                names::MIDSPAN_LATERAL,
+                names::MIDSPAN_TWIST
+            ));
+        } else if self.guideway.girders().iter().any(guideway::Girder::is_spatial) {
+            missing.push(
+                "lateral deflection and twist of the girders are drawn by their values in the middle \
+                 of the spans, with the shape of one mode"
+                    .to_owned(),
+            );
+        }
         if self.unknown > 0 {
             missing.push(format!(
                 "{} of {} spans are drawn straight: their {} is not recorded, or it is a node of all \
@@ -235,38 +312,4 @@ fn coordinates(tables: &[Vec<f64>], known: &[(f64, Vec<f64>)]) -> Vec<(usize, Ve
         }
     }
     Vec::new()
-}
-
-/// The surface from recorded irregularities and positions of magnets.
-fn irregularity(
-    unit: &LayoutFmu<'_>,
-    vehicle: &LayoutFmu<'_>,
-    layout: &Vehicle,
-    source: &mut SignalSource<'_>,
-) -> Option<DrawnIrregularity> {
-    let mut cells: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
-    for k in 1..=layout.magnets.len() {
-        let height = unit.variable(&numbered(names::IRREGULARITY, k, layout.magnets.len()));
-        let place = vehicle.variable(&numbered(names::POSITION, k, layout.magnets.len()));
-        let columns = (source.table.column(&height), source.table.column(&place));
-        let (Some(heights), Some(places)) = columns else { continue };
-        for (z, x) in heights.iter().zip(places).filter(|(z, x)| z.is_finite() && x.is_finite()) {
-            let cell = cells.entry((x / GRID).round() as i64).or_default();
-            *cell = (cell.0 + z, cell.1 + 1.0);
-        }
-    }
-    let (first, last) = (*cells.keys().next()?, *cells.keys().next_back()?);
-    let mean: Vec<(i64, f64)> = cells.iter().map(|(k, (sum, n))| (*k, sum / n)).collect();
-    if mean.iter().all(|(_, z)| *z == 0.0) || last - first > 1_000_000 {
-        return None;
-    }
-    // interpolates over cells without a magnet
-    let mut values = Vec::new();
-    for pair in mean.windows(2) {
-        let [(k, a), (l, b)] = [pair[0], pair[1]];
-        values.extend((k..l).map(|i| a + (b - a) * (i - k) as f64 / (l - k) as f64));
-    }
-    values.push(mean[mean.len() - 1].1);
-    let values = source.arrays.f32(&values);
-    Some(DrawnIrregularity { start: first as f64 * GRID, step: GRID, values })
 }
