@@ -2,25 +2,30 @@
 
 use std::ffi::c_char;
 use std::fmt;
+use std::sync::Arc;
 
 use fmi2_sys as sys;
-use libloading::Library;
 use serde::{Deserialize, Serialize};
+
+use crate::loaded::Loaded;
 
 macro_rules! functions {
     ($(#[$doc:meta])* $visibility:vis struct $name:ident { $($field:ident: $symbol:ident as $type:ident,)* }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy)]
+        #[derive(Clone)]
         $visibility struct $name {
             $(
                 #[doc = concat!("`", stringify!($symbol), "`")]
                 pub $field: sys::$type,
             )*
             pub(crate) report: Option<ReportFunction>,
+            /// keeps the functions in memory
+            pub(crate) loaded: Arc<Loaded>,
         }
 
         impl $name {
-            pub(crate) fn find(library: &Library) -> Self {
+            pub(crate) fn find(loaded: Loaded) -> Self {
+                let library = loaded.library();
                 Self {
                     $($field: {
                         // SAFETY: a function of this name has this type by the FMI 2.0 standard,
@@ -32,6 +37,7 @@ macro_rules! functions {
                     report: unsafe { library.get::<ReportFunction>(b"fmi2_export_report\0") }
                         .ok()
                         .map(|symbol| *symbol),
+                    loaded: Arc::new(loaded),
                 }
             }
 

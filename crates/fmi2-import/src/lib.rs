@@ -27,6 +27,7 @@ pub mod instance;
 pub mod interrupt;
 pub mod isolate;
 pub mod library;
+mod loaded;
 pub mod logger;
 pub mod package;
 pub mod per_type;

@@ -1,10 +1,11 @@
 //! Loading an FMU's binary.
 //!
-//! Libraries are loaded by their full path and stay loaded until the process ends, since some crash when
-//! they are unloaded.
+//! Libraries are loaded by their full path. Except on Windows they stay loaded until the process ends, since some
+//! crash when they are unloaded.
 
 use std::ffi::CStr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use libloading::Library;
@@ -14,7 +15,9 @@ use thiserror::Error;
 use crate::fault::causes;
 use crate::functions::{Call, indispensable};
 pub use crate::functions::{Functions, SYMBOLS};
+use crate::loaded::Loaded;
 use crate::package::{PLATFORM, Package};
+use crate::scratch::Scratch;
 use crate::witness;
 
 /// Why a binary cannot be used.
@@ -118,7 +121,7 @@ impl Functions {
     /// it follows another version of the standard.
     pub fn load(package: &Package) -> Result<Self, LibraryError> {
         Self::check_presence(package)?;
-        Self::open_here(package.path(), &package.binary())
+        Self::open_here(package, &package.binary())
     }
 
     /// Checks that there is a binary to load.
@@ -150,16 +153,21 @@ impl Functions {
         let copy = binary.with_file_name(format!("{stem}-copy{number}.{end}"));
         std::fs::copy(&binary, &copy)
             .map_err(|source| LibraryError::Copy { unit: package.path().to_owned(), source })?;
-        Self::open_here(package.path(), &copy)
+        Self::open_here(package, &copy)
     }
 
     /// Loads a binary into the process of the master, which it must not end.
-    fn open_here(unit: &Path, binary: &Path) -> Result<Self, LibraryError> {
-        witness::while_loading(&unit.to_string_lossy(), || Self::open(unit, binary))
+    fn open_here(package: &Package, binary: &Path) -> Result<Self, LibraryError> {
+        let (unit, folder) = (package.path(), package.scratch());
+        witness::while_loading(&unit.to_string_lossy(), || Self::open(unit, binary, folder))
     }
 
-    /// Loads a binary. `unit` is for messages.
-    pub(crate) fn open(unit: &Path, binary: &Path) -> Result<Self, LibraryError> {
+    /// Loads a binary from a temporary folder, if it is in one. `unit` is for messages.
+    pub(crate) fn open(
+        unit: &Path,
+        binary: &Path,
+        folder: Option<Arc<Scratch>>,
+    ) -> Result<Self, LibraryError> {
         let unit = || unit.to_owned();
         // SAFETY: loading runs the initialisers of the library; the user wants to run its code
         let library = unsafe { open_library(binary) }.map_err(|source| {
@@ -171,9 +179,7 @@ impl Functions {
             }
             LibraryError::Load { unit: unit(), binary: binary_kind(binary), source }
         })?;
-        let functions = Self::find(&library);
-        // never unloaded: it may have started threads or registered exit handlers
-        std::mem::forget(library);
+        let functions = Self::find(Loaded::new(library, folder));
         for (found, symbol) in indispensable(&functions) {
             if !found {
                 let binary = binary_kind(binary);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use thiserror::Error;
@@ -100,7 +101,7 @@ impl PackageError {
     }
 }
 
-/// An unpacked FMU. Its folder is removed when this is dropped.
+/// An unpacked FMU. Its folder is removed when this and the library in it are no longer used.
 #[derive(Debug)]
 pub struct Package {
     path: PathBuf,
@@ -116,7 +117,7 @@ pub struct Package {
 #[derive(Debug)]
 enum Folder {
     /// In a temporary folder.
-    Temporary(Scratch),
+    Temporary(Arc<Scratch>),
     /// In a folder that somebody else has unpacked it to, and keeps.
     Given(PathBuf),
 }
@@ -158,7 +159,7 @@ impl Package {
         let files: Vec<String> = archive.files().map(str::to_owned).collect();
         let identifier = &description.co_simulation.model_identifier;
         let (binary, odd_name) = own_binary(&files, identifier);
-        let folder = Folder::Temporary(folder);
+        let folder = Folder::Temporary(Arc::new(folder));
         let findings = archive
             .warnings()
             .iter()
@@ -228,6 +229,14 @@ impl Package {
     #[must_use]
     pub fn folder(&self) -> &Path {
         self.folder.path()
+    }
+
+    /// The temporary folder, if it was unpacked to one.
+    pub(crate) fn scratch(&self) -> Option<Arc<Scratch>> {
+        match &self.folder {
+            Folder::Temporary(scratch) => Some(Arc::clone(scratch)),
+            Folder::Given(_) => None,
+        }
     }
 
     /// Contents of modelDescription.xml.

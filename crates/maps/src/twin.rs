@@ -81,7 +81,7 @@ impl Twin<'_> {
                 source: Box::new(source),
             }
         };
-        let made = Instance::new(package, self.functions, &self.dead, name);
+        let made = Instance::new(package, self.functions.clone(), &self.dead, name);
         let mut instance = made.map_err(refused)?;
         instance
             .setup_experiment(self.setup.tolerance, self.times.0, self.times.1)

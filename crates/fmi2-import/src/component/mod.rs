@@ -164,6 +164,10 @@ impl Component {
 impl Drop for Component {
     fn drop(&mut self) {
         if self.dead.load(Ordering::Relaxed) {
+            if cfg!(windows) {
+                // unloading the library would call it
+                std::mem::forget(Arc::clone(&self.functions.loaded));
+            }
             return;
         }
         logger::calls(self.sink.badge());

@@ -106,7 +106,7 @@ impl Served {
                     let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
                     rustix::process::setrlimit(Resource::As, limit)?;
                 }
-                let functions = match Functions::open(&unit, &binary) {
+                let functions = match Functions::open(&unit, &binary, None) {
                     Ok(functions) => functions,
                     Err(error) => return Ok(Report::Unloadable(crate::fault::causes(&error))),
                 };
