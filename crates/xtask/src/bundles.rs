@@ -55,11 +55,25 @@ pub fn library(targets: &[Target], folder: &Path) -> Result<()> {
 
 /// Packs the bundles, if a target is for this system.
 pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut packed = Vec::new();
     if !targets.iter().any(Target::runs_here) {
         eprintln!("no bundles: they are packed on the system that they are for");
-        return Ok(packed);
+        return Ok(Vec::new());
     }
+    pack(only, folder, &|args| workspace::run(workspace::maglev(), args))
+}
+
+/// Names of the bundles that ship.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SHIPPED.iter().map(|it| it.name)
+}
+
+/// Packs the bundles of the units and the library in a folder with the command `maglev`, which gets these arguments.
+pub fn pack(
+    only: Option<&str>,
+    folder: &Path,
+    maglev: &dyn Fn(&[OsString]) -> Result<()>,
+) -> Result<Vec<PathBuf>> {
+    let mut packed = Vec::new();
     for it in SHIPPED.iter().filter(|it| only.is_none_or(|prefix| it.name.starts_with(prefix))) {
         let file = folder.join(format!("{}.fmu", it.name));
         let scenario = scenario(it.scenario, folder)?;
@@ -67,7 +81,7 @@ pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<
         args.extend(["--out".into(), file.clone().into(), "--library".into()]);
         args.push(folder.join(LIBRARY).into());
         args.extend(it.options.iter().map(Into::into));
-        let done = workspace::run(workspace::maglev(), &args);
+        let done = maglev(&args);
         if scenario.starts_with(folder) {
             fs::remove_file(&scenario)
                 .with_context(|| format!("removing {}", scenario.display()))?;
@@ -78,8 +92,8 @@ pub fn package(targets: &[Target], only: Option<&str>, folder: &Path) -> Result<
     Ok(packed)
 }
 
-/// The scenario with the units of this folder.
-fn scenario(name: &str, folder: &Path) -> Result<PathBuf> {
+/// The scenario with the units of this folder, in a file of its own unless it is the usual folder.
+pub fn scenario(name: &str, folder: &Path) -> Result<PathBuf> {
     let path = workspace::root().join("scenarios").join(format!("{name}.json"));
     if folder == workspace::unit_dir() {
         return Ok(path);

@@ -3,12 +3,14 @@
 // A program that prints to the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod agreement;
 mod binaries;
 mod bundles;
 mod check;
 mod documentation;
 mod figures;
 mod licences;
+mod merge;
 mod mutants;
 mod package;
 mod picture;
@@ -18,6 +20,8 @@ mod sanitize;
 mod screenshot;
 mod target;
 mod wheel;
+mod windows;
+mod wine;
 mod workspace;
 
 use std::path::PathBuf;
@@ -74,14 +78,21 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
-    /// Merge .fmu files of one unit, packed on several systems, into one
+    /// Merge .fmu files of one unit, packed on several systems, into one.
+    /// Given folders, each unit, bundle and library of bundles in them.
+    #[command(verbatim_doc_comment)]
     Merge {
-        /// The new .fmu file
+        /// The new .fmu file, or the new folder
         out: PathBuf,
-        /// The .fmu files to merge
+        /// The .fmu files, or the folders, to merge
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
+    /// Build units, bundles and command for Windows, run them under wine, compare with Linux.
+    /// Installs a compiler, a linker and wine from Debian's packages if they are missing.
+    /// Writes target/windows/fmu/*.fmu with binaries for both systems.
+    #[command(verbatim_doc_comment)]
+    Windows,
     /// Build the Python package into target/wheel: a wheel with the units and the command
     Wheel {
         /// Build for any Linux with glibc 2.17 or later
@@ -169,7 +180,8 @@ fn main() -> Result<()> {
         }
         Task::Binaries { files, glibc } => binaries::report(&files, glibc.as_deref()),
         Task::Reference { check } => reference::codegen(check),
-        Task::Merge { out, files } => package::merge(&out, &files),
+        Task::Merge { out, files } => merge::merge(&out, &files),
+        Task::Windows => windows::run(),
         Task::Wheel { portable, test } => {
             let wheel = wheel::build(portable)?;
             println!("{}", wheel.display());

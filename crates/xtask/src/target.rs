@@ -9,7 +9,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 
-use crate::{python, workspace};
+use crate::{python, windows, workspace};
 
 /// Runs on every Linux of the last decade: needs glibc 2.17 (2012) at most.
 pub const PORTABLE: &str = "x86_64-unknown-linux-gnu.2.17";
@@ -128,8 +128,16 @@ impl Target {
         if self.glibc.is_some() {
             variables.push(("PATH", with_zig()?));
         }
-        let variables: Vec<_> = variables.iter().map(|(k, v)| (*k, v.as_os_str())).collect();
-        workspace::run_with(workspace::cargo(), &args, &variables)
+        let mut variables: Vec<_> = variables.iter().map(|(k, v)| (*k, v.as_os_str())).collect();
+        let mut cargo = workspace::cargo();
+        if self.triple.as_deref() == Some(windows::TRIPLE)
+            && let Some(debian) = windows::toolchain()
+        {
+            cargo = debian.cargo;
+            args.extend(debian.arguments);
+            variables.extend(debian.variables);
+        }
+        workspace::run_with(cargo, &args, &variables)
             .with_context(|| format!("building for {spelt}: {}", self.advice()))
     }
 
