@@ -144,7 +144,7 @@ pub fn codegen(check: bool) -> Result<()> {
 /// Writes, or with `check` compares, the schemas of the layouts. Tests do that, since the code that makes the schemas is
 /// compiled for tests only.
 fn layout_schemas(check: bool) -> Result<()> {
-    let crates = ["-p", "guideway", "-p", "multibody", "-p", "track-line"];
+    let crates = ["-p", "guideway", "-p", "linear-motor", "-p", "multibody", "-p", "track-line"];
     let test = [&["test", "--quiet"], &crates[..], &["--test", "schema", "golden_"]].concat();
     let write: &[(&str, &OsStr)] = if check { &[] } else { &[("WRITE_SCHEMA", OsStr::new("1"))] };
     workspace::run_with(workspace::cargo(), &test, write)

@@ -18,6 +18,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("magnet", &[]),
     ("guideway", &["strict-json"]),
     ("multibody", &["patterns", "strict-json", "track-line"]),
+    ("linear-motor", &["strict-json"]),
     ("track-line", &["strict-json"]),
     ("analysis", &[]),
     // small tools
