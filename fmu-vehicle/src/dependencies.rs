@@ -57,6 +57,9 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     rest.extend(journey.speed_rows());
     rest.extend(external.rows());
     rest.extend(adjustments.rows());
+    if handles.line.is_some() {
+        rest.push(parameters.initial_position.row());
+    }
     let rest_and = |more: &[VariableRow]| -> Vec<VariableRow> { [&rest[..], more].concat() };
     for k in 0..magnets {
         let forces = forces_on(Some(model.magnet_component(MagnetIndex(k))));
@@ -79,7 +82,6 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     interface.initially_depends(contact.force, &rest_and(&[inputs.track_rate.row()]));
     // the initial pose is the equilibrium below the whole track, at rest
     interface.initially_depends(outputs.gap, &rest);
-    interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
     interface.depends_elementwise(outputs.lateral_offset, sideways.displacement);
     interface.initially_depends(outputs.lateral_offset, &rest);
     for row in [outputs.static_load.row(), outputs.joint_opening.row()] {
@@ -94,9 +96,20 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     interface.independent(outputs.position);
     interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
     interface.independent(outputs.speed);
-    interface.initially_depends(outputs.speed, &journey.speed_rows());
     for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
         interface.independent(row);
+    }
+    if handles.line.is_some() {
+        // in a curve, bodies move relative to the frame, and in a transition relative to the rails
+        interface.initially_depends(outputs.gap_rate, &rest_and(&[inputs.track_rate.row()]));
+        for row in [outputs.speed, outputs.joint_opening_rate, outputs.kinetic_energy] {
+            interface.initially_depends(row, &rest);
+        }
+        return;
+    }
+    interface.initially_depends_elementwise(outputs.gap_rate, inputs.track_rate);
+    interface.initially_depends(outputs.speed, &journey.speed_rows());
+    for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
         interface.initially_independent(row);
     }
 }

@@ -9,7 +9,8 @@ use crate::state::State;
 
 /// Name of the resource; without it the track is straight.
 const FILE: &str = "line.json";
-/// Metres of straight track before and behind the outermost magnets that a start needs.
+/// Metres of straight track before and behind the outermost magnets that make a start one on straight
+/// track.
 const MARGIN: f64 = 2.0;
 
 const PER_METRE: UnitOfMeasure = UnitOfMeasure::new("1/m").m(-1);
@@ -102,25 +103,22 @@ fn is_plain(model: &VehicleModel, line: &Line, place: f64) -> bool {
     line.is_plain(place + from - MARGIN, place + to + MARGIN)
 }
 
-/// Refuses a start where the line is not straight and level, or with stops and skids.
-pub(crate) fn check_start(model: &VehicleModel, place: f64, contact: bool) -> Result<(), Error> {
-    let Some(line) = model.line() else { return Ok(()) };
-    if contact {
+/// The travel for which an equilibrium is sought: none where the line is straight, level and without cant
+/// below the whole vehicle, as on a straight track.
+pub(crate) fn curved(model: &VehicleModel, travel: Option<Travel>) -> Option<Travel> {
+    let line = model.line()?;
+    travel.filter(|travel| !is_plain(model, line, travel.place))
+}
+
+/// Refuses stops and skids on a line.
+pub(crate) fn check_start(model: &VehicleModel, contact: bool) -> Result<(), Error> {
+    if model.line().is_some() && contact {
         return Err(Error::invalid(
             "stops and skids (contact_stop_on, contact_skid_on) along a line are not supported: set them to \
              false, or take line.json out of the resources",
         ));
     }
-    if is_plain(model, line, place) {
-        return Ok(());
-    }
-    let [begin, end] = line.extent();
-    Err(Error::invalid(format!(
-        "the line `{}` (from {begin} m to {end} m) is not straight, level and without cant below the whole \
-         vehicle at initial_position = {place} m, and {MARGIN} m beyond: the static equilibrium of the start \
-         needs that; move initial_position, or the line by its key `start`",
-        line.name()
-    )))
+    Ok(())
 }
 
 /// A state for a linearisation: where the line is straight and level below the vehicle, it is that of a

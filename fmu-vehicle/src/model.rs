@@ -89,8 +89,14 @@ impl VehicleFmu {
         self.use_vehicle(key, values)
     }
 
-    /// Static equilibrium below the track as it is now.
-    fn equilibrium(&mut self, values: &Values, time: f64) -> Result<Equilibrium, Error> {
+    /// Equilibrium below the track as it is now: at rest on a straight track, otherwise in steady motion along
+    /// the line.
+    fn equilibrium(
+        &mut self,
+        values: &Values,
+        travel: Option<Travel>,
+        time: f64,
+    ) -> Result<Equilibrium, Error> {
         let holding = Holding {
             stiffness: values.real(self.parameters.holding_stiffness),
             ..Holding::default()
@@ -118,7 +124,8 @@ impl VehicleFmu {
         };
         let mut equilibrium = self
             .model
-            .railed_equilibrium(
+            .carried_equilibrium(
+                line::curved(&self.model, travel),
                 &rails,
                 &holding,
                 &guidance,
@@ -277,8 +284,9 @@ impl Model for VehicleFmu {
         values.set_real(self.adjustments.mass(), self.model.total_mass());
         let journey = self.journey.start(values, time);
         let (contact, landed) = self.contact.start(&self.model, values, journey.speed)?;
-        line::check_start(&self.model, journey.place_at(time), contact.any())?;
-        let equilibrium = self.equilibrium(values, time)?;
+        line::check_start(&self.model, contact.any())?;
+        let travel = line::travel(&self.model, &journey, time);
+        let equilibrium = self.equilibrium(values, travel, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
         self.fastest = start::fastest(&self.model, &equilibrium, &mut self.probe)?;
         let mut vehicle = if landed {
@@ -287,7 +295,7 @@ impl Model for VehicleFmu {
             self.check_levitated(values, &equilibrium.state, journey.speed)?;
             equilibrium.state
         };
-        vehicle.travel = line::travel(&self.model, &journey, time);
+        vehicle.travel = travel;
         Ok(State {
             vehicle,
             journey,
@@ -523,7 +531,7 @@ impl Model for VehicleFmu {
                 modes::report(&self.model, &state.vehicle, &forces, track.as_ref(), &options)
             }
             At::Equilibrium => {
-                let found = self.equilibrium(values, state.vehicle.time)?;
+                let found = self.equilibrium(values, state.vehicle.travel, state.vehicle.time)?;
                 let magnets = Loads { vertical: &found.loads, lateral: &found.lateral };
                 let external = &found.external;
                 let forces = AppliedForces { magnets, external, acceleration: 0.0 };

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::index::MagnetIndex;
+
 /// An error of this crate.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -56,6 +58,20 @@ pub enum Error {
         time: f64,
         /// What was not found.
         cause: track_line::Error,
+    },
+    /// The search for an equilibrium ended with a magnet where the law of its lateral guidance has ended.
+    #[error(
+        "no equilibrium: it would leave magnet {} {:.1} mm {} of its rail, where its lateral guidance has \
+         ended; the curve is too tight for the vehicle, or the force from the side too large",
+        .magnet.0 + 1,
+        1e3 * .offset.abs(),
+        if *.offset > 0.0 { "to the left" } else { "to the right" },
+    )]
+    Unguided {
+        /// The magnet.
+        magnet: MagnetIndex,
+        /// Its lateral offset, m.
+        offset: f64,
     },
     /// A value is not finite.
     #[error("{what} is not finite at t = {time} s")]

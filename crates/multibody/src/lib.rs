@@ -53,6 +53,7 @@ mod anchor;
 mod assembly;
 mod attachments;
 mod block;
+mod carried;
 mod check;
 mod composite;
 mod contact;

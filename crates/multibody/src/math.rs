@@ -34,6 +34,15 @@ pub fn conjugate(p: Quat) -> Quat {
     [p[0], -p[1], -p[2], -p[3]]
 }
 
+/// The unit quaternion of a rotation matrix.
+#[must_use]
+pub fn from_rotation_matrix(a: &Mat3) -> Quat {
+    let turn = nalgebra::UnitQuaternion::from_rotation_matrix(
+        &nalgebra::Rotation3::from_matrix_unchecked(*a),
+    );
+    [turn.w, turn.i, turn.j, turn.k]
+}
+
 /// p / |p|.
 #[inline]
 #[must_use]

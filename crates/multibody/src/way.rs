@@ -20,7 +20,7 @@ use crate::anchor::Anchor;
 use crate::error::Error;
 use crate::index::MagnetIndex;
 use crate::loads::polynomial;
-use crate::math::{Quat, Vec3, multiply};
+use crate::math::{Quat, Vec3, from_rotation_matrix, multiply};
 use crate::model::VehicleModel;
 use crate::observe::PointMotion;
 use crate::rate::BodyRate;
@@ -236,10 +236,7 @@ impl VehicleModel {
         let position = crate::observe::point_motion(body, anchor).position;
         let Ok(meeting) = way.meet(line, &position) else { return [f64::NAN; 4] };
         let turn = meeting.frame.axes.tr_mul(&way.frame.axes);
-        let turn = nalgebra::UnitQuaternion::from_rotation_matrix(
-            &nalgebra::Rotation3::from_matrix_unchecked(turn),
-        );
-        multiply([turn.w, turn.i, turn.j, turn.k], attitude)
+        multiply(from_rotation_matrix(&turn), attitude)
     }
 
     /// Finds where the magnets meet the line.

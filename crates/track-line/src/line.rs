@@ -13,6 +13,9 @@ const STEPS: usize = 20;
 /// A last step of at most this length (m) is taken by series: it loses (κ·1e-5)³/6 of the axes, and Newton's
 /// method κ·1e-10 m of the foot.
 const SHORT: f64 = 1e-5;
+/// Difference up to which curvatures (1/m), slopes and cants (rad) are the same: rounding of radii and of
+/// angles that are sums over pieces.
+const ALIKE: f64 = 1e-12;
 /// Smallest stretch, the fraction of the radius of curvature that is left below a point.
 const LEAST_STRETCH: f64 = 0.1;
 
@@ -131,6 +134,23 @@ impl Line {
         let mut ends =
             [from, to].into_iter().chain([start, end].into_iter().filter(|s| from < *s && *s < to));
         ends.all(plain) && inner.into_iter().all(plain)
+    }
+}
+
+impl Line {
+    /// Whether curvature, slope and cant are constant between two arc lengths, m.
+    pub fn is_uniform(&self, from: f64, to: f64) -> bool {
+        let [start, end] = self.extent();
+        let first = self.frame(from);
+        let uniform = |s: f64| {
+            let frame = self.frame(s);
+            let bend = (frame.curvature - first.curvature).amax() < ALIKE;
+            let tilt = (frame.axes.row(2) - first.axes.row(2)).amax() < ALIKE;
+            bend && tilt && frame.curvature_rate.amax() < ALIKE
+        };
+        let inner = self.cells.iter().map(|cell| start + cell.middle);
+        let mut places = [from, to, start, end].into_iter().chain(inner);
+        places.all(|s| s < from || s > to || uniform(s))
     }
 }
 

@@ -31,6 +31,7 @@ use self::search::Search;
 use crate::error::Error;
 use crate::loads::ExternalLoad;
 use crate::model::VehicleModel;
+use crate::way::Travel;
 use crate::workspace::Workspace;
 
 impl VehicleModel {
@@ -99,10 +100,32 @@ impl VehicleModel {
         external: &[ExternalLoad],
         ws: &mut Workspace,
     ) -> Result<Equilibrium, Error> {
+        self.carried_equilibrium(None, rails, holding, guidance, external, ws)
+    }
+
+    /// Like [`VehicleModel::railed_equilibrium`], on the line, at a place and a speed: the equilibrium of
+    /// steady motion, in which the forces balance the inertia of bodies that the line carries along. Where
+    /// curvature, slope or cant change below the vehicle, it is quasi-steady: every body has the inertia
+    /// of one that keeps its place relative to the line where it is. The bodies' velocities are those of
+    /// this motion, as far as joints allow. Without a travel it is the equilibrium of a straight track.
+    ///
+    /// # Errors
+    /// As [`VehicleModel::equilibrium`]; [`Error::OffLine`], and [`Error::Unguided`] in a curve that is too
+    /// tight.
+    pub fn carried_equilibrium(
+        &self,
+        travel: Option<Travel>,
+        rails: &Rails,
+        holding: &Holding,
+        guidance: Guidance,
+        external: &[ExternalLoad],
+        ws: &mut Workspace,
+    ) -> Result<Equilibrium, Error> {
         let Rails { height: track, side } = *rails;
         ws.touch.set(None);
-        self.follow_line(None, ws);
-        let mut state = self.initial_state();
+        ws.acceleration = 0.0;
+        self.follow_line(travel, ws);
+        let mut state = self.placed(travel)?;
         let sides = if side.is_empty() { track.len() } else { side.len() };
         self.check_lengths(&state, [track.len(), sides, external.len()])?;
         if let Some(k) = side.iter().position(|y| !y.is_finite()) {
@@ -125,17 +148,24 @@ impl VehicleModel {
             forces: vec![0.0; track.len()],
             lateral: vec![0.0; track.len()],
             restoring: vec![0.0; track.len()],
+            astray: None,
             factors: vec![0.0; statics.analysis.factorisation.storage],
             statics: &statics,
         };
+        if ws.way.is_some() {
+            // in a curve, bodies that no guidance holds would go far astray
+            let weight = self.gravity.norm() * self.composites.iter().map(|it| it.mass).sum::<f64>();
+            search.loads.fill(weight / track.len().max(1) as f64);
+        }
+        let loads = search.loads.clone();
         if external.as_flattened().iter().all(|u| *u == 0.0) {
             return search.run(&mut state, ws);
         }
         // the law of guidance holds against wind only where the magnets carry the weight, so the search
         // begins where the vehicle rests without wind, if it does
         if search.run(&mut state, ws).is_err() {
-            state = self.initial_state();
-            search.loads.fill(0.0);
+            state = self.placed(travel)?;
+            search.loads.copy_from_slice(&loads);
         }
         search.external = external;
         search.run(&mut state, ws)

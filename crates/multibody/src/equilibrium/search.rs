@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::holding::{Equilibrium, Guidance, Holding};
 use super::statics::Statics;
+use crate::dynamics::check_line;
 use crate::error::Error;
 use crate::index::MagnetIndex;
 use crate::loads::{AppliedForces, ExternalLoad, Loads, copy_external};
@@ -29,6 +30,10 @@ const PARTS: u8 = 8;
 const FAR: f64 = 0.1;
 /// Iterations without progress that count as the end of progress.
 pub(super) const PATIENCE: usize = 8;
+/// Last iterations in which a magnet where the law of guidance has ended tells why the search failed.
+const LATELY: usize = 50;
+/// Halvings of an offset to where the law of guidance holds.
+const HALVINGS: usize = 30;
 
 pub(super) struct Search<'a> {
     pub model: &'a VehicleModel,
@@ -46,6 +51,8 @@ pub(super) struct Search<'a> {
     /// Guidance forces of magnets that pull with `forces`, and how fast they fall with the offset.
     pub lateral: Vec<f64>,
     pub restoring: Vec<f64>,
+    /// The magnet (and its offset, m) that was farthest where the law of guidance has ended.
+    pub astray: Option<(MagnetIndex, f64)>,
     pub factors: Vec<f64>,
 }
 
@@ -65,7 +72,7 @@ impl Search<'_> {
                 return Ok(found);
             }
         }
-        if matches!(first, Error::Equilibrium { .. }) {
+        if matches!(first, Error::Equilibrium { .. } | Error::Unguided { .. }) {
             return Err(first);
         }
         Err(self.displaced(&start, state).unwrap_or(first))
@@ -121,10 +128,11 @@ impl Search<'_> {
         ws: &mut Workspace,
     ) -> Result<Equilibrium, Error> {
         let mut best = (f64::INFINITY, f64::INFINITY);
-        let mut stalled = 0;
+        let (mut stalled, mut astray) = (0, None);
         for iteration in 1..=self.holding.iterations {
             let move_size = self.newton(state, longest, ws)?;
             let deviation = self.hold(state);
+            astray = self.astray.map(|it| (iteration, it)).or(astray);
             // the loads follow once the springs K hold the vehicle
             if move_size <= longest {
                 self.loads.copy_from_slice(&self.forces);
@@ -140,6 +148,10 @@ impl Search<'_> {
             best = (acceleration.min(best.0), deviation.min(best.1));
             let accepted = acceleration <= ACCEPTED_ACCELERATION && deviation <= ACCEPTED_DEVIATION;
             if done || (accepted && stalled >= PATIENCE) {
+                if let Some((magnet, offset)) = self.astray {
+                    return Err(Error::Unguided { magnet, offset });
+                }
+                self.move_along(state, ws)?;
                 return Ok(Equilibrium {
                     state: state.clone(),
                     loads: self.loads.clone(),
@@ -149,6 +161,11 @@ impl Search<'_> {
                     acceleration,
                 });
             }
+        }
+        if let Some((last, (magnet, offset))) = astray
+            && last + LATELY > self.holding.iterations
+        {
+            return Err(Error::Unguided { magnet, offset });
         }
         Err(self.failure(state, ws)?)
     }
@@ -192,13 +209,45 @@ impl Search<'_> {
                 self.forces[k] += self.holding.stiffness * value;
             }
         }
-        for (k, force) in self.forces.iter().enumerate() {
+        self.astray = None;
+        for k in 0..self.forces.len() {
             let offset = self.model.magnet(state, MagnetIndex(k)).displacement;
             let gap = self.model.nominal_gap + self.track[k] - offset.z;
-            let side = self.side.get(k).copied().unwrap_or(0.0);
-            [self.lateral[k], self.restoring[k]] = (self.guidance)(*force, gap, offset.y - side);
+            let offset = offset.y - self.side.get(k).copied().unwrap_or(0.0);
+            let mut law = (self.guidance)(self.forces[k], gap, offset);
+            if !law[0].is_finite() {
+                law = self.beyond(self.forces[k], gap, offset, law);
+                let farther = self.astray.is_none_or(|(_, most)| most.abs() < offset.abs());
+                if farther && law[0].is_finite() {
+                    self.astray = Some((MagnetIndex(k), offset));
+                }
+            }
+            [self.lateral[k], self.restoring[k]] = law;
         }
         largest
+    }
+
+    /// The law of guidance where it has ended, continued by a tangent, so that the search may pass there.
+    fn beyond(&self, force: f64, gap: f64, offset: f64, law: [f64; 2]) -> [f64; 2] {
+        let mut at = offset;
+        for _ in 0..HALVINGS {
+            at *= 0.5;
+            let [pull, restoring] = (self.guidance)(force, gap, at);
+            if pull.is_finite() {
+                return [pull - restoring * (offset - at), restoring];
+            }
+        }
+        law
+    }
+
+    /// Gives the bodies of an equilibrium on a line the velocities with which it carries them, as far as the
+    /// joints allow; elsewhere they are at rest.
+    fn move_along(&self, state: &mut State, ws: &mut Workspace) -> Result<(), Error> {
+        if self.model.way(state.travel).is_none() {
+            return Ok(());
+        }
+        self.model.carry(state)?;
+        self.model.close_joints(state, ws)
     }
 
     /// One Newton step, shortened to components of at most `longest`; returns its largest one before.
@@ -214,13 +263,16 @@ impl Search<'_> {
         ws.vertical.copy_from_slice(&self.forces);
         ws.lateral.copy_from_slice(&self.lateral);
         copy_external(&mut ws.external, self.external);
+        model.carry(state)?;
         model.set_kinematics(&state.bodies, ws);
         model.apply_forces(ws);
+        check_line(state.time, ws)?;
         model.residuals(ws);
         self.assemble(ws);
         let solver = &self.statics.analysis.factorisation;
         solver.factor(&mut self.factors).map_err(|vanished| model.singular(vanished, 0.0))?;
         model.static_right_hand_side(ws);
+        self.carried_inertia(state, ws)?;
         solver.solve(&self.factors, &mut ws.solution);
         let steps = &mut ws.solution[..6 * model.composites.len()];
         // NaN counts as largest
@@ -241,7 +293,8 @@ impl Search<'_> {
         let (statics, factors) = (self.statics, &mut self.factors);
         factors.fill(0.0);
         let (holding, restoring) = (self.holding, &self.restoring);
-        self.model.stiffness(&ws.kin, &statics.fits, holding, restoring, &mut |i, j, block| {
+        let (fits, way) = (&statics.fits, ws.way.as_ref());
+        self.model.stiffness(&ws.kin, fits, holding, restoring, way, &mut |i, j, block| {
             statics.add(i, j, &block, factors);
         });
         for (joint, places) in self.model.joints.iter().zip(&statics.places.joints) {
@@ -249,12 +302,41 @@ impl Search<'_> {
         }
     }
 
-    /// Largest acceleration under the loads and the guidance forces alone.
+    fn carried_inertia(&self, state: &State, ws: &mut Workspace) -> Result<(), Error> {
+        self.model
+            .carried_inertia(&state.bodies, ws)
+            .map_err(|cause| Error::OffLine { time: state.time, cause })
+    }
+
+    /// Largest acceleration, beside that of carried bodies, under the loads and the guidance forces alone.
     fn acceleration(&self, state: &State, ws: &mut Workspace) -> Result<f64, Error> {
+        let n = 6 * self.model.composites.len();
+        if ws.way.is_some() {
+            self.unbalanced(state, ws)?;
+            return Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())));
+        }
         let magnets = Loads { vertical: &self.loads, lateral: &self.lateral };
         let forces = AppliedForces { magnets, external: self.external, acceleration: 0.0 };
         self.model.accelerations(state, forces, ws)?;
-        let n = 6 * self.model.composites.len();
         Ok(ws.solution[..n].iter().fold(0.0, |m, a| m.max(a.abs())))
+    }
+
+    /// What the forces that are not in balance with the inertia of carried bodies would accelerate.
+    fn unbalanced(&self, state: &State, ws: &mut Workspace) -> Result<(), Error> {
+        let model = self.model;
+        ws.forget();
+        ws.vertical.copy_from_slice(&self.loads);
+        ws.lateral.copy_from_slice(&self.lateral);
+        copy_external(&mut ws.external, self.external);
+        model.set_kinematics(&state.bodies, ws);
+        model.apply_forces(ws);
+        check_line(state.time, ws)?;
+        // the joints do not move
+        ws.residual.fill(0.0);
+        model.static_right_hand_side(ws);
+        self.carried_inertia(state, ws)?;
+        model.factor(state.time, ws)?;
+        model.solver.solve(&ws.factors, &mut ws.solution);
+        model.check_finite(state.time, ws)
     }
 }

@@ -140,7 +140,7 @@ impl Landing<'_> {
         let mut add = |i: crate::index::BodyIndex, j: crate::index::BodyIndex, block| {
             statics.add(i, j, &block, factors);
         };
-        model.stiffness(&ws.kin, &[], holding, &free, &mut add);
+        model.stiffness(&ws.kin, &[], holding, &free, None, &mut add);
         for k in model.magnets() {
             let row = model.magnet_row(&ws.kin, k, &Vec3::z());
             let body = model.magnets[k].body;

@@ -17,6 +17,7 @@ use crate::places::BlockPlaces;
 use crate::saddle::{add_jacobians, places, sizes};
 use crate::sample::Sample;
 use crate::state::Kinematics;
+use crate::way::Way;
 use crate::workspace::Workspace;
 
 /// Magnets of one body with the rigid-body motions that they can distinguish.
@@ -111,7 +112,7 @@ impl VehicleModel {
         }
         let mut sample = Sample::new(sizes(bodies, &self.joints), bodies);
         let restoring = vec![0.0; self.magnets.len()];
-        self.stiffness(&kin, &fits, holding, &restoring, &mut |i, j, block| {
+        self.stiffness(&kin, &fits, holding, &restoring, None, &mut |i, j, block| {
             let block = DMatrix::from_column_slice(6, 6, block.as_slice());
             if i == j {
                 sample.diagonal[i] += block;
@@ -127,13 +128,14 @@ impl VehicleModel {
         Ok(Statics { analysis, places, fits })
     }
 
-    /// The blocks of H, each pair of bodies once.
+    /// The blocks of H, each pair of bodies once. On a line the magnets and the drive act along its axes.
     pub(super) fn stiffness(
         &self,
         kin: &[Kinematics],
         fits: &[Fit],
         holding: &Holding,
         restoring: &[f64],
+        way: Option<&Way>,
         add: &mut impl FnMut(BodyIndex, BodyIndex, Matrix6<f64>),
     ) {
         let ground = self.ground();
@@ -152,12 +154,13 @@ impl VehicleModel {
                 add(e.a, e.b, a * b.transpose() * e.stiffness);
             }
         };
-        self.elastic_rows(kin, &mut sink);
+        self.elastic_rows(kin, way, &mut sink);
         for fit in fits {
             for column in fit.basis.column_iter() {
                 let mut gradient = Vector6::zeros();
                 for (weight, &k) in column.iter().zip(&fit.magnets) {
-                    gradient += self.magnet_row(kin, k, &Vec3::z()) * *weight;
+                    let up = self.axes_ahead(way, self.magnets[k].start.x).column(2).into_owned();
+                    gradient += self.magnet_row(kin, k, &up) * *weight;
                 }
                 add(fit.body, fit.body, gradient * gradient.transpose() * holding.stiffness);
             }
@@ -165,7 +168,8 @@ impl VehicleModel {
         for (k, (magnet, restoring)) in self.magnets.iter().zip(restoring).enumerate() {
             // a magnet without load has no guidance force
             if *restoring > 0.0 {
-                let row = self.magnet_row(kin, MagnetIndex(k), &Vec3::y());
+                let left = self.axes_ahead(way, magnet.start.x).column(1).into_owned();
+                let row = self.magnet_row(kin, MagnetIndex(k), &left);
                 add(magnet.body, magnet.body, row * row.transpose() * *restoring);
             }
         }
@@ -184,7 +188,12 @@ impl VehicleModel {
         Vector6::new(along.x, along.y, along.z, moment.x, moment.y, moment.z)
     }
 
-    fn elastic_rows(&self, kin: &[Kinematics], sink: &mut impl FnMut(ElasticRow)) {
+    fn elastic_rows(
+        &self,
+        kin: &[Kinematics],
+        way: Option<&Way>,
+        sink: &mut impl FnMut(ElasticRow),
+    ) {
         for bushing in &self.bushings {
             bushing.elastic_rows(kin, sink);
         }
@@ -198,12 +207,13 @@ impl VehicleModel {
         let ground = self.ground();
         for anchor in &drive.anchors {
             let body = &kin[anchor.body];
-            let m = body.a.tr_mul(&body.turn(&anchor.local).cross(&Vec3::x()));
+            let along = self.axes_ahead(way, anchor.start.x).column(0).into_owned();
+            let m = body.a.tr_mul(&body.turn(&anchor.local).cross(&along));
             sink(ElasticRow {
                 a: ground,
                 b: anchor.body,
                 row_a: JacobianRow::default(),
-                row_b: [1.0, 0.0, 0.0, m.x, m.y, m.z],
+                row_b: [along.x, along.y, along.z, m.x, m.y, m.z],
                 stiffness: drive.stiffness,
             });
         }
