@@ -28,7 +28,7 @@ HEAD = "<!-- Made by `cargo xtask codegen` from {}; do not edit. -->\n\n"
 
 def pages(root):
     """File name and content of each reference page."""
-    files = {"scenario": schema_page.SCENARIO, "criteria-file": schema_page.CRITERIA, "study-file": schema_page.STUDY, "vehicle-file": schema_page.VEHICLE, "guideway-file": schema_page.GUIDEWAY}
+    files = {"scenario": schema_page.SCENARIO, "criteria-file": schema_page.CRITERIA, "study-file": schema_page.STUDY, "vehicle-file": schema_page.VEHICLE, "guideway-file": schema_page.GUIDEWAY, "line-file": schema_page.LINE}
     for name, file in files.items():
         yield f"{name}.md", HEAD.format(file.schema) + schema_page.page(root, file)
     descriptions = sorted((root / "modelDescription").glob("*.xml"))

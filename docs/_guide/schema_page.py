@@ -64,6 +64,20 @@ An unknown key or a duplicate key is an error that names its place and the neare
     [(None, "The guideway")],
 )
 
+LINE = File(
+    "fmu-vehicle/resources/line-schema.json",
+    """# Every key of a line file
+
+All keys of `line.json`, the line of a track with curves, crests and cant, a resource of the unit [vehicle](../units/vehicle.md),
+from [its schema](../../fmu-vehicle/resources/line-schema.json), which `maglev schema line` prints. Editors that support JSON Schema
+complete and explain the keys if the file begins with `"$schema": "schema.json"`. The page
+[how does the train run through a curve?](../curves.md) explains how they work.
+
+An unknown key or a duplicate key is an error that names its place and the nearest known key. **Bold** keys are required.
+""",
+    [(None, "The line")],
+)
+
 CRITERIA = File(
     "criteria/schema.json",
     """# Every key of a criteria file

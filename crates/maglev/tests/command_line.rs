@@ -234,6 +234,7 @@ fn golden_schemas_are_printed_by_kind_of_file() {
         (vec!["tuning"], "examples/tuning/schema.json"),
         (vec!["vehicle"], "fmu-vehicle/resources/schema.json"),
         (vec!["guideway"], "fmu-guideway/resources/schema.json"),
+        (vec!["line"], "fmu-vehicle/resources/line-schema.json"),
     ] {
         let arguments: Vec<&str> = ["schema"].into_iter().chain(kind).collect();
         let ran = bench.maglev(&arguments);

@@ -17,10 +17,11 @@ Examples:
 An editor that knows JSON Schema completes and explains the keys of a file that begins with
   \"$schema\": \"schema.json\"";
 
-/// The schemas of the layouts, as the repository publishes them. Tests of `multibody` and `guideway` keep them current;
-/// so the command does without the code that makes them.
+/// The schemas of the layouts and of track lines, as the repository publishes them. Tests of `multibody`, `guideway` and
+/// `track-line` keep them current; so the command does without the code that makes them.
 const VEHICLE: &str = include_str!("../../../../fmu-vehicle/resources/schema.json");
 const GUIDEWAY: &str = include_str!("../../../../fmu-guideway/resources/schema.json");
+const LINE: &str = include_str!("../../../../fmu-vehicle/resources/line-schema.json");
 
 /// Arguments of `maglev schema`.
 #[derive(Args)]
@@ -46,6 +47,8 @@ enum FileKind {
     Vehicle,
     /// The layout of a guideway, guideway.json.
     Guideway,
+    /// The line of a track with curves, line.json of a vehicle.
+    Line,
 }
 
 /// Prints the schema.
@@ -57,5 +60,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         FileKind::Tuning => super::print(&Tuning::json_schema()),
         FileKind::Vehicle => super::print(VEHICLE),
         FileKind::Guideway => super::print(GUIDEWAY),
+        FileKind::Line => super::print(LINE),
     }
 }
