@@ -3,6 +3,7 @@
 //! They run what `cargo xtask package` built: `target/fmu/*.fmu` and `target/release/maglev`.
 
 pub mod monolithic;
+pub mod rails;
 
 use std::{
     fs,

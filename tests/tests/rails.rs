@@ -2,45 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
-use std::fs;
-
 use serde_json::{Value, json};
-use system_tests::{FinishedRun, root, scenario};
+use system_tests::rails::{bogie_on_rails, with_rails};
+use system_tests::{FinishedRun, scenario};
 
 /// The shipped bogie on its span with rails; `rails` is their description.
 fn on_rails(folder: &std::path::Path, name: &str, rails: &Value) -> FinishedRun {
-    let root = root().display().to_string();
-    let unit = |name: &str| format!("{root}/target/fmu/{name}.fmu");
-    let mut base: Value =
-        serde_json::from_str(&fs::read_to_string(scenario("one-bogie.json")).unwrap()).unwrap();
-    let connections = base["connections"].as_array_mut().unwrap();
-    for (from, to) in [
-        ("ems_[01..08].lateral_force", "guideway.lateral_force_[01..08]"),
-        ("guideway.lateral_displacement_[01..08]", "vehicle.track_lateral_displacement_[01..08]"),
-        ("guideway.lateral_rate_[01..08]", "vehicle.track_lateral_rate_[01..08]"),
-    ] {
-        connections.push(json!({ "from": from, "to": to }));
-    }
-    let girder = json!({
-        "lateral": { "bending_stiffness": 2.99e10 },
-        "torsion": { "torsional_stiffness": 1.44e10, "polar_inertia": 3776 },
-    });
-    let layout = json!({ "girders": { "table_3": girder }, "rails": rails });
-    let file = folder.join(format!("{name}.json"));
-    let patched = json!({
-        "extends": format!("{root}/scenarios/one-bogie.json"),
-        "units": {
-            "vehicle": unit("vehicle-one-bogie"), "ems": unit("ems"),
-            "guideway": { "fmu": unit("guideway-one-bogie"), "resources": { "guideway.json": layout } },
-        },
-        "connections": connections,
-        "experiment": { "stop": 8.0 },
-        "record": { "signals": ["vehicle.gap_[01..08]", "guideway.midspan_displacement_01",
-            "guideway.midspan_twist_01", "guideway.midspan_lateral_01", "vehicle.lateral_offset_[01..08]"] },
-        "plots": [],
-    });
-    fs::write(&file, patched.to_string()).unwrap();
-    FinishedRun::of(&file, &[]).unwrap()
+    FinishedRun::of(&bogie_on_rails(folder, name, &with_rails(rails)).unwrap(), &[]).unwrap()
 }
 
 fn largest(columns: &std::collections::BTreeMap<String, Vec<f64>>, part: &str) -> f64 {

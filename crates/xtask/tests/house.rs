@@ -227,7 +227,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("paper", &["analysis", "figure", "results"]),
     ("reference", &["fmi2-conformance", "fmi2-import"]),
     ("unit-tests", &["fmi2-package", "fmi2-sys"]),
-    ("system-tests", &["guideway", "magnet", "multibody"]),
+    ("system-tests", &["guideway", "magnet", "multibody", "track-line"]),
 ];
 
 /// Crates in which the compiler must refuse `unsafe`.
