@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::table::{self, ParameterHandles, Signals};
 
 /// The unit: handles of its variables, and the controller for the parameters last used.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ControllerFmu {
     signals: Signals,
     parameters: ParameterHandles,
@@ -67,6 +67,10 @@ impl Model for ControllerFmu {
             .map_err(|error| Error::caused(&error))?;
         let (workspace, rates) = (ControllerWorkspace::default(), ControllerRates::default());
         Ok(Self { signals, parameters, controller, workspace, rates })
+    }
+
+    fn copied(&self, _: &Resources) -> Option<Self> {
+        Some(self.clone())
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {

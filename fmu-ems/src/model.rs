@@ -14,7 +14,7 @@ use crate::parameters::ParameterHandles;
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
 
 /// The unit: handles of its variables, and the magnet for the parameters last used.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct EmsFmu {
     inputs: InputHandles,
     outputs: OutputHandles,
@@ -106,6 +106,10 @@ impl Model for EmsFmu {
             workspace,
             rates,
         })
+    }
+
+    fn copied(&self, resources: &Resources) -> Option<Self> {
+        Some(Self { salt: conditions::salt(resources.instance_name()), ..self.clone() })
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {

@@ -21,7 +21,7 @@ use crate::rails::{self, JointOutputs, RailOutputs};
 use crate::table::{self, DerivedHandles, InputHandles, OutputHandles};
 
 /// The unit: its layout, the handles of its variables, and the guideway last built.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct GuidewayFmu {
     layout: GuidewayDescription,
     resources: PathBuf,
@@ -37,7 +37,7 @@ pub struct GuidewayFmu {
 }
 
 /// The guideway for one set of parameters, with scratch memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Built {
     key: u64,
     guideway: Guideway,
@@ -50,7 +50,7 @@ struct Built {
 }
 
 /// The state and inputs for which the surfaces were computed.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Seen {
     valid: bool,
     time: f64,
@@ -302,6 +302,10 @@ impl Model for GuidewayFmu {
             parameters,
             built,
         })
+    }
+
+    fn copied(&self, _: &Resources) -> Option<Self> {
+        Some(self.clone())
     }
 
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {

@@ -9,7 +9,7 @@ use multibody::{Adjustable, Dimension, VehicleDescription, VehicleModel};
 pub(crate) const AS_IN_FILE: u64 = 0;
 
 /// The layout with the parameters that change it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Adjustments {
     layout: VehicleDescription,
     quantities: Vec<Adjustable>,

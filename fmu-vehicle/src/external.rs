@@ -8,7 +8,7 @@ use multibody::{ExternalLoad, VehicleModel};
 pub(crate) struct ExternalHandles(Vec<[RealVar; 6]>);
 
 /// The inputs' values, and their course over a step. Memory only: filled before each use.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct ExternalLoads {
     pub now: Vec<ExternalLoad>,
     pub course: Vec<[[f64; 4]; 6]>,

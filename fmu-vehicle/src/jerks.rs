@@ -13,7 +13,7 @@ use crate::state::State;
 use crate::table::InputHandles;
 
 /// Rates of the magnets' accelerations (down positive), with what they were computed for.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Jerks {
     known: bool,
     state: multibody::State,
@@ -29,7 +29,7 @@ pub(crate) struct Jerks {
 }
 
 /// The rail for which the rates were computed; only the laws without contact.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Rail {
     contact: Option<Contact>,
     speed: f64,

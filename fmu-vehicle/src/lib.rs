@@ -36,6 +36,7 @@ mod model;
 mod modes;
 #[cfg(test)]
 mod parameter_tests;
+mod resting;
 #[cfg(test)]
 mod sideways_tests;
 mod start;

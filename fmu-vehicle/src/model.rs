@@ -19,12 +19,13 @@ use crate::journey::JourneyHandles;
 use crate::line::{self, LineHandles};
 use crate::linear;
 use crate::modes::{self, At};
+use crate::resting::Resting;
 use crate::start;
 use crate::state::{LoadRates, State};
 use crate::table::{self, InputHandles, OutputHandles, ParameterHandles, SidewaysHandles};
 
 /// The unit: the assembled vehicle, the handles of its variables, scratch memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct VehicleFmu {
     /// A cache: built anew if a state belongs to other values of the parameters.
     model: VehicleModel,
@@ -32,6 +33,8 @@ pub struct VehicleFmu {
     key: u64,
     /// |λ| of the vehicle's fastest motion at its last start, 1/s; 0 before.
     fastest: f64,
+    /// The last equilibrium, with what it was found for.
+    resting: Resting,
     adjustments: Adjustments,
     inputs: InputHandles,
     outputs: OutputHandles,
@@ -101,6 +104,21 @@ impl VehicleFmu {
             stiffness: values.real(self.parameters.holding_stiffness),
             ..Holding::default()
         };
+        self.loads.hold(&self.external, values);
+        let external = &self.loads.now;
+        // all that the equilibrium depends on: an importer that connects units asks for it again and again
+        let numbers = [holding.stiffness, values.real(self.parameters.pole_width)];
+        let flags = [self.parameters.lateral_guidance, self.sideways.lift_loss];
+        let flags = flags.map(|flag| f64::from(u8::from(values.boolean(flag))));
+        let track = [self.inputs.track_displacement, self.sideways.displacement];
+        let track = track.map(|row| values.reals(row));
+        let carried = line::curved(&self.model, travel);
+        let way = carried.map_or([f64::NAN; 2], |it| [it.place, it.speed]);
+        let asked = [&numbers, &flags, &way, track[0], track[1], external.as_flattened()];
+        if let Some(mut known) = self.resting.find(self.key, &asked) {
+            known.state.time = time;
+            return Ok(known);
+        }
         let rails = Rails {
             height: values.reals(self.inputs.track_displacement),
             side: values.reals(self.sideways.displacement),
@@ -124,15 +142,9 @@ impl VehicleFmu {
         };
         let mut equilibrium = self
             .model
-            .carried_equilibrium(
-                line::curved(&self.model, travel),
-                &rails,
-                &holding,
-                &guidance,
-                self.loads.hold(&self.external, values),
-                &mut self.work,
-            )
+            .carried_equilibrium(carried, &rails, &holding, &guidance, external, &mut self.work)
             .map_err(|e| Error::caused(&e).context(format_args!("at t = {time} s")))?;
+        self.resting.remember(self.key, &asked, &equilibrium);
         equilibrium.state.time = time;
         Ok(equilibrium)
     }
@@ -265,6 +277,7 @@ impl Model for VehicleFmu {
             model,
             key: AS_IN_FILE,
             fastest: 0.0,
+            resting: Resting::default(),
             adjustments,
             inputs,
             outputs,
@@ -278,6 +291,10 @@ impl Model for VehicleFmu {
         })
     }
 
+    fn copied(&self, _: &Resources) -> Option<Self> {
+        Some(self.clone())
+    }
+
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<State, Error> {
         let key = self.adjustments.key(values);
         self.use_vehicle(key, values)?;
@@ -288,7 +305,11 @@ impl Model for VehicleFmu {
         let travel = line::travel(&self.model, &journey, time);
         let equilibrium = self.equilibrium(values, travel, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
-        self.fastest = start::fastest(&self.model, &equilibrium, &mut self.probe)?;
+        self.fastest = match self.resting.fastest {
+            Some(fastest) => fastest,
+            None => start::fastest(&self.model, &equilibrium, &mut self.probe)?,
+        };
+        self.resting.fastest = Some(self.fastest);
         let mut vehicle = if landed {
             self.landed(values, &contact, &equilibrium)?
         } else {

@@ -106,3 +106,39 @@ fn refusal_of_internal_steps_that_are_too_long() {
         }
     }
 }
+
+/// The last equilibrium is kept. One that is found after others, and asked for again, has the bits of a unit
+/// that was asked only once.
+#[test]
+fn invariant_21_a_kept_equilibrium_is_that_of_the_present_values() {
+    type Change = fn(&mut TestInstance);
+    let changes: [Change; 6] = [
+        |unit| set_row(unit, "track_displacement", &[1e-3; 8]),
+        |unit| set_row(unit, "track_lateral_displacement", &[2e-4; 8]),
+        |unit| unit.set_boolean("lift_loss", true).unwrap(),
+        |unit| unit.set_real("pole_width", 0.04).unwrap(),
+        |unit| unit.set_real("car_1_external_force_y", 500.0).unwrap(),
+        |unit| unit.set_real("car_1_mass", 9000.0).unwrap(),
+    ];
+    let begun = || {
+        let mut unit = unit("one-bogie");
+        unit.enter_initialization(0.0).unwrap();
+        unit
+    };
+    let shown = |unit: &mut TestInstance| {
+        let rows = ["static_load", "gap", "lateral_offset", "acceleration"];
+        rows.map(|name| row(unit, name, 8)).concat()
+    };
+    let mut asked_often = begun();
+    let mut last = shown(&mut asked_often);
+    for upto in 1..=changes.len() {
+        changes[upto - 1](&mut asked_often);
+        let (now, again) = (shown(&mut asked_often), shown(&mut asked_often));
+        let mut asked_once = begun();
+        changes[..upto].iter().for_each(|change| change(&mut asked_once));
+        assert_eq!(now, shown(&mut asked_once), "after change {upto}");
+        assert_eq!(now, again);
+        assert_ne!(now, last, "change {upto} has no effect");
+        last = now;
+    }
+}

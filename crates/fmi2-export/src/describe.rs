@@ -10,5 +10,5 @@ use crate::{Error, Model, Resources};
 /// The resources or the declarations are invalid.
 pub fn describe<M: Model>(resources: &Resources) -> Result<String, Error> {
     let (_, table) = VariableTable::declare::<M>(resources)?;
-    print(&table.interface, Some(&table.guid))
+    Ok(print(&table.interface, Some(&table.guid)))
 }

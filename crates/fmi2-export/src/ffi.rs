@@ -24,9 +24,8 @@ use crate::panics::{dropped, panic_text};
 use crate::per_type::VariableType;
 use crate::snapshot::Snapshot;
 use crate::state::{self, FmiCall};
-use crate::table::VariableTable;
 use crate::values::CText;
-use crate::{Error, Model, Resources, description, location};
+use crate::{Error, Model, Resources, description, location, shared};
 
 /// `fmi2GetTypesPlatform`: `default`.
 pub extern "C" fn get_types_platform() -> *const c_char {
@@ -94,7 +93,7 @@ unsafe fn make<M: Model>(
         unsafe { CStr::from_ptr(location) }.to_str().ok()
     };
     let resources = Resources::new(location::resources(location)).of_instance(name);
-    let (model, table) = VariableTable::declare::<M>(&resources)?;
+    let (model, table) = shared::declare::<M>(&resources)?;
     let own = description::braced(&table.guid);
     if guid != own {
         return Err(Error::invalid(format!(

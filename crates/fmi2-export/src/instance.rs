@@ -1,5 +1,7 @@
 //! One instance of a unit: its values, mode and time, initialization and evaluation.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
@@ -49,7 +51,7 @@ pub(crate) struct ExportedInstance {
     pub(crate) progress: InstanceProgress,
     pub(crate) values: Values,
     pub(crate) model: Box<dyn ErasedModel>,
-    pub(crate) table: VariableTable,
+    pub(crate) table: Arc<VariableTable>,
     pub(crate) logger: Logger,
     /// Messages on events, sent when the call is over.
     pub(crate) events: Vec<String>,
@@ -60,7 +62,7 @@ pub(crate) struct ExportedInstance {
 impl ExportedInstance {
     pub(crate) fn new(
         model: Box<dyn ErasedModel>,
-        table: VariableTable,
+        table: Arc<VariableTable>,
         resources: Resources,
         logger: Logger,
     ) -> Self {
@@ -131,7 +133,7 @@ impl ExportedInstance {
                 let text = "the resources have changed since the instantiation; instantiate again";
                 return Err(Error::invalid(text));
             }
-            self.table = table;
+            self.table = Arc::new(table);
             self.scratch = None;
         }
         self.model.forget();

@@ -21,6 +21,7 @@ mod panics;
 mod per_type;
 mod resources;
 mod scratch;
+mod shared;
 mod snapshot;
 mod state;
 mod state_space;

@@ -39,12 +39,19 @@ pub trait Model: Sized + Send + 'static {
 
     /// Reads the resources, declares every variable once and keeps the returned handles.
     ///
-    /// Runs at every `fmi2Instantiate` and when the description is printed; the same resources
-    /// must give the same declarations.
+    /// Runs at every `fmi2Instantiate` (but see [`Model::copied`]) and when the description is printed; the
+    /// same resources must give the same declarations.
     ///
     /// # Errors
     /// A resource is missing or invalid.
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error>;
+
+    /// A model for another instance with the same resources: what [`Model::declare`] would return for them.
+    /// With it, further instances in a process start faster, since nothing is declared again. The kit asks a
+    /// model that no call but `declare` has changed, or a copy of one. The default, `None`, declares again.
+    fn copied(&self, _resources: &Resources) -> Option<Self> {
+        None
+    }
 
     /// The state at `time` as a pure function of the values of parameters and inputs. Also sets
     /// the calculated parameters.

@@ -13,8 +13,16 @@ use crate::Error;
 pub struct Resources {
     folder: PathBuf,
     instance: String,
-    /// Names and hashes of the files read, in order.
-    read: RefCell<Vec<(String, Uuid)>>,
+    read: RefCell<Reads>,
+}
+
+/// Files that were read, in order.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub(crate) struct Reads {
+    /// Names and hashes of the files read.
+    present: Vec<(String, Uuid)>,
+    /// Names of files that were looked for and are missing.
+    missing: Vec<String>,
 }
 
 impl Resources {
@@ -60,8 +68,7 @@ impl Resources {
         let content = std::fs::read(&path).map_err(|error| {
             Error::invalid(format!("resource {name}: cannot read {}: {error}", path.display()))
         })?;
-        let hash = Uuid::new_v5(&Uuid::NAMESPACE_OID, &content);
-        self.read.borrow_mut().push((name.to_owned(), hash));
+        self.read.borrow_mut().present.push((name.to_owned(), hash(&content)));
         Ok(content)
     }
 
@@ -79,7 +86,11 @@ impl Resources {
     /// # Errors
     /// It exists but cannot be read, or the name points outside the folder.
     pub fn read_if_present(&self, name: &str) -> Result<Option<Vec<u8>>, Error> {
-        if self.inside(name)?.exists() { self.read(name).map(Some) } else { Ok(None) }
+        if self.inside(name)?.exists() {
+            return self.read(name).map(Some);
+        }
+        self.read.borrow_mut().missing.push(name.to_owned());
+        Ok(None)
     }
 
     fn inside(&self, name: &str) -> Result<PathBuf, Error> {
@@ -92,14 +103,32 @@ impl Resources {
         Ok(self.folder.join(path))
     }
 
+    /// The files read so far.
+    pub(crate) fn reads(&self) -> Reads {
+        self.read.borrow().clone()
+    }
+
+    /// Whether these files would be read with the same content now.
+    pub(crate) fn have(&self, reads: &Reads) -> bool {
+        let same = |(name, known): &(String, Uuid)| {
+            std::fs::read(self.folder.join(name)).is_ok_and(|content| hash(&content) == *known)
+        };
+        reads.present.iter().all(same)
+            && !reads.missing.iter().any(|name| self.folder.join(name).exists())
+    }
+
     /// Names and hashes of the files read so far, as bytes for the GUID.
     pub(crate) fn fingerprint(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        for (name, hash) in self.read.borrow().iter() {
+        for (name, hash) in &self.read.borrow().present {
             bytes.extend_from_slice(name.as_bytes());
             bytes.push(0);
             bytes.extend_from_slice(hash.as_bytes());
         }
         bytes
     }
+}
+
+fn hash(content: &[u8]) -> Uuid {
+    crate::description::version_5(&Uuid::NAMESPACE_OID, content)
 }

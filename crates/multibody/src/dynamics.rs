@@ -43,6 +43,7 @@ impl VehicleModel {
             travel: None,
             met: self.line.as_ref().map_or(Vec::new(), |_| vec![None; self.magnets.len()]),
             lost: None,
+            statics: None,
         }
     }
 

@@ -1,8 +1,11 @@
 //! Scratch memory of an evaluation, and what it remembers of the last one.
 
+use std::sync::Arc;
+
 use track_line::Meeting;
 
 use crate::contact::{ContactScratch, TrackContact};
+use crate::equilibrium::{Holding, Statics};
 use crate::index::BodyIndex;
 use crate::joint::JacobianRow;
 use crate::loads::{AppliedForces, ExternalLoad};
@@ -49,6 +52,8 @@ pub struct Workspace {
     pub(crate) met: Vec<Option<Meeting>>,
     /// A point that has no place on the line.
     pub(crate) lost: Option<track_line::Error>,
+    /// The last static problem, without its numbers.
+    pub(crate) statics: Option<(Holding, Arc<Statics>)>,
 }
 
 /// Bitwise equality: 0 and −0 differ, because they can lead to different results.

@@ -5,7 +5,7 @@ mod info;
 mod rules;
 mod unit_of_measure;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 
 pub use declaration::Declaration;
 pub use info::{DefaultExperiment, Info, Limits};
@@ -119,8 +119,9 @@ macro_rules! row {
 }
 row!(Real Integer Boolean Text);
 
-/// Variables that each output (by index of declaration) depends on.
-pub(crate) type Dependencies = BTreeMap<usize, BTreeSet<usize>>;
+/// Variables that each output (by index of declaration) depends on: ascending and each once when the table
+/// is finished.
+pub(crate) type Dependencies = BTreeMap<usize, Vec<usize>>;
 
 /// The table of a unit's variables, filled by [`Model::declare`](crate::Model::declare).
 ///
@@ -241,7 +242,7 @@ impl Interface {
     ) {
         let (unknowns, knowns) = self.resolve(outputs.into(), inputs);
         for unknown in unknowns {
-            self.depends.entry(unknown).or_default().extend(&knowns);
+            self.depends.entry(unknown).or_default().extend_from_slice(&knowns);
         }
     }
 
@@ -258,7 +259,7 @@ impl Interface {
     ) {
         let pairs = self.pairs(outputs.into(), inputs.into());
         for (unknown, known) in pairs {
-            self.depends.entry(unknown).or_default().insert(known);
+            self.depends.entry(unknown).or_default().push(known);
         }
     }
 
@@ -271,7 +272,7 @@ impl Interface {
     ) {
         let (unknowns, knowns) = self.resolve(unknowns.into(), knowns);
         for unknown in unknowns {
-            self.initially.entry(unknown).or_default().extend(&knowns);
+            self.initially.entry(unknown).or_default().extend_from_slice(&knowns);
         }
     }
 
@@ -288,7 +289,7 @@ impl Interface {
     ) {
         let pairs = self.pairs(unknowns.into(), knowns.into());
         for (unknown, known) in pairs {
-            self.initially.entry(unknown).or_default().insert(known);
+            self.initially.entry(unknown).or_default().push(known);
         }
     }
 
@@ -302,15 +303,19 @@ impl Interface {
         self.faults.push(text.into());
     }
 
-    /// Indices of declaration of a row.
-    fn indices(&mut self, row: VariableRow) -> Vec<usize> {
-        let table = self.by_type.get(row.kind);
+    /// Adds the indices of declaration of a row.
+    fn add_indices(&mut self, row: VariableRow, indices: &mut Vec<usize>) {
         let range = row.first as usize..row.first as usize + row.count as usize;
-        if let Some(indices) = table.get(range) {
-            return indices.to_vec();
+        match self.by_type.get(row.kind).get(range) {
+            Some(found) => indices.extend_from_slice(found),
+            None => self.fault("a dependency names a variable that another interface declared"),
         }
-        self.fault("a dependency names a variable that another interface declared");
-        Vec::new()
+    }
+
+    fn indices(&mut self, row: VariableRow) -> Vec<usize> {
+        let mut indices = Vec::with_capacity(row.count as usize);
+        self.add_indices(row, &mut indices);
+        indices
     }
 
     fn resolve<I: Into<VariableRow> + Copy>(
@@ -318,8 +323,11 @@ impl Interface {
         unknowns: VariableRow,
         knowns: &[I],
     ) -> (Vec<usize>, Vec<usize>) {
-        let knowns = knowns.iter().flat_map(|&row| self.indices(row.into())).collect();
-        (self.indices(unknowns), knowns)
+        let mut indices = Vec::new();
+        for &row in knowns {
+            self.add_indices(row.into(), &mut indices);
+        }
+        (self.indices(unknowns), indices)
     }
 
     fn pairs(&mut self, unknowns: VariableRow, knowns: VariableRow) -> Vec<(usize, usize)> {
@@ -353,6 +361,11 @@ impl Interface {
 
     /// Checks the whole table once everything is declared.
     pub(crate) fn finish(mut self) -> Result<Self, Error> {
+        for knowns in self.depends.values_mut().chain(self.initially.values_mut()) {
+            // not unstable: they are mostly runs in order already
+            knowns.sort();
+            knowns.dedup();
+        }
         let mut faults = std::mem::take(&mut self.faults);
         rules::check_table(&self, &mut faults);
         if faults.is_empty() {

@@ -161,12 +161,11 @@ fn check_dependencies(
     faults: &mut Vec<String>,
     is_known: impl Fn(&DeclaredVariable) -> bool,
 ) {
+    let known: Vec<bool> = interface.variables.iter().map(is_known).collect();
     for (&unknown, knowns) in dependencies {
-        for known in knowns.iter().map(|&known| &interface.variables[known]) {
-            if !is_known(known) {
-                let name = &interface.variables[unknown].name;
-                faults.push(format!("{name} cannot depend on {}", known.name));
-            }
+        for &wrong in knowns.iter().filter(|&&index| !known[index]) {
+            let [name, wrong] = [unknown, wrong].map(|index| &interface.variables[index].name);
+            faults.push(format!("{name} cannot depend on {wrong}"));
         }
     }
 }

@@ -28,6 +28,7 @@ mod statics;
 pub use holding::{Equilibrium, Guidance, Holding, Rails};
 
 use self::search::Search;
+pub(crate) use self::statics::Statics;
 use crate::error::Error;
 use crate::loads::ExternalLoad;
 use crate::model::VehicleModel;
@@ -136,7 +137,7 @@ impl VehicleModel {
             let what = format!("the track's height at magnet {}", k + 1);
             return Err(Error::NotFinite { what, time: 0.0 });
         }
-        let statics = self.static_problem(holding)?;
+        let statics = self.static_problem(holding, ws)?;
         let mut search = Search {
             model: self,
             holding,

@@ -53,7 +53,7 @@ impl VehicleModel {
         }
         let still = vec![0.0; track.len()];
         let track = TrackContact { contact: *contact, speed: 0.0, height: track, rate: &still };
-        let statics = self.static_problem(holding)?;
+        let statics = self.static_problem(holding, ws)?;
         let factors = vec![0.0; statics.analysis.factorisation.storage];
         let mut landing = Landing {
             model: self,

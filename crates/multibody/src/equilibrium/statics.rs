@@ -1,5 +1,7 @@
 //! The matrix H of the static problem: elastic stiffness, holding springs and inertia.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::holding::Holding;
@@ -103,7 +105,23 @@ impl VehicleModel {
         fits
     }
 
-    pub(super) fn static_problem(&self, holding: &Holding) -> Result<Statics, Error> {
+    /// The static problem; the workspace keeps it for the next search.
+    pub(super) fn static_problem(
+        &self,
+        holding: &Holding,
+        ws: &mut Workspace,
+    ) -> Result<Arc<Statics>, Error> {
+        if let Some((known, statics)) = &ws.statics
+            && known == holding
+        {
+            return Ok(statics.clone());
+        }
+        let statics = Arc::new(self.analyse_statics(holding)?);
+        ws.statics = Some((*holding, statics.clone()));
+        Ok(statics)
+    }
+
+    fn analyse_statics(&self, holding: &Holding) -> Result<Statics, Error> {
         let bodies = self.composites.len();
         let fits = self.fits();
         let mut kin = vec![Kinematics::at_rest(); bodies + 1];
