@@ -18,6 +18,7 @@
 mod activity;
 mod answer;
 pub mod archive;
+mod cache;
 mod component;
 pub mod description;
 pub mod exchange;

@@ -1,6 +1,8 @@
 //! An FMU, unpacked into a temporary folder, with its description.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,6 +10,7 @@ use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use thiserror::Error;
 
 use crate::archive::{ArchiveError, FmuArchive};
+use crate::cache::Cache;
 use crate::description::{DescriptionError, Finding, ModelDescription, Severity};
 use crate::scratch::Scratch;
 
@@ -144,14 +147,8 @@ impl Package {
             .map_err(|source| PackageError::Description { path: path.to_owned(), source })?;
         let folder = Scratch::new()
             .map_err(|source| PackageError::Folder { path: path.to_owned(), source })?;
-        let binaries = format!("binaries/{PLATFORM}/");
-        archive
-            .unpack(folder.path(), |name| {
-                name.starts_with(&binaries)
-                    || name.starts_with("resources/")
-                    || name.starts_with(REFERENCE_RESULTS)
-            })
-            .map_err(archived)?;
+        let once = description.co_simulation.can_be_instantiated_only_once_per_process;
+        unpack(path, &mut archive, folder.path(), !once).map_err(archived)?;
         // an FMU may write to its resources, even if the archive contains none
         let resources = folder.path().join("resources");
         std::fs::create_dir_all(&resources)
@@ -320,6 +317,38 @@ impl Package {
     pub fn resources(&self) -> PathBuf {
         self.folder.path().join("resources")
     }
+}
+
+/// Unpacks binaries for this system, resources and reference results, or takes them from the cache. Libraries may be
+/// `linked` to the cache if it does not matter that two packages then load the same one.
+fn unpack(
+    path: &Path,
+    archive: &mut FmuArchive<BufReader<File>>,
+    folder: &Path,
+    linked: bool,
+) -> Result<(), ArchiveError> {
+    let binaries = format!("binaries/{PLATFORM}/");
+    let wanted = |name: &str| {
+        name.starts_with(&binaries)
+            || name.starts_with("resources/")
+            || name.starts_with(REFERENCE_RESULTS)
+    };
+    let cache = Cache::of_user();
+    // without a cache, or if it cannot be used, the archive is unpacked
+    let slot = cache.as_ref().map(|cache| cache.slot(path, archive.entries(wanted), linked));
+    let slot = slot.and_then(Result::ok).flatten();
+    let Some(slot) = slot else { return archive.unpack(folder, wanted) };
+    if slot.fill(folder).is_ok() {
+        return archive.make_folders(folder, wanted);
+    }
+    let failed = |source| ArchiveError::Write { path: folder.to_owned(), source };
+    for left in std::fs::read_dir(folder).map_err(failed)?.flatten() {
+        std::fs::remove_dir_all(left.path()).map_err(failed)?;
+    }
+    archive.unpack(folder, wanted)?;
+    // nothing depends on it
+    let _ = slot.keep(folder);
+    Ok(())
 }
 
 /// The files in a folder, by their paths in the FMU.

@@ -34,11 +34,24 @@ const RATIO_FREE_SIZE: u64 = 16 << 20;
 /// Largest modelDescription.xml, in bytes.
 pub const MAX_DESCRIPTION_SIZE: u64 = 64 << 20;
 
+/// A file in an archive.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Entry {
+    /// Checked name, with forward slashes.
+    pub name: String,
+    /// Unpacked size in bytes.
+    pub size: u64,
+    /// CRC-32 of the unpacked content.
+    pub crc: u32,
+}
+
 /// An opened archive whose entry names have all been checked.
 pub struct FmuArchive<R> {
     zip: ZipArchive<R>,
     /// checked name of each entry in zip order; `None` for folders
     names: Vec<Option<String>>,
+    /// unpacked size and CRC-32 of each entry, as its header says
+    checks: Vec<(u64, u32)>,
     /// checked names of the folders that have an entry of their own
     folders: Vec<String>,
     /// tolerated defects
@@ -71,6 +84,7 @@ impl<R: Read + Seek> FmuArchive<R> {
             return Err(ArchiveError::TooMany { count: zip.len() });
         }
         let mut names = Vec::with_capacity(zip.len());
+        let mut checks = Vec::with_capacity(zip.len());
         let mut seen = HashSet::with_capacity(zip.len());
         let (mut folders, mut warnings) = (Vec::new(), Vec::new());
         let mut total = 0_u64;
@@ -82,6 +96,7 @@ impl<R: Read + Seek> FmuArchive<R> {
             }
             let name = safe_name(&raw, &mut warnings)?;
             let size = entry.size();
+            checks.push((size, entry.crc32()));
             let ratio_limit = entry.compressed_size().saturating_mul(MAX_RATIO);
             let limit = MAX_ENTRY_SIZE.min(ratio_limit.max(RATIO_FREE_SIZE));
             if size > limit {
@@ -104,12 +119,23 @@ impl<R: Read + Seek> FmuArchive<R> {
                 names.push(name);
             }
         }
-        Ok(Self { zip, names, folders, warnings })
+        Ok(Self { zip, names, checks, folders, warnings })
     }
 
     /// Names of all files, checked and with forward slashes.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         self.names.iter().flatten().map(String::as_str)
+    }
+
+    /// The files whose name `wanted` accepts.
+    pub(crate) fn entries(&self, wanted: impl Fn(&str) -> bool) -> Vec<Entry> {
+        let entries = self.names.iter().zip(&self.checks);
+        entries
+            .filter_map(|(name, &(size, crc))| {
+                let name = name.clone().filter(|name| wanted(name))?;
+                Some(Entry { name, size, crc })
+            })
+            .collect()
     }
 
     /// Tolerated defects.
@@ -175,6 +201,15 @@ impl<R: Read + Seek> FmuArchive<R> {
             let mut file = File::create_new(&path).map_err(failed)?;
             self.copy(index, &name, MAX_ENTRY_SIZE, &mut file)?;
         }
+        self.make_folders(folder, wanted)
+    }
+
+    /// Creates the folders whose name with a slash at its end `wanted` accepts.
+    pub(crate) fn make_folders(
+        &self,
+        folder: &Path,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<(), ArchiveError> {
         for name in self.folders.iter().filter(|name| wanted(&format!("{name}/"))) {
             let path = folder.join(name);
             fs::create_dir_all(&path).map_err(|source| ArchiveError::Write { path, source })?;
