@@ -50,6 +50,6 @@ pub use newton::Newton;
 pub use outside::Outside;
 pub use power::PowerMeter;
 pub use schedule::{Schedule, StepGroup};
-pub use taylor::Taylor;
+pub use taylor::{COEFFICIENTS, Taylor};
 pub use unit::{Capabilities, PLACES, Unit};
 pub use workers::Workers;

@@ -159,6 +159,8 @@ pub struct Links {
     pub given: Vec<InputIndex>,
     /// Highest derivative that the unit provides, per Real output.
     pub offered: Vec<usize>,
+    /// Whether Real outputs that have second derivatives are interpolated with them: order 6.
+    pub bends: bool,
     /// Sizes of the Real outputs. Missing ones have the default.
     pub sizes: Vec<Size>,
     /// The inputs that each Real output depends on directly. Missing ones depend on all.

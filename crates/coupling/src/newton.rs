@@ -27,7 +27,7 @@ use super::algorithm::Algorithm;
 use super::exchange::Exchange;
 use super::index::{SignalIndex, UnitIndex};
 use super::links::UnitValues;
-use super::sweeps::Sweeps;
+use super::sweeps::{Sweeps, in_steps};
 use super::unit::{ITERATION, Unit};
 use super::workers::Workers;
 use results::summary::Iteration;
@@ -73,7 +73,7 @@ struct Column {
     outputs: Vec<(Component, f64)>,
 }
 
-/// A component of a signal's end: 0 the value, 1 the first derivative times the step.
+/// A component of a signal's end: the derivative of that order times as many steps.
 type Component = (SignalIndex, usize);
 
 impl Jacobian {
@@ -189,11 +189,12 @@ impl Newton {
         step(exchange, &mut base)?;
         let mut columns = Vec::new();
         for signal in self.inputs(exchange, k) {
-            let end = [exchange.signal(signal).now()[0], exchange.signal(signal).now()[1]];
+            let now = exchange.signal(signal).now();
+            let end = [now[0], now[1], now[2]];
             let nudge = exchange.allowed_error(signal, NUDGE);
             for component in 0..components(exchange, signal) {
                 let mut other = end;
-                other[component] += if component == 0 { nudge } else { nudge / size };
+                other[component] += nudge / in_steps([1.0; 3], size)[component];
                 exchange.assume(signal, other, size);
                 step(exchange, &mut moved)?;
                 let mut outputs = Vec::new();
@@ -201,7 +202,7 @@ impl Newton {
                     let (_, place) = exchange.origin(output);
                     let (before, after) = (&base.reals[place], &moved.reals[place]);
                     for c in 0..components(exchange, output) {
-                        let unit = if c == 0 { 1.0 } else { size };
+                        let unit = in_steps([1.0; 3], size)[c];
                         let gain = unit * (after[c] - before[c]) / nudge;
                         if gain != 0.0 {
                             outputs.push(((output, c), gain));
@@ -221,10 +222,10 @@ impl Newton {
             .sweeps
             .feedback
             .iter()
-            .flat_map(|&(signal, rate)| (0..=usize::from(rate)).map(move |c| (signal, c)))
+            .flat_map(|&(signal, highest)| (0..=highest).map(move |c| (signal, c)))
             .collect();
-        let place = |(signal, component): Component| 2 * signal.0 + component;
-        let count = 2 * exchange.signal_count();
+        let place = |(signal, component): Component| 3 * signal.0 + component;
+        let count = 3 * exchange.signal_count();
         let scales = &self.sweeps.scales;
         let mut matrix = DMatrix::identity(unknowns.len(), unknowns.len());
         let mut changed = vec![0.0; count];
@@ -269,7 +270,7 @@ impl Newton {
 }
 
 fn components(exchange: &Exchange, signal: SignalIndex) -> usize {
-    1 + usize::from(exchange.signal(signal).offered() > 0)
+    1 + exchange.signal(signal).ends()
 }
 
 impl<U: Unit> Algorithm<U> for Newton {

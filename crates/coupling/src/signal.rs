@@ -26,7 +26,10 @@
 //!
 //! p'' = (6(y₁ − y₀)/h − 4y₀' − 2y₁')/h,  p''' = (6(y₀' + y₁') − 12(y₁ − y₀)/h)/h².
 //!
-//! Without, the polynomial of degree m = max(N, 1), or lower with a short history, through
+//! A signal of order 6 that has second derivatives is the polynomial of degree 5 through value and two
+//! derivatives at both ends instead ([`Taylor::quintic`]), error O(h⁶).
+//!
+//! Without derivatives, the polynomial of degree m = max(N, 1), or lower with a short history, through
 //! y₁, y₀, y₋₁, y₋₂ at h, 0, −s, −s−s', error O(h^(m+1)); g₁₀ = (y₁ − y₀)/h and so on:
 //!
 //! | m | p' | p'' | p''' |
@@ -42,7 +45,7 @@
 //! there ([`Effect::Jump`]), and the slopes of the unit's other outputs ([`Effect::Kink`]). A polynomial
 //! never combines data from both sides: the history restarts with the point at tₙ₊₁. After a jump,
 //! interpolation uses the Taylor polynomial about the end. After a kink, it uses the parabola through
-//! y₀ with y₁ and y₁', or the line through both values. A signal that kinks at every communication
+//! y₀ with y₁ and y₁' (of order 6: the cubic with y₁'' as well), or the line through both values. A signal that kinks at every communication
 //! point, such as the acceleration under a sampled controller, is announced by its connection.
 
 use serde::{Deserialize, Serialize};
@@ -76,6 +79,8 @@ pub struct Signal {
     offered: usize,
     /// N: degree of the extrapolation, 0 to 3.
     degree: usize,
+    /// Highest derivative at both ends that interpolation uses, 0 to 2.
+    ends: usize,
     /// Whether it changes at communication points only.
     held: bool,
     /// Discontinuity at the beginning of the current step.
@@ -93,8 +98,8 @@ pub struct Signal {
     /// Whether the source has stepped ahead and the polynomial interpolates.
     ahead: bool,
     polynomial: Taylor,
-    /// Extrapolated value and first derivative at the step's end.
-    predicted: [f64; 2],
+    /// Extrapolated value and first two derivatives at the step's end.
+    predicted: [f64; 3],
     /// Value at the step's end that units used which stepped before the source.
     assumed: f64,
 }
@@ -103,7 +108,21 @@ impl Signal {
     /// A signal whose source provides derivatives up to `offered`, extrapolated with `degree`.
     #[must_use]
     pub fn new(offered: usize, degree: usize) -> Self {
-        Self { offered: offered.min(3), degree: degree.min(3), ..Self::default() }
+        let (offered, degree) = (offered.min(3), degree.min(3));
+        Self { offered, degree, ends: offered.min(1), ..Self::default() }
+    }
+
+    /// The same, interpolated with second derivatives if the source provides them: order 6.
+    #[must_use]
+    pub fn with_bends(self) -> Self {
+        Self { ends: self.offered.min(2), ..self }
+    }
+
+    /// Highest derivative at both ends that its interpolation uses, 0 to 2.
+    #[inline]
+    #[must_use]
+    pub fn ends(&self) -> usize {
+        self.ends
     }
 
     /// A signal that changes at communication points only.
@@ -128,7 +147,7 @@ impl Signal {
     /// Whether both signals are represented in the same way, by the same kind of data.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
-        let kind = |it: &Self| (it.offered, it.degree, it.held);
+        let kind = |it: &Self| (it.offered, it.degree, it.ends, it.held);
         kind(self) == kind(other) && other.known <= 3
     }
 
@@ -198,10 +217,10 @@ impl Signal {
         }
     }
 
-    /// Value and first derivative that the extrapolation gives at the end of the step.
+    /// Value and first two derivatives that the extrapolation gives at the end of the step.
     #[inline]
     #[must_use]
-    pub fn predicted(&self) -> [f64; 2] {
+    pub fn predicted(&self) -> [f64; 3] {
         self.predicted
     }
 
@@ -222,6 +241,7 @@ impl Signal {
             return p;
         }
         match (limit, self.ahead) {
+            (3 | 4, true) if self.ends > 1 => p.reduced(limit, h),
             (3.., _) => p,
             (0, true) => Taylor::constant(self.points[0][0]),
             (_, true) => p.ending_at(self.points[0][0], limit, h),
@@ -261,18 +281,17 @@ impl Signal {
                 }
             }
         }
-        self.predicted = [p.value(h), p.rate(h)];
+        self.predicted = [p.value(h), p.rate(h), p[2] + h * p[3]];
         self.assumed = self.predicted[0];
         self.polynomial = p;
     }
 
-    /// Computes the polynomial from an assumed value and first derivative at the step's end, which
-    /// replace those of the source.
+    /// Computes the polynomial from an assumed value and first derivatives at the step's end, which
+    /// replace those of the source as far as [`ends`](Self::ends) says.
     #[inline]
-    pub fn assume(&mut self, end: [f64; 2], h: f64) {
-        self.points[0][0] = end[0];
-        if self.offered > 0 {
-            self.points[0][1] = end[1];
+    pub fn assume(&mut self, end: [f64; 3], h: f64) {
+        for (now, end) in self.points[0].0.iter_mut().zip(&end[..=self.ends]) {
+            *now = *end;
         }
         self.interpolate(h);
         self.assumed = end[0];
@@ -298,25 +317,26 @@ impl Signal {
         self.polynomial = if self.effect == Effect::Jump {
             // about the end of the step, with the derivatives that the source provides there
             end.up_to(self.offered).shifted(-h)
+        } else if self.effect == Effect::Kink && self.ends >= 2 {
+            let twist = 6.0 * (end[0] - begin[0] - h * (end[1] - 0.5 * h * end[2])) / (h * h * h);
+            Taylor::cubic([end[0], end[1], end[2], twist]).shifted(-h)
         } else if self.effect == Effect::Kink && self.offered >= 1 {
-            Taylor([begin[0], 2.0 * slope - end[1], 2.0 * (end[1] - slope) / h, 0.0])
+            Taylor::cubic([begin[0], 2.0 * slope - end[1], 2.0 * (end[1] - slope) / h, 0.0])
+        } else if self.ends >= 2 {
+            let data = |p: &Taylor| [p[0], p[1], p[2]];
+            Taylor::quintic(data(&begin), data(&end), h)
         } else if self.offered >= 1 {
-            Taylor([
-                begin[0],
-                begin[1],
-                (6.0 * slope - 4.0 * begin[1] - 2.0 * end[1]) / h,
-                (6.0 * (begin[1] + end[1]) - 12.0 * slope) / (h * h),
-            ])
+            Taylor::hermite([begin[0], begin[1]], [end[0], end[1]], h)
         } else {
             let (y0, ym, ymm) = (begin[0], before[0], earlier[0]);
             let m = self.degree.max(1).min(self.known);
             if m <= 1 {
-                Taylor([y0, slope, 0.0, 0.0])
+                Taylor::cubic([y0, slope, 0.0, 0.0])
             } else {
                 let [_, s, r] = self.steps;
                 let back = (y0 - ym) / s;
                 let bend = (slope - back) / (h + s);
-                let mut p = Taylor([y0, slope - h * bend, 2.0 * bend, 0.0]);
+                let mut p = Taylor::cubic([y0, slope - h * bend, 2.0 * bend, 0.0]);
                 if m == 3 {
                     let earlier_bend = (back - (ym - ymm) / r) / (s + r);
                     let twist = (bend - earlier_bend) / (h + s + r);

@@ -3,7 +3,8 @@
 //! In a sweep the members step one after the other, as in Gauss-Seidel. Signals of members that
 //! have stepped in the sweep are interpolated. Those of members that have not, the *feedback
 //! signals*, are assumed: the vector x holds value y and first derivative h·y' of each at the end of
-//! the step, which with the data at the step's beginning make a Hermite polynomial. The ends of the
+//! the step (with order 6 also h²·y''), which with the data at the step's beginning make a Hermite
+//! polynomial. The ends of the
 //! sweep itself are the image G(x), and the step is solved when x = G(x). The first sweep is a
 //! Gauss-Seidel step with the extrapolated signals as x. For later ones the units return to the
 //! states saved at the step's beginning.
@@ -21,6 +22,15 @@ use super::unit::{ITERATION, Unit};
 use super::workers::{Phase, Task, Workers};
 use scenario::algorithm::IterationSettings;
 
+/// Error that is allowed of y, h·y' and h²·y'' at the end of a step, relative to that of the signal.
+/// An error of h²·y'' moves the polynomial by at most a sixtieth of it.
+const WEIGHTS: [f64; 3] = [1.0, 1.0, 10.0];
+
+/// y, h·y' and h²·y''.
+pub(super) fn in_steps([value, rate, bend]: [f64; 3], size: f64) -> [f64; 3] {
+    [value, size * rate, size * size * bend]
+}
+
 /// Sweeps over some units.
 pub(super) struct Sweeps {
     pub(super) order: Vec<UnitIndex>,
@@ -28,8 +38,8 @@ pub(super) struct Sweeps {
     first: Vec<Phase>,
     /// phases of the units that can repeat a step; set when the capabilities are known
     again: Option<Vec<Phase>>,
-    /// feedback signals, and whether their derivative is an unknown too
-    pub(super) feedback: Vec<(SignalIndex, bool)>,
+    /// feedback signals, and the highest derivative of each that is an unknown too
+    pub(super) feedback: Vec<(SignalIndex, usize)>,
     workers: Arc<Workers>,
     pub(super) x: Vec<f64>,
     pub(super) image: Vec<f64>,
@@ -93,7 +103,7 @@ impl Sweeps {
         let mut repeats = vec![false; exchange.len()];
         again.iter().for_each(|&k| repeats[k] = true);
         let mut known = vec![false; exchange.signal_count()];
-        let mut feedback: Vec<(SignalIndex, bool)> = Vec::new();
+        let mut feedback: Vec<(SignalIndex, usize)> = Vec::new();
         for &target in &again {
             for (_, signal, _) in exchange.sources(target) {
                 let (source, _) = exchange.origin(signal);
@@ -101,11 +111,11 @@ impl Sweeps {
                     && self.is_moved(exchange, signal)
                     && self.feeds_back(exchange, signal, target);
                 if wanted && !std::mem::replace(&mut known[signal], true) {
-                    feedback.push((signal, exchange.signal(signal).offered() > 0));
+                    feedback.push((signal, exchange.signal(signal).ends()));
                 }
             }
         }
-        let size = feedback.iter().map(|(_, derivative)| 1 + usize::from(*derivative)).sum();
+        let size = feedback.iter().map(|(_, highest)| 1 + highest).sum();
         self.x = vec![0.0; size];
         self.image = vec![0.0; size];
         self.scales = vec![1.0; size];
@@ -139,15 +149,12 @@ impl Sweeps {
             }
         }
         let mut i = 0;
-        for &(signal, derivative) in &self.feedback {
-            let [value, rate] = exchange.signal(signal).predicted();
+        for &(signal, highest) in &self.feedback {
+            let predicted = in_steps(exchange.signal(signal).predicted(), size);
             let scale = exchange.allowed_error(signal, self.settings.tolerance);
-            self.x[i] = value;
-            self.scales[i] = scale;
-            i += 1;
-            if derivative {
-                self.x[i] = size * rate;
-                self.scales[i] = scale;
+            for (value, weight) in predicted.into_iter().zip(WEIGHTS).take(1 + highest) {
+                self.x[i] = value;
+                self.scales[i] = weight * scale;
                 i += 1;
             }
         }
@@ -166,10 +173,11 @@ impl Sweeps {
         size: f64,
     ) -> Result<(), U::Error> {
         let mut i = 0;
-        for &(signal, derivative) in &self.feedback {
-            let rate = if derivative { self.x[i + 1] / size } else { 0.0 };
-            exchange.assume(signal, [self.x[i], rate], size);
-            i += 1 + usize::from(derivative);
+        for &(signal, highest) in &self.feedback {
+            let x = &self.x[i..=i + highest];
+            let bend = x.get(2).map_or(0.0, |bend| bend / (size * size));
+            exchange.assume(signal, [x[0], x.get(1).map_or(0.0, |rate| rate / size), bend], size);
+            i += 1 + highest;
         }
         for phase in self.again.iter().flatten() {
             self.workers.step(exchange, units, phase, Task { time, size, again: true })?;
@@ -185,14 +193,11 @@ impl Sweeps {
 
     fn read_image(&mut self, exchange: &Exchange, size: f64) {
         let mut i = 0;
-        for &(signal, derivative) in &self.feedback {
+        for &(signal, highest) in &self.feedback {
             let now = exchange.signal(signal).now();
-            self.image[i] = now[0];
-            i += 1;
-            if derivative {
-                self.image[i] = size * now[1];
-                i += 1;
-            }
+            let now = in_steps([now[0], now[1], now[2]], size);
+            self.image[i..=i + highest].copy_from_slice(&now[..=highest]);
+            i += 1 + highest;
         }
     }
 

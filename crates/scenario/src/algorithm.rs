@@ -133,6 +133,9 @@ impl AlgorithmSettings {
             if !part(it.tolerance) {
                 return wrong("algorithm: iteration.tolerance", &it.tolerance, PART);
             }
+            if ![ORDER, 6].contains(&it.order) {
+                return wrong("algorithm: iteration.order", &it.order, "4 or 6");
+            }
             if it.sweeps == 0 {
                 return wrong("algorithm: iteration.sweeps", &it.sweeps, "1 or more");
             }
@@ -222,6 +225,19 @@ pub struct IterationSettings {
     pub relaxation: f64,
     /// Source of the derivatives for the algorithm `newton`.
     pub jacobian: JacobianSource,
+    /// Order of the coupling of smooth signals: 4 interpolates with values and first derivatives of outputs, 6 with
+    /// second derivatives too, where units declare them.
+    #[serde(skip_serializing_if = "is_default_order")]
+    #[schemars(extend("enum" = [4, 6]))]
+    pub order: u8,
+}
+
+/// Order of the coupling unless set.
+const ORDER: u8 = 4;
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_default_order(order: &u8) -> bool {
+    *order == ORDER
 }
 
 impl Default for IterationSettings {
@@ -232,6 +248,7 @@ impl Default for IterationSettings {
             acceleration: Acceleration::Anderson,
             relaxation: 1.0,
             jacobian: JacobianSource::Directional,
+            order: ORDER,
         }
     }
 }

@@ -59,7 +59,12 @@ impl Exchange {
             for &Form { output, degree, held, kinks } in forms {
                 let size = links[unit].sizes.get(output.0).copied().unwrap_or_default();
                 let offered = links[unit].offered[output];
-                signals.push(if held { Signal::held() } else { Signal::new(offered, degree) });
+                let smooth = Signal::new(offered, degree);
+                signals.push(match held {
+                    true => Signal::held(),
+                    false if links[unit].bends => smooth.with_bends(),
+                    false => smooth,
+                });
                 let always = if kinks { Effect::Kink } else { Effect::None };
                 origins.push(Origin { unit: UnitIndex(unit), output, size, always });
             }
@@ -276,10 +281,10 @@ impl Exchange {
         self.range(k).map(SignalIndex)
     }
 
-    /// Replaces value and first derivative of a signal at the end of the step by assumed ones, and
+    /// Replaces value and derivatives of a signal at the end of the step by assumed ones, and
     /// interpolates up to there.
     #[inline]
-    pub fn assume(&mut self, signal: SignalIndex, end: [f64; 2], size: f64) {
+    pub fn assume(&mut self, signal: SignalIndex, end: [f64; 3], size: f64) {
         self.now.signals[signal].assume(end, size);
     }
 

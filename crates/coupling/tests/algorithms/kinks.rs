@@ -36,7 +36,7 @@ impl Unit for Pieces {
     fn receive(&mut self, _: f64, outputs: &mut UnitValues) -> Result<(), ()> {
         if let Some(output) = outputs.reals.first_mut() {
             // at the end of piece n − 1: value n, slope 1 − n
-            *output = Taylor([self.time, 1.0 - self.time, 0.0, 0.0]);
+            *output = Taylor::cubic([self.time, 1.0 - self.time, 0.0, 0.0]);
         }
         Ok(())
     }

@@ -12,6 +12,7 @@
 mod acceleration;
 mod control;
 mod implicit;
+mod order_six;
 mod kinks;
 mod signal;
 mod taylor;
@@ -92,7 +93,7 @@ impl Unit for Mass {
     fn receive(&mut self, _time: f64, outputs: &mut UnitValues) -> Result<(), ()> {
         let mut point = [self.x, self.v, f64::NAN, f64::NAN];
         point[self.offered + 1..].fill(f64::NAN);
-        outputs.reals[0] = Taylor(point);
+        outputs.reals[0] = Taylor::cubic(point);
         Ok(())
     }
 }
@@ -278,7 +279,7 @@ fn analytic_units_are_converted_with_factor_and_offset() {
         }
         fn receive(&mut self, time: f64, outputs: &mut UnitValues) -> Result<(), ()> {
             if let Some(output) = outputs.reals.first_mut() {
-                *output = Taylor([3.0 + time, 1.0, 0.0, 0.0]);
+                *output = Taylor::cubic([3.0 + time, 1.0, 0.0, 0.0]);
             }
             Ok(())
         }
@@ -295,7 +296,7 @@ fn analytic_units_are_converted_with_factor_and_offset() {
         Schedule::whole(JACOBI, IterationSettings::default(), vec![UnitIndex(0), UnitIndex(1)]);
     let mut coupling = Coupling::new(&whole, &exchange, &Arc::default());
     coupling.step(&mut exchange, &mut units, 0.0, 1.0).unwrap();
-    assert_eq!(units[1].0, Taylor([16.0, 2.0, 0.0, 0.0]));
+    assert_eq!(units[1].0, Taylor::cubic([16.0, 2.0, 0.0, 0.0]));
 }
 
 /// A run that continues from the bytes of a state in a fresh exchange gives the same bits.

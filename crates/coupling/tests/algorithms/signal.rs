@@ -5,7 +5,7 @@ use coupling::signal::{Effect, Signal};
 
 /// A cubic and its derivatives.
 fn cubic(t: f64) -> Taylor {
-    Taylor([
+    Taylor::cubic([
         1.0 + t * (2.0 - t * (3.0 - 4.0 * t)),
         2.0 - 6.0 * t + 12.0 * t * t,
         -6.0 + 24.0 * t,
@@ -15,7 +15,7 @@ fn cubic(t: f64) -> Taylor {
 
 /// A parabola and its derivatives.
 fn parabola(t: f64) -> Taylor {
-    Taylor([1.0 + 2.0 * t - 3.0 * t * t, 2.0 - 6.0 * t, -6.0, 0.0])
+    Taylor::cubic([1.0 + 2.0 * t - 3.0 * t * t, 2.0 - 6.0 * t, -6.0, 0.0])
 }
 
 fn signal(offered: usize, degree: usize, f: fn(f64) -> Taylor, h: f64) -> Signal {
@@ -86,27 +86,27 @@ fn invariant_reduced_interpolations_agree_at_both_ends() {
 fn invariant_degree_grows_with_history() {
     let h = 0.1;
     let mut signal = Signal::new(0, 3);
-    signal.restart(Taylor([1.0, f64::NAN, f64::NAN, f64::NAN]));
+    signal.restart(Taylor::cubic([1.0, f64::NAN, f64::NAN, f64::NAN]));
     signal.extrapolate(h);
     assert_eq!(signal.polynomial(3, h), Taylor::constant(1.0));
-    signal.advance(Taylor([2.0, f64::NAN, f64::NAN, f64::NAN]), h);
+    signal.advance(Taylor::cubic([2.0, f64::NAN, f64::NAN, f64::NAN]), h);
     signal.extrapolate(h);
-    assert_eq!(signal.polynomial(3, h), Taylor([2.0, 10.0, 0.0, 0.0]));
-    assert_eq!(signal.predicted(), [3.0, 10.0]);
+    assert_eq!(signal.polynomial(3, h), Taylor::cubic([2.0, 10.0, 0.0, 0.0]));
+    assert_eq!(signal.predicted(), [3.0, 10.0, 0.0]);
 }
 
 /// Held over the step from its beginning on, whether the source has stepped or not.
 #[test]
 fn analytic_held_signals_are_those_of_the_beginning() {
     let mut signal = Signal::held();
-    signal.restart(Taylor([1.0; 4]));
+    signal.restart(Taylor([1.0; 6]));
     for (n, value) in [1.0, 12.0, 12.0].into_iter().enumerate() {
         signal.extrapolate(0.1);
         let begin = [1.0, 1.0, 12.0][n];
         assert_eq!(signal.polynomial(3, 0.1), Taylor::constant(begin));
         let felt = if n == 2 { Effect::Jump } else { Effect::None };
         assert_eq!(signal.effect_on_targets(), felt, "before the source");
-        signal.advance(Taylor([value, f64::NAN, f64::NAN, f64::NAN]), 0.1);
+        signal.advance(Taylor::cubic([value, f64::NAN, f64::NAN, f64::NAN]), 0.1);
         signal.interpolate(0.1);
         assert_eq!(signal.polynomial(3, 0.1), Taylor::constant(begin));
         assert_eq!(signal.effect_on_targets(), felt, "after the source");
@@ -161,7 +161,7 @@ fn analytic_a_kink_keeps_the_value_at_the_beginning() {
         signal.extrapolate(h);
         signal.set_effect(Effect::Kink);
         // 1 + 3 t + 4 t² from t = 0 on
-        let mut end = Taylor([1.0 + 3.0 * h + 4.0 * h * h, 3.0 + 8.0 * h, 8.0, 0.0]);
+        let mut end = Taylor::cubic([1.0 + 3.0 * h + 4.0 * h * h, 3.0 + 8.0 * h, 8.0, 0.0]);
         end.0[offered + 1..].fill(f64::NAN);
         signal.advance(end, h);
         signal.interpolate(h);

@@ -5,7 +5,7 @@ use coupling::Taylor;
 /// The shifted polynomial takes the same values: all terms are exact in these numbers.
 #[test]
 fn analytic_a_shifted_polynomial_is_the_same_function() {
-    let p = Taylor([1.0, -2.0, 3.0, 6.0]);
+    let p = Taylor::cubic([1.0, -2.0, 3.0, 6.0]);
     let at = |p: &Taylor, t: f64| p[0] + p[1] * t + p[2] * t * t / 2.0 + p[3] * t * t * t / 6.0;
     let q = p.shifted(0.5);
     for t in [0.0, 0.25, 0.5, 1.0, 2.0] {
@@ -19,12 +19,12 @@ fn analytic_a_shifted_polynomial_is_the_same_function() {
 fn analytic_errors_of_reduced_polynomials_are_those_documented() {
     let integral =
         |p: &Taylor, h: f64| h * (p[0] + h / 2.0 * (p[1] + h / 3.0 * (p[2] + h / 4.0 * p[3])));
-    let (parabola, h) = (Taylor([1.0, -2.0, 3.0, 0.0]), 0.5);
+    let (parabola, h) = (Taylor::cubic([1.0, -2.0, 3.0, 0.0]), 0.5);
     for (degree, error) in [(0, 3.0 / 24.0), (1, -3.0 / 12.0), (2, 0.0), (3, 0.0)] {
         let found = integral(&parabola, h) - integral(&parabola.reduced(degree, h), h);
         assert!((found - error * h * h * h).abs() < 1e-15, "{degree}: {found}");
     }
-    let cubic = Taylor([1.0, -2.0, 3.0, 6.0]);
+    let cubic = Taylor::cubic([1.0, -2.0, 3.0, 6.0]);
     for degree in [1, 2, 3] {
         let p = cubic.reduced(degree, h);
         assert!((p.value(h) - cubic.value(h)).abs() < 1e-15);
