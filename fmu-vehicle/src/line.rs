@@ -97,10 +97,16 @@ impl LineHandles {
 
 /// Whether the line is straight and level below the whole vehicle.
 fn is_plain(model: &VehicleModel, line: &Line, place: f64) -> bool {
+    let [from, to] = below(model, place);
+    line.is_plain(from, to)
+}
+
+/// The part of the line that is below the vehicle, m, with a margin.
+fn below(model: &VehicleModel, place: f64) -> [f64; 2] {
     let start = model.initial_state();
     let places = model.magnets().map(|k| model.magnet(&start, k).position.x);
     let (from, to) = places.fold((0.0_f64, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
-    line.is_plain(place + from - MARGIN, place + to + MARGIN)
+    [place + from - MARGIN, place + to + MARGIN]
 }
 
 /// The travel for which an equilibrium is sought: none where the line is straight, level and without cant
@@ -121,15 +127,22 @@ pub(crate) fn check_start(model: &VehicleModel, contact: bool) -> Result<(), Err
     Ok(())
 }
 
-/// A state for a linearisation: where the line is straight and level below the vehicle, it is that of a
-/// straight track.
-pub(crate) fn straightened(model: &VehicleModel, state: &State) -> Result<Option<State>, Error> {
+/// A state for a linearisation, if it is another one: where the line is straight and level below the vehicle,
+/// it is that of a straight track.
+///
+/// Small motions of a vehicle that moves have constant coefficients only where the line is uniform.
+pub(crate) fn steady(model: &VehicleModel, state: &State) -> Result<Option<State>, Error> {
     let Some((line, travel)) = model.line().zip(state.vehicle.travel) else { return Ok(None) };
     if !is_plain(model, line, travel.place) {
+        let [from, to] = below(model, travel.place);
+        if travel.speed == 0.0 || line.is_uniform(from, to) {
+            return Ok(None);
+        }
         return Err(Error::invalid(format!(
-            "a linearisation along a line is known only where the line is straight, level and without cant \
-             below the whole vehicle, which it is not at {:.3} m",
-            travel.place
+            "a linearisation of a vehicle in motion needs a line whose curvature, slope and cant are constant \
+             below it, and those of `{}` change between {from:.3} m and {to:.3} m: small motions have \
+             coefficients that change with time there; take a place inside a circle, or the speed 0",
+            line.name()
         )));
     }
     let mut state = state.clone();

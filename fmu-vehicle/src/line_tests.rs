@@ -158,5 +158,5 @@ fn refusal_of_lines_and_starts() {
     moved.report("linear").unwrap();
     steps(&mut moved, 0, 700);
     let text = moved.report("linear").unwrap_err().to_string();
-    assert!(text.contains("a linearisation along a line"), "{text}");
+    assert!(text.contains("a linearisation of a vehicle in motion"), "{text}");
 }

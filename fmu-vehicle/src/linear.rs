@@ -20,7 +20,7 @@ pub(crate) struct Handles<'a> {
     pub sideways: &'a SidewaysHandles,
 }
 
-/// Linearises about a vehicle at rest in the travelling frame: x = (y, ẏ), the reduced coordinates and
+/// Linearises about a vehicle at rest in the travelling frame, on a line the frame that turns with it: x = (y, ẏ), the reduced coordinates and
 /// their rates, with ÿ = M⁻¹(Jᵀf − C ẏ − K y) and J the magnets' shapes.
 pub(crate) fn report(
     model: &VehicleModel,
@@ -73,8 +73,8 @@ fn linearised(
         .map_err(|e| Error::caused(&e).context("the report linear"))
 }
 
-/// The report `motions`: displacements of the bodies' centres of mass in world axes and rotations in
-/// body axes, by the states of the report `linear`.
+/// The report `motions`: displacements of the bodies' centres of mass in the axes of the travelling frame
+/// and rotations in body axes, by the states of the report `linear`.
 pub(crate) fn motions(
     model: &VehicleModel,
     state: &State,
@@ -108,10 +108,14 @@ struct Rows {
 struct MagnetShapes {
     dof: usize,
     magnets: usize,
-    /// Displacements of the magnets per reduced coordinate.
+    /// Changes of the magnets' places per reduced coordinate.
     along: DMatrix<f64>,
     side: DMatrix<f64>,
     up: DMatrix<f64>,
+    /// Displacements of the magnets up, along their levitation forces; on a line a little different.
+    lift: DMatrix<f64>,
+    /// Slopes of the magnets' accelerations, down positive, with coordinates and rates.
+    down: [DMatrix<f64>; 2],
     /// −M⁻¹K, −M⁻¹C.
     by_place: DMatrix<f64>,
     by_rate: DMatrix<f64>,
@@ -128,24 +132,29 @@ impl MagnetShapes {
         state: &multibody::State,
         linear: &Linearisation,
     ) -> Result<Self, Error> {
-        let all = model.magnet_shapes(state, linear);
-        let magnets = all.nrows() / 3;
-        let axis =
-            |axis: usize| DMatrix::from_fn(magnets, all.ncols(), |k, j| all[(3 * k + axis, j)]);
-        let (along, side, up) = (axis(0), axis(1), axis(2));
+        let [along, side, up] = by_axis(&model.magnet_places(state, linear));
+        let [push, pull, lift] = by_axis(&model.magnet_shapes(state, linear));
         let factors = factors(linear)?;
         let speed = model.speed_shape(state, linear);
+        let by_place = -factors.solve(&linear.stiffness);
+        let by_rate = -factors.solve(&linear.damping);
+        let down = match &linear.magnet_accelerations {
+            None => [-&up * &by_place, -&up * &by_rate],
+            Some([place, rate]) => [-place, -rate],
+        };
         Ok(Self {
             dof: linear.degrees_of_freedom(),
-            magnets,
-            by_place: -factors.solve(&linear.stiffness),
-            by_rate: -factors.solve(&linear.damping),
-            by_force: factors.solve(&up.transpose()),
-            by_lateral: factors.solve(&side.transpose()),
-            by_longitudinal: factors.solve(&along.transpose()),
+            magnets: up.nrows(),
+            by_place,
+            by_rate,
+            by_force: factors.solve(&lift.transpose()),
+            by_lateral: factors.solve(&pull.transpose()),
+            by_longitudinal: factors.solve(&push.transpose()),
             along,
             side,
             up,
+            lift,
+            down,
             speed: DMatrix::from_row_slice(1, speed.len(), speed.as_slice()),
         })
     }
@@ -186,12 +195,12 @@ impl MagnetShapes {
             system.d(gap + k, track + k, 1.0);
             system.d(gap_rate + k, track_rate + k, 1.0);
         }
-        let down = rows(system, outputs.acceleration, &(-&self.up * &self.by_place), 0);
-        write(system, down, &(-&self.up * &self.by_rate), rates);
+        let down = rows(system, outputs.acceleration, &self.down[0], 0);
+        write(system, down, &self.down[1], rates);
         // the forces are the first inputs, in this order
         let by_loads = [(0, &self.by_force), (self.magnets, &self.by_lateral)];
         for (first, by_load) in by_loads {
-            let feed = -&self.up * by_load;
+            let feed = -&self.lift * by_load;
             for k in 0..self.magnets {
                 for j in 0..self.magnets {
                     system.d(down + k, first + j, feed[(k, j)]);
@@ -216,7 +225,7 @@ impl MagnetShapes {
         rows: Rows,
     ) -> Result<(), Error> {
         let by_load = factors(linear)?.solve(&pushed.transpose());
-        let down = -&self.up * &by_load;
+        let down = -&self.lift * &by_load;
         for (k, variable) in external.bodies().flatten().enumerate() {
             let input = system.input(*variable);
             for i in 0..self.dof {
@@ -245,7 +254,7 @@ impl MagnetShapes {
                 let pushed = self.by_longitudinal.column(k) * slope.x
                     + self.by_lateral.column(k) * slope.y
                     + self.by_force.column(k) * slope.z;
-                let down = -&self.up * &pushed;
+                let down = -&self.lift * &pushed;
                 for (i, value) in pushed.iter().enumerate() {
                     system.b(self.dof + i, input, *value);
                 }
@@ -259,6 +268,13 @@ impl MagnetShapes {
             }
         }
     }
+}
+
+/// Rows along, to the left and up.
+fn by_axis(all: &DMatrix<f64>) -> [DMatrix<f64>; 3] {
+    [0, 1, 2].map(|axis| {
+        DMatrix::from_fn(all.nrows() / 3, all.ncols(), |k, j| all[(3 * k + axis, j)])
+    })
 }
 
 /// Factors of the reduced mass matrix.

@@ -526,7 +526,7 @@ impl Model for VehicleFmu {
     ) -> Result<Option<String>, Error> {
         self.use_vehicle_of(state, values)?;
         if [StateSpace::REQUEST, Motions::REQUEST].contains(&request) {
-            let straight = line::straightened(&self.model, state)?;
+            let straight = line::steady(&self.model, state)?;
             let state = straight.as_ref().unwrap_or(state);
             let Self { model, inputs, outputs, contact, external, sideways, .. } = self;
             let handles = linear::Handles { inputs, outputs, contact, external, sideways };
@@ -541,7 +541,7 @@ impl Model for VehicleFmu {
         let options = modes::ModesOptions::read(options)?;
         let answer = match options.at {
             At::State => {
-                let straight = line::straightened(&self.model, state)?;
+                let straight = line::steady(&self.model, state)?;
                 let state = straight.as_ref().unwrap_or(state);
                 let track = self.contact.track(values, &self.inputs, state.journey.speed);
                 let magnets = self.inputs.loads(values);

@@ -103,6 +103,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 pub mod train;
+mod turning;
 mod way;
 mod workspace;
 

@@ -35,6 +35,9 @@ pub struct Linearisation {
     /// Eigenvalues in 1/s, slowest first, of a conjugate pair only the one with positive imaginary
     /// part.
     pub eigenvalues: Vec<Complex<f64>>,
+    /// On a line: slopes of the magnets' inertial accelerations along the line's up axis with y and with ẏ,
+    /// under held forces, one row per magnet. On a straight track they follow from the other matrices.
+    pub magnet_accelerations: Option<[DMatrix<f64>; 2]>,
     /// Mass matrices of the bodies in the axes of `basis`.
     pub(crate) body_masses: Vec<Matrix6<f64>>,
 }

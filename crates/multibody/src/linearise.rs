@@ -15,6 +15,9 @@
 //! directions of the reactions: the geometric stiffness of preloads, gravity and joint forces is in
 //! K_r.
 //!
+//! On a line, twists are those relative to the travelling frame ([`crate::turning`]), which turns: steady
+//! curving is rest.
+//!
 //! A state at rest is linearised exactly, and so is a steady motion whose twists ξ₀ are constant (a
 //! spinning top). For any other motion the matrices are those of the instant.
 
@@ -30,6 +33,7 @@ use crate::loads::{AppliedForces, Loads};
 use crate::math::{Vec3, cross_matrix, from_rotation_vector, multiply, rotation_matrix};
 use crate::model::VehicleModel;
 use crate::state::State;
+use crate::turning::Turning;
 use crate::workspace::Workspace;
 
 /// Pivots of Φ_qᵀ below this fraction of the largest count as zero. Rows of Φ_q are of size one,
@@ -90,7 +94,6 @@ impl VehicleModel {
     ) -> Result<Linearisation, Error> {
         // checks the lengths and that the state can be evaluated
         let forces = forces.into();
-        self.refuse_line(state, "a linearisation")?;
         self.accelerations_in_contact(state, forces, track, ws)?;
         let (free, rank) = self.free_motions(state, ws);
         let dof = free.ncols();
@@ -105,17 +108,23 @@ impl VehicleModel {
         // L
         let reduce = |motion: &DVector<f64>| factors.solve(&weighted.tr_mul(motion));
 
-        let mut probe = LinearisationProbe { model: self, state, forces, springs, track, ws };
+        let turning = self.turning(state, forces.acceleration);
+        let seen = turning.map_or(0, |_| self.magnets.len());
+        let (bodies, mut seen_by_place) = (free.nrows(), DMatrix::zeros(seen, dof));
+        let mut seen_by_motion = seen_by_place.clone();
+        let mut probe = LinearisationProbe { model: self, state, forces, springs, track, turning, ws };
         let mut by_place = DMatrix::zeros(dof, dof);
         let mut by_motion = DMatrix::zeros(dof, dof);
         let mut transport = DMatrix::zeros(dof, dof);
         for j in 0..dof {
             let direction = free.column(j).into_owned();
             let slope = probe.difference(&direction, DISPLACED, true)?;
-            by_place.set_column(j, &reduce(&slope));
+            by_place.set_column(j, &reduce(&slope.rows(0, bodies).into_owned()));
+            seen_by_place.set_column(j, &slope.rows(bodies, seen));
             let slope = probe.difference(&direction, MOVED, false)?;
-            by_motion.set_column(j, &reduce(&slope));
-            transport.set_column(j, &-reduce(&carried(state, &direction)));
+            by_motion.set_column(j, &reduce(&slope.rows(0, bodies).into_owned()));
+            seen_by_motion.set_column(j, &slope.rows(bodies, seen));
+            transport.set_column(j, &-reduce(&carried(state, turning.as_ref(), &direction)));
         }
         let eigenvalues = eigenvalues(first_order(&transport, &by_place, &by_motion))?;
         // z = ẏ − G y, so ÿ = (G + ∂z) ẏ + (∂y − ∂z G) y
@@ -128,6 +137,8 @@ impl VehicleModel {
             damping,
             stiffness,
             eigenvalues,
+            magnet_accelerations: turning
+                .map(|_| [seen_by_place - &seen_by_motion * &transport, seen_by_motion]),
             body_masses: self.composites.iter().map(mass_block).collect(),
         })
     }
@@ -198,6 +209,7 @@ struct LinearisationProbe<'a> {
     forces: AppliedForces<'a>,
     springs: &'a MagnetSprings,
     track: Option<&'a TrackContact<'a>>,
+    turning: Option<Turning>,
     ws: &'a mut Workspace,
 }
 
@@ -215,7 +227,7 @@ impl LinearisationProbe<'_> {
     }
 
     /// α = ξ̇ = (Aᵀ v̇ − ω × Aᵀ v, ω̇) of all bodies, displaced from the state by `size` times the
-    /// direction.
+    /// direction; on a line followed by the magnets' inertial accelerations along its up axis.
     fn accelerations(
         &mut self,
         direction: &DVector<f64>,
@@ -228,10 +240,17 @@ impl LinearisationProbe<'_> {
             let turn = Vec3::new(twist[3], twist[4], twist[5]) * size;
             let axes = rotation_matrix(body.attitude);
             if place {
+                let moving = self.turning.map(|it| (it, it.relative(body)));
                 body.position += axes * way;
                 body.attitude = multiply(body.attitude, from_rotation_vector(&turn));
                 // the same velocity in the axes of the turned body
-                body.velocity = rotation_matrix(body.attitude) * axes.tr_mul(&body.velocity);
+                let turned = rotation_matrix(body.attitude);
+                match moving {
+                    None => body.velocity = turned * axes.tr_mul(&body.velocity),
+                    Some((turning, (u, spin))) => {
+                        turning.set(body, &(turned * axes.tr_mul(&u)), &spin);
+                    }
+                }
             } else {
                 body.velocity += axes * way;
                 body.angular_velocity += turn;
@@ -244,12 +263,20 @@ impl LinearisationProbe<'_> {
         let magnets = Loads { vertical: &vertical, lateral: &lateral };
         let forces = AppliedForces { magnets, ..self.forces };
         self.model.accelerations_in_contact(&beside, forces, self.track, self.ws)?;
-        let mut result = DVector::zeros(direction.len());
+        let seen = self.turning.map_or(0, |_| self.model.magnets.len());
+        let mut result = DVector::zeros(direction.len() + seen);
+        for k in self.model.magnets().take(seen) {
+            result[direction.len() + k.0] = self.model.magnet_acceleration(self.ws, k).z;
+        }
         for (k, body) in beside.bodies.iter().enumerate() {
-            let (v, w) = self.ws.acceleration(BodyIndex(k));
+            let (mut v, mut w) = self.ws.acceleration(BodyIndex(k));
+            let (mut velocity, mut spin) = (body.velocity, body.angular_velocity);
+            if let Some(turning) = &self.turning {
+                (v, w) = turning.rates(body, (v, w));
+                (velocity, spin) = turning.relative(body);
+            }
             let axes = rotation_matrix(body.attitude);
-            let linear =
-                axes.tr_mul(&v) - body.angular_velocity.cross(&axes.tr_mul(&body.velocity));
+            let linear = axes.tr_mul(&v) - spin.cross(&axes.tr_mul(&velocity));
             result.rows_mut(6 * k, 3).copy_from(&linear);
             result.rows_mut(6 * k + 3, 3).copy_from(&w);
         }
@@ -273,13 +300,19 @@ impl LinearisationProbe<'_> {
 }
 
 /// ξ₀ × η of every body: (ω × s + Aᵀv × θ, ω × θ).
-fn carried(state: &State, direction: &DVector<f64>) -> DVector<f64> {
+fn carried(
+    state: &State,
+    turning: Option<&Turning>,
+    direction: &DVector<f64>,
+) -> DVector<f64> {
     let mut result = DVector::zeros(direction.len());
     for (k, body) in state.bodies.iter().enumerate() {
         let way: Vec3 = direction.fixed_rows::<3>(6 * k).into_owned();
         let turn: Vec3 = direction.fixed_rows::<3>(6 * k + 3).into_owned();
-        let spin = cross_matrix(&body.angular_velocity);
-        let speed = rotation_matrix(body.attitude).tr_mul(&body.velocity);
+        let (velocity, spin) = turning
+            .map_or((body.velocity, body.angular_velocity), |turning| turning.relative(body));
+        let spin = cross_matrix(&spin);
+        let speed = rotation_matrix(body.attitude).tr_mul(&velocity);
         result.rows_mut(6 * k, 3).copy_from(&(spin * way + speed.cross(&turn)));
         result.rows_mut(6 * k + 3, 3).copy_from(&(spin * turn));
     }
