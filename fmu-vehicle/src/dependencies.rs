@@ -8,6 +8,7 @@ use crate::contact::ContactHandles;
 use crate::external::ExternalHandles;
 use crate::journey::JourneyHandles;
 use crate::line::LineHandles;
+use crate::motors::MotorHandles;
 use crate::table::{InputHandles, OutputHandles, ParameterHandles, SidewaysHandles};
 
 /// Handles of all variables that depend on others, or others on them.
@@ -21,13 +22,14 @@ pub(crate) struct Handles<'a> {
     pub journey: &'a JourneyHandles,
     pub sideways: &'a SidewaysHandles,
     pub line: Option<&'a LineHandles>,
+    pub motors: Option<&'a MotorHandles>,
     pub adjustments: &'a Adjustments,
 }
 
 /// Declares the direct dependencies of outputs on inputs.
 pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &Handles) {
     let Handles { inputs, outputs, parameters, contact, external, .. } = *handles;
-    let Handles { journey, sideways, adjustments, .. } = *handles;
+    let Handles { journey, sideways, adjustments, motors, .. } = *handles;
     interface.depends_elementwise(outputs.gap, inputs.track_displacement);
     interface.depends_elementwise(outputs.gap_rate, inputs.track_rate);
     let magnets = model.counts().magnets;
@@ -45,6 +47,7 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
                     .map(|input| input.get(k).row())
             })
             .chain(pushed)
+            .chain(motors.into_iter().flat_map(|it| it.acting_on(model, component)))
             .collect()
     };
     let track = inputs.track_displacement.row();
@@ -95,6 +98,11 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
     }
     interface.independent(outputs.position);
     interface.initially_depends(outputs.position, &rest_and(&[parameters.initial_position.row()]));
+    if let Some(motors) = motors {
+        motors.depend(interface, &rest, &journey.speed_rows());
+        let place = [parameters.initial_position.row()];
+        interface.initially_depends(motors.position(), &rest_and(&place));
+    }
     interface.independent(outputs.speed);
     for row in [outputs.joint_opening_rate, outputs.kinetic_energy] {
         interface.independent(row);

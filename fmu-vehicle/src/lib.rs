@@ -35,6 +35,9 @@ mod linear;
 mod model;
 mod modes;
 #[cfg(test)]
+mod motor_tests;
+mod motors;
+#[cfg(test)]
 mod parameter_tests;
 mod resting;
 #[cfg(test)]

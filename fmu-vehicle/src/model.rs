@@ -4,6 +4,7 @@ use fmi2_export::{
     Error, Interface, Model, Motions, RealVar, RealVars, Resources, Seed, Sensitivity, StateSpace,
     Step, Values,
 };
+use linear_motor::MotorDescription;
 use multibody::{
     AppliedCourse, AppliedForces, Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex,
     ObservedIndex, Rails, Travel, VehicleDescription, VehicleModel, Workspace,
@@ -19,6 +20,7 @@ use crate::journey::JourneyHandles;
 use crate::line::{self, LineHandles};
 use crate::linear;
 use crate::modes::{self, At};
+use crate::motors::{self, MotorHandles};
 use crate::resting::Resting;
 use crate::start;
 use crate::state::{LoadRates, State};
@@ -46,6 +48,9 @@ pub struct VehicleFmu {
     /// The line of the resources; the vehicle's model has it too.
     line: Option<Line>,
     line_outputs: Option<LineHandles>,
+    /// The motors of the resources; the vehicle's model has them too.
+    motor_file: Option<MotorDescription>,
+    motors: Option<MotorHandles>,
     /// Memory for the values of the external loads.
     loads: ExternalLoads,
     work: Workspace,
@@ -71,6 +76,7 @@ impl VehicleFmu {
             return Ok(());
         }
         let model = line::place(self.adjustments.build(values)?, self.line.as_ref())?;
+        let model = motors::place(model, self.motor_file.as_ref())?;
         self.work = model.workspace();
         self.probe = model.workspace();
         self.trial = model.initial_state();
@@ -245,6 +251,8 @@ impl Model for VehicleFmu {
         let line = line::read(resources)?;
         let model = VehicleModel::new(&layout).map_err(failed)?;
         let model = line::place(model, line.as_ref())?;
+        let motor_file = motors::read(resources)?;
+        let model = motors::place(model, motor_file.as_ref())?;
         interface.describe(table::info(&model));
         let parameters = ParameterHandles::declare(interface);
         let inputs = InputHandles::declare(interface, model.counts().magnets);
@@ -256,6 +264,7 @@ impl Model for VehicleFmu {
         let journey = JourneyHandles::declare(interface, &parameters);
         let sideways = SidewaysHandles::declare(interface, model.counts().magnets);
         let line_outputs = LineHandles::declare(interface, line.as_ref());
+        let motors = MotorHandles::declare(interface, &model, motor_file.as_ref())?;
         let handles = Handles {
             inputs: &inputs,
             outputs: &outputs,
@@ -265,6 +274,7 @@ impl Model for VehicleFmu {
             journey: &journey,
             sideways: &sideways,
             line: line_outputs.as_ref(),
+            motors: motors.as_ref(),
             adjustments: &adjustments,
         };
         depend(interface, &model, &handles);
@@ -288,6 +298,8 @@ impl Model for VehicleFmu {
             sideways,
             line,
             line_outputs,
+            motor_file,
+            motors,
         })
     }
 
@@ -299,6 +311,10 @@ impl Model for VehicleFmu {
         let key = self.adjustments.key(values);
         self.use_vehicle(key, values)?;
         values.set_real(self.adjustments.mass(), self.model.total_mass());
+        // the start's equilibrium is that of motors without current
+        for work in [&mut self.work, &mut self.probe] {
+            work.supply(None).map_err(|e| Error::caused(&e))?;
+        }
         let journey = self.journey.start(values, time);
         let (contact, landed) = self.contact.start(&self.model, values, journey.speed)?;
         line::check_start(&self.model, contact.any())?;
@@ -317,17 +333,16 @@ impl Model for VehicleFmu {
             equilibrium.state
         };
         vehicle.travel = travel;
-        Ok(State {
-            vehicle,
-            journey,
-            key,
-            rates: LoadRates::zero(equilibrium.loads.len(), self.loads.now.len()),
-            loads: equilibrium.loads,
-        })
+        let mut rates = LoadRates::zero(equilibrium.loads.len(), self.loads.now.len());
+        rates.motors = vec![0.0; self.motors.as_ref().map_or(0, MotorHandles::rate_count)];
+        Ok(State { vehicle, journey, key, rates, loads: equilibrium.loads })
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
         self.use_vehicle_of(state, values)?;
+        if let Some(motors) = &mut self.motors {
+            motors.hold(state, values, &mut [&mut self.work])?;
+        }
         let external = self.loads.hold(&self.external, values);
         self.model
             .accelerations_in_contact(
@@ -344,6 +359,9 @@ impl Model for VehicleFmu {
         self.contact.write(&self.model, state, &self.inputs, values);
         self.write_magnets(state, values, state.journey.place_at(time));
         self.write_observed(state, values);
+        if let Some(motors) = &self.motors {
+            motors.write(&self.model, state, &self.work, values, state.journey.place_at(time));
+        }
         if let Some(outputs) = &self.line_outputs {
             outputs.write(&self.model, state.journey.place_at(time), values);
         }
@@ -378,7 +396,10 @@ impl Model for VehicleFmu {
         self.trial.travel = line::travel(&self.model, &state.journey, step.time)
             .map(|travel| Travel { speed: speed[0], ..travel });
         let jump = speed[0] - state.journey.speed;
-        if jump != 0.0 {
+        if let Some(motors) = &self.motors {
+            motors::check_jump(jump, step.time)?;
+            motors.follow(values, speed, &mut self.work)?;
+        } else if jump != 0.0 {
             self.model.jump(&mut self.trial, jump, &mut self.work).map_err(|e| refused(&e))?;
         }
         self.model
@@ -395,6 +416,9 @@ impl Model for VehicleFmu {
         state.journey = state.journey.after(speed, step);
         state.vehicle.travel = line::travel(&self.model, &state.journey, step.end());
         state.rates.after(&self.inputs, &self.external, values, step.size);
+        if let Some(motors) = &self.motors {
+            motors.keep_rates(values, step.size, &mut state.rates.motors);
+        }
         Ok(())
     }
 
@@ -434,6 +458,9 @@ impl Model for VehicleFmu {
             return Ok(Some(bend(k)));
         }
         if let Some(k) = find(acceleration, output) {
+            if let Some(motors) = &mut self.motors {
+                motors.hold(state, values, &mut [&mut self.work, &mut self.probe])?;
+            }
             let Self { model, inputs, contact, external, loads, work, probe, jerks, .. } = self;
             let forces = AppliedForces {
                 magnets: inputs.loads(values),
@@ -463,6 +490,10 @@ impl Model for VehicleFmu {
             let relative = self.model.magnet(&state.vehicle, MagnetIndex(k)).velocity.x;
             return Ok(Some(state.journey.speed + relative));
         }
+        let motors = self.motors.as_ref();
+        if let Some(rate) = motors.and_then(|it| it.position_rate(&self.model, state, output)) {
+            return Ok(Some(rate));
+        }
         Ok(find(self.outputs.static_load, output).map(|_| 0.0))
     }
 
@@ -474,6 +505,10 @@ impl Model for VehicleFmu {
         result: &mut Sensitivity,
     ) -> Result<bool, Error> {
         self.use_vehicle_of(state, values)?;
+        if self.motors.is_some() {
+            // differences of the outputs know the motors' forces
+            return Ok(false);
+        }
         let (inputs, outputs) = (&self.inputs, &self.outputs);
         result.reals_mut(outputs.gap).copy_from_slice(seed.reals(inputs.track_displacement));
         result.reals_mut(outputs.gap_rate).copy_from_slice(seed.reals(inputs.track_rate));
@@ -526,6 +561,7 @@ impl Model for VehicleFmu {
     ) -> Result<Option<String>, Error> {
         self.use_vehicle_of(state, values)?;
         if [StateSpace::REQUEST, Motions::REQUEST].contains(&request) {
+            motors::refuse_report(&self.model, request)?;
             let straight = line::steady(&self.model, state)?;
             let state = straight.as_ref().unwrap_or(state);
             let Self { model, inputs, outputs, contact, external, sideways, .. } = self;
@@ -538,6 +574,7 @@ impl Model for VehicleFmu {
         if name != "modes" {
             return Ok(None);
         }
+        motors::refuse_report(&self.model, name)?;
         let options = modes::ModesOptions::read(options)?;
         let answer = match options.at {
             At::State => {

@@ -29,6 +29,8 @@ pub(crate) struct LoadRates {
     pub lateral_force: Vec<f64>,
     pub track_rate: Vec<f64>,
     pub external: Vec<ExternalLoad>,
+    /// Of the motors' inputs: thrust, current, frequency, then heights; empty without motors.
+    pub motors: Vec<f64>,
 }
 
 impl LoadRates {
@@ -38,6 +40,7 @@ impl LoadRates {
             lateral_force: vec![0.0; magnets],
             track_rate: vec![0.0; magnets],
             external: vec![[0.0; 6]; observed],
+            motors: Vec::new(),
         }
     }
 
@@ -66,7 +69,7 @@ impl LoadRates {
 
 impl Clone for State {
     fn clone(&self) -> Self {
-        let LoadRates { force, lateral_force, track_rate, external } = &self.rates;
+        let LoadRates { force, lateral_force, track_rate, external, motors } = &self.rates;
         Self {
             vehicle: self.vehicle.clone(),
             journey: self.journey,
@@ -77,6 +80,7 @@ impl Clone for State {
                 lateral_force: lateral_force.clone(),
                 track_rate: track_rate.clone(),
                 external: external.clone(),
+                motors: motors.clone(),
             },
         }
     }
@@ -91,5 +95,6 @@ impl Clone for State {
         self.rates.lateral_force.clone_from(&source.rates.lateral_force);
         self.rates.track_rate.clone_from(&source.rates.track_rate);
         self.rates.external.clone_from(&source.rates.external);
+        self.rates.motors.clone_from(&source.rates.motors);
     }
 }

@@ -43,6 +43,7 @@
 //! | | [`guideway`](../guideway/index.html) | girders by modal superposition (eqs 6-8, 13) |
 //! | | [`multibody`](../multibody/index.html) | rigid bodies with joints and force elements (eqs 9-12) |
 //! | | [`track_line`](../track_line/index.html) | curves, crests, sags and cant of a track |
+//! | | [`linear_motor`](../linear_motor/index.html) | thrust and normal force of an induction motor |
 //! | tools | [`analysis`](../analysis/index.html) | spectra, peaks, ride quality |
 //! | | [`figure`](../figure/index.html) | curves as SVG |
 //! | | [`patterns`](../patterns/index.html) | names with ranges and stars |

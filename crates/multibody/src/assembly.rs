@@ -72,6 +72,7 @@ impl VehicleModel {
             tolerances: Tolerances::default(),
             scheme: Scheme::default(),
             line: None,
+            motors: None,
             composites: merged.composites,
             members: merged.members,
             joints,

@@ -8,6 +8,7 @@ use crate::joint::JacobianRow;
 use crate::loads::{AppliedForces, ExternalLoad, Loads, copy_external};
 use crate::math::Vec3;
 use crate::model::VehicleModel;
+use crate::motors::check_motors;
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, State, Wrench};
 use crate::way::{OnLine, Travel};
@@ -44,6 +45,7 @@ impl VehicleModel {
             met: self.line.as_ref().map_or(Vec::new(), |_| vec![None; self.magnets.len()]),
             lost: None,
             statics: None,
+            motors: self.motor_scratch(),
         }
     }
 
@@ -87,6 +89,7 @@ impl VehicleModel {
         ws.lateral.copy_from_slice(forces.magnets.lateral);
         copy_external(&mut ws.external, forces.external);
         ws.acceleration = forces.acceleration;
+        self.feed_motors(0.0, ws);
         self.evaluate(&state.bodies, state.time, ws)
     }
 
@@ -324,6 +327,7 @@ impl VehicleModel {
         let forces = AppliedForces { magnets, external, acceleration: *acceleration };
         self.apply_loads(kin, &forces, &mut on_line, wrenches);
         self.apply_contact(ws);
+        self.apply_motors(ws);
     }
 
     /// Q and γ.
@@ -499,8 +503,9 @@ impl VehicleModel {
     }
 }
 
-/// Refuses an evaluation in which a point had no place on the line.
+/// Refuses an evaluation in which a point had no place on the line, or a motor no force.
 pub(crate) fn check_line(time: f64, ws: &mut Workspace) -> Result<(), Error> {
+    check_motors(time, ws)?;
     let Some(cause) = ws.lost.take() else { return Ok(()) };
     ws.forget();
     Err(Error::OffLine { time, cause })

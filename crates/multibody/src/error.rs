@@ -73,6 +73,19 @@ pub enum Error {
         /// Its lateral offset, m.
         offset: f64,
     },
+    /// Something about the vehicle's linear motors.
+    #[error("motors: {0}")]
+    Motors(String),
+    /// A motor cannot work as the vehicle holds it.
+    #[error("motor {number} at t = {time} s: {cause}")]
+    Motor {
+        /// Simulated time in s.
+        time: f64,
+        /// The motor, counted from 1.
+        number: usize,
+        /// What is wrong.
+        cause: linear_motor::Error,
+    },
     /// A value is not finite.
     #[error("{what} is not finite at t = {time} s")]
     NotFinite {

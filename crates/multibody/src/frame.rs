@@ -15,10 +15,14 @@ use crate::way::OnLine;
 use crate::workspace::Workspace;
 
 impl VehicleModel {
+    /// Mass of all bodies, kg.
+    pub(crate) fn moved_mass(&self) -> f64 {
+        self.composites.iter().map(|it| it.mass).sum()
+    }
+
     /// Force of the motor at each magnet for an acceleration of the frame, along the track (N).
     pub(crate) fn thrust(&self, acceleration: f64) -> f64 {
-        let mass: f64 = self.composites.iter().map(|it| it.mass).sum();
-        mass * acceleration / self.magnets.len() as f64
+        self.moved_mass() * acceleration / self.magnets.len() as f64
     }
 
     /// Adds inertia and motor for an acceleration of the frame, m/s².
@@ -32,7 +36,8 @@ impl VehicleModel {
         for (wrench, composite) in wrenches.iter_mut().zip(&self.composites) {
             wrench.force.x -= composite.mass * acceleration;
         }
-        if self.magnets.is_empty() {
+        // motors of a motor file apply their own forces
+        if self.magnets.is_empty() || self.motors.is_some() {
             return;
         }
         let force = Vec3::new(self.thrust(acceleration), 0.0, 0.0);

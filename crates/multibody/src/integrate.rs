@@ -112,6 +112,7 @@ impl VehicleModel {
                 ws.lateral[k] = polynomial(&magnets.lateral[k], t);
             }
             ws.acceleration = polynomial(acceleration, t);
+            self.feed_motors(t, ws);
             self.follow_line(course.travel.map(|travel| travel.after(acceleration, t)), ws);
             if external.is_empty() {
                 ws.external.fill([0.0; 6]);

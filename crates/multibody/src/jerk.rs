@@ -94,6 +94,7 @@ impl VehicleModel {
                 probe.touch.speed = track.speed + dt * forces.acceleration;
             }
             probe.acceleration = forces.acceleration + rates.acceleration * dt;
+            self.feed_motors(dt, probe);
             // the frame of the moment stays, and its origin moves along it
             probe.way = ws.way.map(|way| Way {
                 shift: dt * (way.speed + 0.5 * dt * forces.acceleration),

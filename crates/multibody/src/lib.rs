@@ -83,6 +83,7 @@ mod linearise;
 mod loads;
 pub mod math;
 mod model;
+mod motors;
 mod names;
 mod numbers;
 mod observe;
@@ -124,6 +125,7 @@ pub use linearisation::{BodyShape, Linearisation, damping_ratio, natural_frequen
 pub use linearise::MagnetSprings;
 pub use loads::{AppliedCourse, AppliedForces, ExternalLoad, LoadCourse, Loads};
 pub use model::{Tolerances, VehicleModel};
+pub use motors::{MotorControl, MotorCourse, MotorState};
 pub use observe::{Energy, PointMotion};
 pub use reactions::Reaction;
 pub use scheme::Scheme;

@@ -10,6 +10,7 @@ use crate::elements::{BushingElement, JointForceElement, SpringElement};
 use crate::index::{BodyIndex, ComponentIndex, MagnetIndex};
 use crate::joint::JointConstraint;
 use crate::math::Vec3;
+use crate::motors::Motors;
 use crate::places::BlockPlaces;
 use crate::scheme::Scheme;
 use crate::state::State;
@@ -62,6 +63,8 @@ pub struct VehicleModel {
     pub(crate) scheme: Scheme,
     /// The line that it travels along; none on a straight track.
     pub(crate) line: Option<Line>,
+    /// Its linear motors; none without a motor file.
+    pub(crate) motors: Option<Motors>,
 }
 
 impl VehicleModel {

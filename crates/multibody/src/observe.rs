@@ -193,7 +193,7 @@ impl VehicleModel {
         point_motion(&bodies[self.magnets[k].body.0], &self.magnets[k])
     }
 
-    fn anchor_motion(&self, state: &State, anchor: &Anchor) -> PointMotion {
+    pub(crate) fn anchor_motion(&self, state: &State, anchor: &Anchor) -> PointMotion {
         let Some(body) = state.bodies.get(anchor.body.0) else {
             let still = Vec3::zeros();
             return PointMotion { displacement: still, velocity: still, position: anchor.start };

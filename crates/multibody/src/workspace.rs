@@ -10,6 +10,7 @@ use crate::index::BodyIndex;
 use crate::joint::JacobianRow;
 use crate::loads::{AppliedForces, ExternalLoad};
 use crate::math::{Quat, Vec3};
+use crate::motors::MotorScratch;
 use crate::rate::BodyRate;
 use crate::state::{BodyState, Kinematics, Wrench};
 use crate::way::{Travel, Way};
@@ -54,6 +55,8 @@ pub struct Workspace {
     pub(crate) lost: Option<track_line::Error>,
     /// The last static problem, without its numbers.
     pub(crate) statics: Option<(Holding, Arc<Statics>)>,
+    /// Feed and forces of the motors; none without motors.
+    pub(crate) motors: Option<Box<MotorScratch>>,
 }
 
 /// Bitwise equality: 0 and −0 differ, because they can lead to different results.

@@ -17,7 +17,7 @@ const PLAN: &[(&str, &[&str])] = &[
     // physics and analysis: no FMI
     ("magnet", &[]),
     ("guideway", &["strict-json"]),
-    ("multibody", &["patterns", "strict-json", "track-line"]),
+    ("multibody", &["linear-motor", "patterns", "strict-json", "track-line"]),
     ("linear-motor", &["strict-json"]),
     ("track-line", &["strict-json"]),
     ("analysis", &[]),
@@ -39,7 +39,7 @@ const PLAN: &[(&str, &[&str])] = &[
     ("fmu-controller", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-ems", &["controller-variables", "fmi2-export", "magnet"]),
     ("fmu-guideway", &["fmi2-export", "guideway", "shared-features"]),
-    ("fmu-vehicle", &["fmi2-export", "magnet", "multibody", "track-line"]),
+    ("fmu-vehicle", &["fmi2-export", "linear-motor", "magnet", "multibody", "track-line"]),
     ("state-feedback", &["fmi2-export"]),
     // a whole system as one unit
     ("bundle-table", &[]),
