@@ -8,7 +8,7 @@ use multibody::{
     TrackCourse, VehicleModel,
 };
 
-use crate::table::InputHandles;
+use crate::table::{InputHandles, SidewaysHandles};
 
 const SECOND_PER_METRE: UnitOfMeasure = UnitOfMeasure::new("s/m").s(1).m(-1);
 /// Small motions are not linear where a magnet is as close as this to touching or leaving the rail, m:
@@ -35,6 +35,9 @@ pub(crate) struct ContactHandles {
     /// The output `contact_force_NN`.
     pub force: RealVars,
 }
+
+/// Handles of the rails that the magnets meet: heights and rates, lateral displacements and rates.
+pub(crate) type RailHandles<'a> = (&'a InputHandles, &'a SidewaysHandles);
 
 impl SideHandles {
     fn declare(
@@ -199,15 +202,16 @@ impl ContactHandles {
     pub fn track<'a>(
         &self,
         values: &'a Values,
-        inputs: &InputHandles,
+        rails: RailHandles,
         speed: f64,
     ) -> Option<TrackContact<'a>> {
         let contact = self.contact(values);
         contact.any().then(|| TrackContact {
             contact,
             speed,
-            height: values.reals(inputs.track_displacement),
-            rate: values.reals(inputs.track_rate),
+            height: values.reals(rails.0.track_displacement),
+            rate: values.reals(rails.0.track_rate),
+            side_rate: values.reals(rails.1.rate),
         })
     }
 
@@ -215,15 +219,16 @@ impl ContactHandles {
     pub fn course<'a>(
         &self,
         values: &'a Values,
-        inputs: &InputHandles,
+        rails: RailHandles,
         speed: [f64; 4],
     ) -> Option<TrackCourse<'a>> {
         let contact = self.contact(values);
         contact.any().then(|| TrackCourse {
             contact,
             speed,
-            height: values.taylors(inputs.track_displacement),
-            rate: values.taylors(inputs.track_rate),
+            height: values.taylors(rails.0.track_displacement),
+            rate: values.taylors(rails.0.track_rate),
+            side_rate: values.taylors(rails.1.rate),
         })
     }
 
@@ -232,12 +237,12 @@ impl ContactHandles {
         &self,
         model: &VehicleModel,
         state: &crate::state::State,
-        inputs: &InputHandles,
+        rails: RailHandles,
         values: &mut Values,
     ) {
         for k in model.magnets() {
             let force = self
-                .track(values, inputs, state.journey.speed)
+                .track(values, rails, state.journey.speed)
                 .map_or(0.0, |track| model.contact_force(&state.vehicle, k, &track).z);
             values.set_real(self.force.get(k.0), force);
         }

@@ -43,8 +43,11 @@ pub(crate) fn depend(interface: &mut Interface, model: &VehicleModel, handles: &
         (0..magnets)
             .filter(|&k| Some(model.magnet_component(MagnetIndex(k))) == component)
             .flat_map(|k| {
-                [inputs.force, inputs.lateral_force, inputs.track_displacement, inputs.track_rate]
-                    .map(|input| input.get(k).row())
+                let rail = [inputs.track_displacement, inputs.track_rate, sideways.rate];
+                [inputs.force, inputs.lateral_force]
+                    .into_iter()
+                    .chain(rail)
+                    .map(move |input| input.get(k).row())
             })
             .chain(pushed)
             .chain(motors.into_iter().flat_map(|it| it.acting_on(model, component)))

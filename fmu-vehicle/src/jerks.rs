@@ -6,11 +6,10 @@ use multibody::{
     Workspace,
 };
 
-use crate::contact::ContactHandles;
+use crate::contact::{ContactHandles, RailHandles};
 use crate::external::ExternalHandles;
 use crate::journey::Journey;
 use crate::state::State;
-use crate::table::InputHandles;
 
 /// Rates of the magnets' accelerations (down positive), with what they were computed for.
 #[derive(Debug, Clone)]
@@ -36,19 +35,23 @@ struct Rail {
     height: Vec<f64>,
     rate: Vec<f64>,
     acceleration: Vec<f64>,
+    side_rate: Vec<f64>,
+    side_acceleration: Vec<f64>,
 }
 
 impl Rail {
-    fn is(&self, track: Option<&TrackContact>, acceleration: &[f64]) -> bool {
+    fn is(&self, track: Option<&TrackContact>, [acceleration, sideways]: [&[f64]; 2]) -> bool {
         let Some(track) = track else { return self.contact.is_none() };
         self.contact == Some(track.contact)
             && self.speed.to_bits() == track.speed.to_bits()
             && self.height == track.height
             && self.rate == track.rate
             && self.acceleration == acceleration
+            && self.side_rate == track.side_rate
+            && self.side_acceleration == sideways
     }
 
-    fn remember(&mut self, track: Option<&TrackContact>, acceleration: &[f64]) {
+    fn remember(&mut self, track: Option<&TrackContact>, [acceleration, sideways]: [&[f64]; 2]) {
         self.contact = track.map(|track| track.contact);
         let Some(track) = track else { return };
         self.speed = track.speed;
@@ -56,6 +59,8 @@ impl Rail {
             (&mut self.height, track.height),
             (&mut self.rate, track.rate),
             (&mut self.acceleration, acceleration),
+            (&mut self.side_rate, track.side_rate),
+            (&mut self.side_acceleration, sideways),
         ] {
             kept.clear();
             kept.extend_from_slice(now);
@@ -87,22 +92,22 @@ impl Jerks {
         &mut self,
         state: &State,
         values: &Values,
-        inputs: &InputHandles,
+        rails: RailHandles,
         contact: &ContactHandles,
         external: &ExternalHandles,
     ) {
         // what feeds motors is not compared
         self.known = self.known
             && state.rates.motors.is_empty()
-            && self.force == values.reals(inputs.force)
-            && self.lateral == values.reals(inputs.lateral_force)
+            && self.force == values.reals(rails.0.force)
+            && self.lateral == values.reals(rails.0.lateral_force)
             && self.force_rate == state.rates.force
             && self.lateral_rate == state.rates.lateral_force
             && external.are(&self.external, values)
             && self.external_rate == state.rates.external
             && self.rail.is(
-                contact.track(values, inputs, state.journey.speed).as_ref(),
-                &state.rates.track_rate,
+                contact.track(values, rails, state.journey.speed).as_ref(),
+                [&state.rates.track_rate, &state.rates.side_rate],
             )
             && self.journey.is_some_and(|it| it.alike(&state.journey))
             && self.state == state.vehicle;
@@ -125,13 +130,14 @@ impl Jerks {
                 external: &state.rates.external,
                 acceleration: state.journey.jerk,
             };
-            let moving = track.map(|track| (track, &state.rates.track_rate[..]));
+            let rails = [&state.rates.track_rate[..], &state.rates.side_rate];
+            let moving = track.map(|track| (track, rails));
             model.jerks_in_contact(&state.vehicle, *forces, rates, moving, [work, probe])?;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
                 *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }
             self.remember(state, forces);
-            self.rail.remember(track, &state.rates.track_rate);
+            self.rail.remember(track, rails);
         }
         Ok(&self.jerk)
     }

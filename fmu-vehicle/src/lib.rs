@@ -28,6 +28,8 @@ mod journey;
 mod journey_tests;
 mod line;
 #[cfg(test)]
+mod line_contact_tests;
+#[cfg(test)]
 mod line_start_tests;
 #[cfg(test)]
 mod line_tests;

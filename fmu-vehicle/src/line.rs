@@ -116,15 +116,20 @@ pub(crate) fn curved(model: &VehicleModel, travel: Option<Travel>) -> Option<Tra
     travel.filter(|travel| !is_plain(model, line, travel.place))
 }
 
-/// Refuses stops and skids on a line.
-pub(crate) fn check_start(model: &VehicleModel, contact: bool) -> Result<(), Error> {
-    if model.line().is_some() && contact {
-        return Err(Error::invalid(
-            "stops and skids (contact_stop_on, contact_skid_on) along a line are not supported: set them to \
-             false, or take line.json out of the resources",
-        ));
-    }
-    Ok(())
+/// Refuses a start on the skids in a curve: without forces of the magnets, nothing holds the vehicle sideways
+/// there, because friction is none at rest.
+pub(crate) fn check_start(
+    model: &VehicleModel,
+    travel: Option<Travel>,
+    landed: bool,
+) -> Result<(), Error> {
+    let Some(travel) = curved(model, travel).filter(|_| landed) else { return Ok(()) };
+    Err(Error::invalid(format!(
+        "start_on_skids at {} m: the line is not straight, level and without cant below the vehicle, and on \
+         its skids, without guidance, it has no equilibrium sideways; start there in levitation, with \
+         contact_skid_on, and let the magnets set it down",
+        travel.place
+    )))
 }
 
 /// A state for a linearisation, if it is another one: where the line is straight and level below the vehicle,

@@ -6,7 +6,7 @@ use fmi2_export::testing::TestInstance;
 use crate::line_tests::{row, unit};
 
 /// A clothoid of 60 m to a circle of 300 m, canted for about 20 km/h.
-const CIRCLE: &str = r#"{ "name": "circle", "plan": [
+pub(crate) const CIRCLE: &str = r#"{ "name": "circle", "plan": [
     { "kind": "straight", "length": 20 }, { "kind": "clothoid", "length": 60, "to_radius": 300 },
     { "kind": "circle", "length": 60, "radius": 300 }, { "kind": "clothoid", "length": 60 } ],
   "cant": [ { "length": 20 }, { "length": 60, "to": -0.01 }, { "length": 60 }, { "length": 60, "to": 0 } ] }"#;
@@ -24,7 +24,7 @@ fn started(place: f64, speed: f64, name: &str) -> TestInstance {
 }
 
 /// Vertical forces that hold the nominal gap, and lateral forces by the magnets' law with some damping.
-fn hold(unit: &mut TestInstance) {
+pub(crate) fn hold(unit: &mut TestInstance) {
     let [loads, gaps, rates] = ["static_load", "gap", "gap_rate"].map(|name| row(unit, name));
     let offsets = row(unit, "lateral_offset");
     for k in 0..32 {

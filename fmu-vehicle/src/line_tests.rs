@@ -146,14 +146,6 @@ fn refusal_of_lines_and_starts() {
     assert!(text.contains("line.json") && text.contains("the curvature jumps"), "{text}");
     let text = refused("one-magnet", CURVE, "ground");
     assert!(text.contains("line.json") && text.contains("to the ground"), "{text}");
-    let start = |position: f64, contact: bool| {
-        let mut unit = unit("one-car", Some(CURVE), "start").unwrap();
-        unit.set_real("initial_position", position).unwrap();
-        unit.set_boolean("contact_skid_on", contact).unwrap();
-        unit.initialize(0.0).unwrap_err().to_string()
-    };
-    let text = start(12.5, true);
-    assert!(text.contains("contact_skid_on"), "{text}");
     let mut moved = started(Some(CURVE), "report");
     moved.report("linear").unwrap();
     steps(&mut moved, 0, 700);

@@ -31,7 +31,7 @@ pub(crate) fn report(
     let Handles { inputs, outputs, contact, external, sideways } = *handles;
     let linear = linearised(model, state, values, handles)?;
     let (journey, state) = (state.journey, &state.vehicle);
-    let track = contact.track(values, inputs, journey.speed);
+    let track = contact.track(values, (inputs, sideways), journey.speed);
     let slopes: Vec<[Vec3; 2]> = model
         .magnets()
         .map(|k| track.map_or([Vec3::zeros(); 2], |track| model.contact_slopes(state, k, &track)))
@@ -47,6 +47,13 @@ pub(crate) fn report(
     for k in 0..shapes.magnets {
         system.d(rows.offset + k, side + k, -1.0);
     }
+    if let Some(track) = track {
+        let side_rate = system.inputs(sideways.rate);
+        for k in model.magnets() {
+            let slope = model.contact_side_slope(state, k, &track);
+            shapes.write_push(&mut system, k.0, &slope, side_rate + k.0, rows.down);
+        }
+    }
     system.to_json()
 }
 
@@ -57,9 +64,9 @@ fn linearised(
     values: &Values,
     handles: &Handles,
 ) -> Result<Linearisation, Error> {
-    let Handles { inputs, contact, external, .. } = *handles;
+    let Handles { inputs, contact, external, sideways, .. } = *handles;
     let (journey, state) = (state.journey, &state.vehicle);
-    let track = contact.track(values, inputs, journey.speed);
+    let track = contact.track(values, (inputs, sideways), journey.speed);
     check_linear(model, state, track.as_ref()).map_err(|e| e.context("the report linear"))?;
     let mut memory = external.memory();
     let forces = AppliedForces {
@@ -238,6 +245,27 @@ impl MagnetShapes {
         Ok(())
     }
 
+    /// A force on magnet k, along, left and up, by a unit of an input.
+    fn write_push(
+        &self,
+        system: &mut StateSpace,
+        k: usize,
+        force: &Vec3,
+        input: usize,
+        first_down: usize,
+    ) {
+        let pushed = self.by_longitudinal.column(k) * force.x
+            + self.by_lateral.column(k) * force.y
+            + self.by_force.column(k) * force.z;
+        let down = -&self.lift * &pushed;
+        for (i, value) in pushed.iter().enumerate() {
+            system.b(self.dof + i, input, *value);
+        }
+        for (i, value) in down.iter().enumerate() {
+            system.d(first_down + i, input, *value);
+        }
+    }
+
     /// Forces of stops and skids: their slopes with gap and gap rate are already in the equations of
     /// motion, as far as the magnets move; the track moves them as well.
     fn write_contact(
@@ -251,16 +279,7 @@ impl MagnetShapes {
         for (k, by) in slopes.iter().enumerate() {
             let inputs = [rows.track + k, rows.track_rate + k];
             for ((slope, input), first) in by.iter().zip(inputs).zip([0, self.dof]) {
-                let pushed = self.by_longitudinal.column(k) * slope.x
-                    + self.by_lateral.column(k) * slope.y
-                    + self.by_force.column(k) * slope.z;
-                let down = -&self.lift * &pushed;
-                for (i, value) in pushed.iter().enumerate() {
-                    system.b(self.dof + i, input, *value);
-                }
-                for (i, value) in down.iter().enumerate() {
-                    system.d(rows.down + i, input, *value);
-                }
+                self.write_push(system, k, slope, input, rows.down);
                 for j in 0..self.dof {
                     system.c(output + k, first + j, -slope.z * self.up[(k, j)]);
                 }

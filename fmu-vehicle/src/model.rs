@@ -180,7 +180,7 @@ impl VehicleFmu {
         state: &multibody::State,
         speed: f64,
     ) -> Result<(), Error> {
-        let Some(track) = self.contact.track(values, &self.inputs, speed) else { return Ok(()) };
+        let Some(track) = self.contact.track(values, (&self.inputs, &self.sideways), speed) else { return Ok(()) };
         let touches = |k: &MagnetIndex| self.model.contact_force(state, *k, &track).z != 0.0;
         match self.model.magnets().find(touches) {
             None => Ok(()),
@@ -317,8 +317,8 @@ impl Model for VehicleFmu {
         }
         let journey = self.journey.start(values, time);
         let (contact, landed) = self.contact.start(&self.model, values, journey.speed)?;
-        line::check_start(&self.model, contact.any())?;
         let travel = line::travel(&self.model, &journey, time);
+        line::check_start(&self.model, travel, landed)?;
         let equilibrium = self.equilibrium(values, travel, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
         self.fastest = match self.resting.fastest {
@@ -352,11 +352,11 @@ impl Model for VehicleFmu {
                     external,
                     acceleration: state.journey.acceleration,
                 },
-                self.contact.track(values, &self.inputs, state.journey.speed).as_ref(),
+                self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed).as_ref(),
                 &mut self.work,
             )
             .map_err(|e| Error::caused(&e))?;
-        self.contact.write(&self.model, state, &self.inputs, values);
+        self.contact.write(&self.model, state, (&self.inputs, &self.sideways), values);
         self.write_magnets(state, values, state.journey.place_at(time));
         self.write_observed(state, values);
         if let Some(motors) = &self.motors {
@@ -388,7 +388,7 @@ impl Model for VehicleFmu {
             external: self.loads.follow(&self.external, values),
             acceleration: [a, j, s, 0.0],
         };
-        let track = self.contact.course(values, &self.inputs, speed);
+        let track = self.contact.course(values, (&self.inputs, &self.sideways), speed);
         let max_step = values.real(self.parameters.max_step);
         start::check_step(self.fastest, step.size.min(max_step))?;
         self.trial.clone_from(&state.vehicle);
@@ -415,7 +415,7 @@ impl Model for VehicleFmu {
         state.vehicle.clone_from(&self.trial);
         state.journey = state.journey.after(speed, step);
         state.vehicle.travel = line::travel(&self.model, &state.journey, step.end());
-        state.rates.after(&self.inputs, &self.external, values, step.size);
+        state.rates.after(&self.inputs, &self.sideways, &self.external, values, step.size);
         if let Some(motors) = &self.motors {
             motors.keep_rates(values, step.size, &mut state.rates.motors);
         }
@@ -424,7 +424,8 @@ impl Model for VehicleFmu {
 
     fn prepare_derivatives(&mut self, state: &State, values: &Values) -> Result<(), Error> {
         self.use_vehicle_of(state, values)?;
-        self.jerks.check(state, values, &self.inputs, &self.contact, &self.external);
+        let rails = (&self.inputs, &self.sideways);
+        self.jerks.check(state, values, rails, &self.contact, &self.external);
         Ok(())
     }
 
@@ -461,20 +462,21 @@ impl Model for VehicleFmu {
             if let Some(motors) = &mut self.motors {
                 motors.hold(state, values, &mut [&mut self.work, &mut self.probe])?;
             }
-            let Self { model, inputs, contact, external, loads, work, probe, jerks, .. } = self;
+            let Self { model, inputs, sideways, contact, external, loads, work, probe, jerks, .. } =
+                self;
             let forces = AppliedForces {
                 magnets: inputs.loads(values),
                 external: loads.hold(external, values),
                 acceleration: state.journey.acceleration,
             };
-            let track = contact.track(values, inputs, state.journey.speed);
+            let track = contact.track(values, (inputs, &*sideways), state.journey.speed);
             let jerks = jerks
                 .all(model, state, &forces, track.as_ref(), [work, probe])
                 .map_err(|e| Error::caused(&e))?;
             return Ok(Some(jerks[k]));
         }
         if let Some(k) = find(self.contact.force, output) {
-            let rail = self.contact.track(values, &self.inputs, state.journey.speed);
+            let rail = self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed);
             let slope = rail.map_or(0.0, |track| {
                 let [by_gap, by_rate] =
                     self.model.contact_slopes(&state.vehicle, MagnetIndex(k), &track);
@@ -520,10 +522,12 @@ impl Model for VehicleFmu {
             Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
         let external = self.loads.seed(&self.external, seed);
         let forces = AppliedForces { magnets, external, acceleration: 0.0 };
-        let track = self.contact.track(values, inputs, state.journey.speed);
+        let track =
+            self.contact.track(values, (inputs, &self.sideways), state.journey.speed);
         let height = seed.reals(inputs.track_displacement);
         let rate = seed.reals(inputs.track_rate);
-        let moved = track.as_ref().map(|track| (track, height, rate));
+        let side_rate = seed.reals(self.sideways.rate);
+        let moved = track.as_ref().map(|track| (track, [height, rate, side_rate]));
         self.model
             .load_response_in_contact(&state.vehicle, forces, moved, &mut self.probe)
             .map_err(|e| Error::caused(&e))?;
@@ -580,7 +584,7 @@ impl Model for VehicleFmu {
             At::State => {
                 let straight = line::steady(&self.model, state)?;
                 let state = straight.as_ref().unwrap_or(state);
-                let track = self.contact.track(values, &self.inputs, state.journey.speed);
+                let track = self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed);
                 let magnets = self.inputs.loads(values);
                 let external = self.loads.hold(&self.external, values);
                 let acceleration = state.journey.acceleration;

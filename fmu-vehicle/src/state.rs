@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::external::ExternalHandles;
 use crate::journey::Journey;
-use crate::table::InputHandles;
+use crate::table::{InputHandles, SidewaysHandles};
 
 /// Everything that changes while stepping.
 #[derive(Debug, Serialize, Deserialize)]
@@ -28,6 +28,7 @@ pub(crate) struct LoadRates {
     pub force: Vec<f64>,
     pub lateral_force: Vec<f64>,
     pub track_rate: Vec<f64>,
+    pub side_rate: Vec<f64>,
     pub external: Vec<ExternalLoad>,
     /// Of the motors' inputs: thrust, current, frequency, then heights; empty without motors.
     pub motors: Vec<f64>,
@@ -39,6 +40,7 @@ impl LoadRates {
             force: vec![0.0; magnets],
             lateral_force: vec![0.0; magnets],
             track_rate: vec![0.0; magnets],
+            side_rate: vec![0.0; magnets],
             external: vec![[0.0; 6]; observed],
             motors: Vec::new(),
         }
@@ -47,6 +49,7 @@ impl LoadRates {
     pub fn after(
         &mut self,
         inputs: &InputHandles,
+        sideways: &SidewaysHandles,
         external: &ExternalHandles,
         values: &Values,
         size: f64,
@@ -59,6 +62,7 @@ impl LoadRates {
             (&mut self.force, inputs.force),
             (&mut self.lateral_force, inputs.lateral_force),
             (&mut self.track_rate, inputs.track_rate),
+            (&mut self.side_rate, sideways.rate),
         ] {
             for (rate, u) in rates.iter_mut().zip(values.taylors(input)) {
                 *rate = at_the_end(u);
@@ -69,7 +73,7 @@ impl LoadRates {
 
 impl Clone for State {
     fn clone(&self) -> Self {
-        let LoadRates { force, lateral_force, track_rate, external, motors } = &self.rates;
+        let LoadRates { force, lateral_force, track_rate, side_rate, external, motors } = &self.rates;
         Self {
             vehicle: self.vehicle.clone(),
             journey: self.journey,
@@ -79,6 +83,7 @@ impl Clone for State {
                 force: force.clone(),
                 lateral_force: lateral_force.clone(),
                 track_rate: track_rate.clone(),
+                side_rate: side_rate.clone(),
                 external: external.clone(),
                 motors: motors.clone(),
             },
@@ -94,6 +99,7 @@ impl Clone for State {
         self.rates.force.clone_from(&source.rates.force);
         self.rates.lateral_force.clone_from(&source.rates.lateral_force);
         self.rates.track_rate.clone_from(&source.rates.track_rate);
+        self.rates.side_rate.clone_from(&source.rates.side_rate);
         self.rates.external.clone_from(&source.rates.external);
         self.rates.motors.clone_from(&source.rates.motors);
     }

@@ -82,7 +82,6 @@ impl VehicleModel {
         if ws.has_solution(&state.bodies, &forces, track, state.travel) {
             return Ok(());
         }
-        self.refuse_contact(state, track)?;
         self.follow_line(state.travel, ws);
         ws.touch.set(track);
         ws.vertical.copy_from_slice(forces.magnets.vertical);
@@ -97,13 +96,6 @@ impl VehicleModel {
     pub(crate) fn follow_line(&self, travel: Option<Travel>, ws: &mut Workspace) {
         ws.travel = travel;
         ws.way = self.way(travel);
-    }
-
-    fn refuse_contact(&self, state: &State, track: Option<&TrackContact>) -> Result<(), Error> {
-        match track.filter(|track| track.contact.any()) {
-            Some(_) => self.refuse_line(state, "contact with stops and skids"),
-            None => Ok(()),
-        }
     }
 
     pub(crate) fn check_forces(&self, state: &State, forces: &AppliedForces) -> Result<(), Error> {
@@ -424,7 +416,7 @@ impl VehicleModel {
         self.respond(state, &forces.into(), ws, |_| Vec3::zeros())
     }
 
-    /// As [`VehicleModel::load_response`], with further forces on the magnets, world axes.
+    /// As [`VehicleModel::load_response`], with further forces on the magnets, world axes, on a line its axes.
     pub(crate) fn respond(
         &self,
         state: &State,
@@ -443,6 +435,8 @@ impl VehicleModel {
             let force = further(k);
             if force != Vec3::zeros() {
                 let magnet = &self.magnets[k];
+                let meeting = on_line.way.zip(on_line.met.get(k.0).and_then(Option::as_ref));
+                let force = meeting.map_or(force, |(way, meeting)| way.outward(meeting, &force));
                 wrenches[magnet.body].add(&force, &kin[magnet.body].turn(&magnet.local));
             }
         }

@@ -55,8 +55,8 @@ impl VehicleModel {
         self.jerks_in_contact(state, forces, rates, None, [ws, probe])
     }
 
-    /// Like [`VehicleModel::jerks`], with the contacts of the magnets with the rail, whose rates change
-    /// by the given accelerations (m/s²), one per magnet. Where a magnet touches or leaves the rail
+    /// Like [`VehicleModel::jerks`], with the contacts of the magnets with the rail, whose rates, vertical and
+    /// lateral, change by the given accelerations (m/s²), one per magnet. Where a magnet touches or leaves the rail
     /// at this very moment, the rates are between those before and after.
     ///
     /// # Errors
@@ -66,7 +66,7 @@ impl VehicleModel {
         state: &State,
         forces: impl Into<AppliedForces<'a>>,
         rates: impl Into<AppliedForces<'a>>,
-        track: Option<(&TrackContact, &[f64])>,
+        track: Option<(&TrackContact, [&[f64]; 2])>,
         [ws, probe]: [&mut Workspace; 2],
     ) -> Result<(), Error> {
         let (forces, rates) = (forces.into(), rates.into());
@@ -84,12 +84,14 @@ impl VehicleModel {
                     *shifted = value + rate * dt;
                 }
             }
-            if let Some((track, accelerations)) = track {
+            if let Some((track, [accelerations, sideways])) = track {
                 self.check_track(track.height.len(), accelerations.len())?;
                 for (k, acceleration) in accelerations.iter().enumerate() {
                     probe.touch.height[k] =
                         track.height[k] + dt * (track.rate[k] + 0.5 * dt * acceleration);
                     probe.touch.rate[k] = track.rate[k] + dt * acceleration;
+                    let side_rate = track.side_rate.get(k).copied().unwrap_or(0.0);
+                    probe.touch.side_rate[k] = side_rate + dt * sideways.get(k).unwrap_or(&0.0);
                 }
                 probe.touch.speed = track.speed + dt * forces.acceleration;
             }

@@ -165,6 +165,15 @@ impl Contact {
         slopes
     }
 
+    /// Change of [`Contact::force`] with the velocity (y) at which the magnet slides sideways, N·s/m.
+    pub(crate) fn force_by_side_slip(&self, clearance: Clearance, slip: [f64; 2]) -> Vec3 {
+        let friction: f64 =
+            self.at(clearance).map(|touch| touch.law.friction * touch.normal()).sum();
+        let per_slip = self.per_slip(slip);
+        let [x, y] = slip.map(|s| s * per_slip);
+        Vec3::new(friction * per_slip * x * y, -friction * per_slip * (1.0 - y * y), 0.0)
+    }
+
     /// Whether stop, nominal gap and skid are in this order. The error names the side.
     ///
     /// # Errors

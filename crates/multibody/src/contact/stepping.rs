@@ -57,9 +57,8 @@ impl VehicleModel {
         };
         self.check_course(state, &forces)?;
         self.check_track(track.height.len(), track.rate.len())?;
-        self.refuse_line(state, "contact with stops and skids")?;
         ws.touch.contact = Some(track.contact);
-        let course = Course { forces, track: Some(*track), travel: None };
+        let course = Course { forces, track: Some(*track), travel: state.travel };
         let count = internal_steps(size, max_step)?;
         let h = size / f64::from(count);
         let begin = state.time;
@@ -68,6 +67,7 @@ impl VehicleModel {
             self.advance(state, &InternalStep { begin, offset, h }, &course, ws)?;
             state.time = if n + 1 == count { begin + size } else { begin + f64::from(n + 1) * h };
         }
+        state.travel = state.travel.map(|it| it.after(&forces.acceleration, size));
         Ok(())
     }
 
@@ -137,12 +137,10 @@ impl VehicleModel {
     /// Clearances and slips of all magnets at a time after the start of the step.
     fn clearances(&self, bodies: &[BodyState], course: &Course, t: f64, ws: &mut Workspace) {
         let Some(track) = &course.track else { return };
-        let speed = track.speed_at(t);
+        let way = self.way(course.travel.map(|it| it.after(&course.forces.acceleration, t)));
         for k in self.magnets() {
-            let motion = self.magnet_motion(bodies, k);
-            ws.touch.after[k] =
-                self.clearance_of(&motion, track.height_at(k.0, t), track.rate_at(k.0, t));
-            ws.touch.slip[k] = [speed + motion.velocity.x, motion.velocity.y];
+            let rail = track.at(k.0, t);
+            (ws.touch.after[k], ws.touch.slip[k]) = self.at_rail(bodies, way.as_ref(), k, &rail);
         }
     }
 

@@ -16,6 +16,30 @@ pub struct TrackContact<'a> {
     pub height: &'a [f64],
     /// Its rate as the moving magnet sees it, m/s.
     pub rate: &'a [f64],
+    /// Rate of the rail's lateral displacement as the moving magnet sees it, m/s, left positive; an empty
+    /// list means zeros.
+    pub side_rate: &'a [f64],
+}
+
+/// The rail at one magnet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RailPoint {
+    pub height: f64,
+    pub rate: f64,
+    pub side_rate: f64,
+    /// Speed of the travelling frame, m/s.
+    pub speed: f64,
+}
+
+impl TrackContact<'_> {
+    pub(crate) fn at(&self, k: usize) -> RailPoint {
+        RailPoint {
+            height: self.height[k],
+            rate: self.rate[k],
+            side_rate: self.side_rate.get(k).copied().unwrap_or(0.0),
+            speed: self.speed,
+        }
+    }
 }
 
 /// The rail over a step: polynomials in the time τ since its start, u + u' τ + u'' τ²/2 + u''' τ³/6.
@@ -30,11 +54,24 @@ pub struct TrackCourse<'a> {
     pub height: &'a [[f64; 4]],
     /// Its rate as the moving magnet sees it, m/s.
     pub rate: &'a [[f64; 4]],
+    /// Rate of the rail's lateral displacement as the moving magnet sees it, m/s, left positive; an empty
+    /// list means zeros.
+    pub side_rate: &'a [[f64; 4]],
 }
 
 impl TrackCourse<'_> {
+    /// The rail at magnet k after the time t.
+    pub(crate) fn at(&self, k: usize, t: f64) -> RailPoint {
+        RailPoint {
+            height: self.height_at(k, t),
+            rate: self.rate_at(k, t),
+            side_rate: self.side_rate_at(k, t),
+            speed: self.speed_at(t),
+        }
+    }
+
     /// Height of the track at magnet k after the time t.
-    pub(crate) fn height_at(&self, k: usize, t: f64) -> f64 {
+    fn height_at(&self, k: usize, t: f64) -> f64 {
         let height = &self.height[k];
         if height[1..] == [0.0; 3] {
             let [v, a, j, _] = self.rate[k];
@@ -50,8 +87,12 @@ impl TrackCourse<'_> {
     }
 
     /// Rate of the height.
-    pub(crate) fn rate_at(&self, k: usize, t: f64) -> f64 {
+    fn rate_at(&self, k: usize, t: f64) -> f64 {
         polynomial(&self.rate[k], t)
+    }
+
+    fn side_rate_at(&self, k: usize, t: f64) -> f64 {
+        self.side_rate.get(k).map_or(0.0, |rate| polynomial(rate, t))
     }
 }
 
@@ -63,7 +104,8 @@ pub(crate) struct ContactScratch {
     pub speed: f64,
     pub height: Vec<f64>,
     pub rate: Vec<f64>,
-    /// Force on each magnet, of the last evaluation with contact.
+    pub side_rate: Vec<f64>,
+    /// Force on each magnet, of the last evaluation with contact; on a line in its axes at the magnet.
     pub force: Vec<Vec3>,
     /// Clearances at the start and at the end of an internal step.
     pub before: Vec<Clearance>,
@@ -88,6 +130,7 @@ impl ContactScratch {
             speed: 0.0,
             height: vec![0.0; magnets],
             rate: vec![0.0; magnets],
+            side_rate: vec![0.0; magnets],
             force: vec![Vec3::zeros(); magnets],
             before: vec![Clearance::default(); magnets],
             after: vec![Clearance::default(); magnets],
@@ -107,6 +150,9 @@ impl ContactScratch {
             self.speed = track.speed;
             self.height.copy_from_slice(track.height);
             self.rate.copy_from_slice(track.rate);
+            for (k, rate) in self.side_rate.iter_mut().enumerate() {
+                *rate = track.side_rate.get(k).copied().unwrap_or(0.0);
+            }
         }
     }
 
@@ -116,6 +162,17 @@ impl ContactScratch {
         for (k, (height, rate)) in self.height.iter_mut().zip(&mut self.rate).enumerate() {
             *height = course.height_at(k, t);
             *rate = course.rate_at(k, t);
+            self.side_rate[k] = course.side_rate_at(k, t);
+        }
+    }
+
+    /// The rail at magnet k.
+    pub fn rail(&self, k: usize) -> RailPoint {
+        RailPoint {
+            height: self.height[k],
+            rate: self.rate[k],
+            side_rate: self.side_rate[k],
+            speed: self.speed,
         }
     }
 
@@ -129,5 +186,10 @@ impl ContactScratch {
             && self.speed.to_bits() == track.speed.to_bits()
             && same(&self.height, track.height)
             && same(&self.rate, track.rate)
+            && if track.side_rate.is_empty() {
+                self.side_rate.iter().all(|rate| *rate == 0.0)
+            } else {
+                same(&self.side_rate, track.side_rate)
+            }
     }
 }

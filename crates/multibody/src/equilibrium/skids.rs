@@ -52,7 +52,8 @@ impl VehicleModel {
             body.position.z -= drop;
         }
         let still = vec![0.0; track.len()];
-        let track = TrackContact { contact: *contact, speed: 0.0, height: track, rate: &still };
+        let (speed, side_rate) = (0.0, &[][..]);
+        let track = TrackContact { contact: *contact, speed, height: track, rate: &still, side_rate };
         let statics = self.static_problem(holding, ws)?;
         let factors = vec![0.0; statics.analysis.factorisation.storage];
         let mut landing = Landing {
@@ -177,7 +178,7 @@ impl Landing<'_> {
 
 /// Stiffness of a magnet's skid for a Newton step, N/m.
 fn stiffness(model: &VehicleModel, state: &State, k: MagnetIndex, track: &TrackContact) -> f64 {
-    let clearance = model.clearance(&state.bodies, k.0, track.height[k.0], 0.0);
+    let (clearance, _) = model.at_rail(&state.bodies, None, k, &track.at(k.0));
     track.contact.skid.map_or(0.0, |skid| {
         let off = if clearance.gap > skid.gap { 1.0 } else { OFF_THE_RAIL };
         skid.stiffness * off
