@@ -181,7 +181,7 @@ fn analytic_modes_tell_which_step_is_too_large() {
     let largest = |step: &str| {
         let mut all = vec!["--step", step, "--stop", "4", "--record-interval", "0.08"];
         all.extend(held);
-        let run = system_tests::FinishedRun::of(std::path::Path::new(&file), &all);
+        let run = system_tests::FinishedRun::of(Path::new(&file), &all);
         // a magnet that touches the rail ends the run
         run.map_or(1.0, |run| {
             let gap = |name| run.statistic("vehicle.gap_01", name).unwrap();
