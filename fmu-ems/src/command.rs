@@ -26,6 +26,7 @@ impl CommandHandles {
             voltage_command: interface
                 .real("voltage_command")
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::VOLT)
                 .nominal(10.0)
                 .description(

@@ -3,7 +3,9 @@
 use fmi2_export::{
     Error, Interface, Model, RealVar, Resources, Seed, Sensitivity, StateSpace, Step, Values,
 };
-use magnet::{InputCourse, InputRates, Magnet, MagnetParameters, OutputRates, Workspace};
+use magnet::{
+    FurtherCourse, InputCourse, InputRates, Magnet, MagnetParameters, OutputRates, Workspace,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::command::CommandHandles;
@@ -154,19 +156,27 @@ impl Model for EmsFmu {
             acceleration: *values.taylor(self.inputs.acceleration),
             voltage_command: *values.taylor(self.command.voltage_command),
             lateral_offset: *values.taylor(self.inputs.lateral_offset),
+            further: FurtherCourse {
+                gap: *values.further(self.inputs.gap),
+                acceleration: *values.further(self.inputs.acceleration),
+                voltage_command: *values.further(self.command.voltage_command),
+                lateral_offset: *values.further(self.inputs.lateral_offset),
+            },
         };
         self.magnet(&state.parameters)?;
         self.magnet
             .step(&mut state.magnet, &course, step.time, step.size, &mut self.workspace)
             .map_err(|error| refused(&error))?;
+        let slope = |input| slope(values.taylor(input), values.further(input), step.size);
+        let bend = |input| bend(values.taylor(input), values.further(input), step.size);
         state.rates = InputRates {
-            gap_acceleration: slope(values.taylor(self.inputs.gap_rate), step.size),
-            jerk: slope(&course.acceleration, step.size),
-            static_force_rate: slope(values.taylor(self.inputs.static_force), step.size),
-            static_force_acceleration: bend(values.taylor(self.inputs.static_force), step.size),
-            voltage_command_rate: slope(&course.voltage_command, step.size),
-            offset_rate: slope(&course.lateral_offset, step.size),
-            offset_acceleration: bend(&course.lateral_offset, step.size),
+            gap_acceleration: slope(self.inputs.gap_rate),
+            jerk: slope(self.inputs.acceleration),
+            static_force_rate: slope(self.inputs.static_force),
+            static_force_acceleration: bend(self.inputs.static_force),
+            voltage_command_rate: slope(self.command.voltage_command),
+            offset_rate: slope(self.inputs.lateral_offset),
+            offset_acceleration: bend(self.inputs.lateral_offset),
         };
         Ok(())
     }
@@ -194,11 +204,19 @@ impl Model for EmsFmu {
 
     fn output_derivative(
         &mut self,
-        _: &State,
-        _: &Values,
+        state: &State,
+        values: &Values,
         output: RealVar,
         order: u32,
     ) -> Result<Option<f64>, Error> {
+        if output == self.outputs.lateral_force {
+            let (inputs, lift) = (self.read(values), self.rates);
+            let rates = self
+                .magnet(&state.parameters)?
+                .lateral_rates(&state.magnet, &inputs, &state.rates, &lift)
+                .map_err(|error| Error::caused(&error))?;
+            return Ok(rates.get(order as usize - 1).copied());
+        }
         let (outputs, rates) = (&self.outputs, &self.rates);
         let estimate = || outputs.estimates.iter().position(|&estimate| estimate == output);
         Ok(match order {
@@ -274,13 +292,15 @@ impl Model for EmsFmu {
 }
 
 /// First derivative of an input at the end of a step, after which the kit discards the polynomial.
-fn slope(u: &[f64; 4], size: f64) -> f64 {
-    u[1] + size * (u[2] + 0.5 * size * u[3])
+fn slope(u: &[f64; 4], further: &[f64; 2], size: f64) -> f64 {
+    let [fourth, fifth] = further;
+    let cube = size * size * size;
+    u[1] + size * (u[2] + 0.5 * size * u[3]) + cube / 6.0 * (fourth + 0.25 * size * fifth)
 }
 
 /// Second derivative of an input at the end of a step.
-fn bend(u: &[f64; 4], size: f64) -> f64 {
-    u[2] + size * u[3]
+fn bend(u: &[f64; 4], [fourth, fifth]: &[f64; 2], size: f64) -> f64 {
+    u[2] + size * u[3] + 0.5 * size * size * (fourth + size / 3.0 * fifth)
 }
 
 fn at(time: f64, error: &magnet::Error) -> Error {

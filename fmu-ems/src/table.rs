@@ -60,6 +60,7 @@ impl InputHandles {
             gap: interface
                 .real("gap")
                 .input(0.008)
+                .takes(5)
                 .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .min(0.0)
@@ -72,6 +73,7 @@ impl InputHandles {
             gap_rate: interface
                 .real("gap_rate")
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::METRE_PER_SECOND)
                 .display("mm/s")
                 .nominal(0.01)
@@ -83,12 +85,14 @@ impl InputHandles {
             acceleration: interface
                 .real("acceleration")
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::METRE_PER_SECOND_SQUARED)
                 .description("Inertial acceleration of the magnet, positive downward")
                 .done(),
             lateral_offset: interface
                 .real("lateral_offset")
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(0.001)
@@ -97,6 +101,7 @@ impl InputHandles {
             static_force: interface
                 .real("static_force")
                 .input(LOAD)
+                .takes(5)
                 .unit(UnitOfMeasure::NEWTON)
                 .display("kN")
                 .nominal(5000.0)
@@ -115,7 +120,9 @@ impl OutputHandles {
         // with the highest order of its time derivatives
         let mut output =
             |name: &'static str, order, unit: UnitOfMeasure, nominal: f64, text: &'static str| {
+                // more than their cost is worth for extrapolation: those of the lateral force
                 let output = interface.real(name).output().derivatives(order);
+                let output = output.interpolated(if order == 0 { 2 } else { order });
                 output.unit(unit).nominal(nominal).description(text).done()
             };
         let force = output(

@@ -198,8 +198,13 @@ fn analytic_unit_is_the_library() {
         for n in 0..30 {
             let time = f64::from(n) * 1.3e-3;
             let [gap, _, acceleration, offset_course, _, voltage_command] = swing(time);
-            let course =
-                InputCourse { gap, acceleration, voltage_command, lateral_offset: offset_course };
+            let course = InputCourse {
+                gap,
+                acceleration,
+                voltage_command,
+                lateral_offset: offset_course,
+                ..InputCourse::default()
+            };
             step(&mut unit, time, 1.3e-3);
             magnet.step(&mut state, &course, time, 1.3e-3, &mut workspace).unwrap();
             set(&mut unit, time + 1.3e-3);

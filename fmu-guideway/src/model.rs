@@ -170,13 +170,20 @@ impl Built {
         let pairs = values.taylors(inputs.force).iter().zip(values.taylors(inputs.position));
         for (load, (&force, &position)) in self.loads.iter_mut().zip(pairs) {
             *load = Load { force, position, ..Load::default() };
-            if from_speed && position[1..] == [0.0; 3] {
-                load.position = [position[0], v, a, j];
-            }
+        }
+        let further = values.furthers(inputs.force).iter().zip(values.furthers(inputs.position));
+        for (load, (&force, &position)) in self.loads.iter_mut().zip(further) {
+            load.further = [force, position, [0.0; 2]];
+        }
+        for load in self.loads.iter_mut().filter(|load| from_speed && load.stands()) {
+            load.position = [load.position[0], v, a, j];
         }
         if let Some(lateral) = inputs.lateral {
             for (load, &force) in self.loads.iter_mut().zip(values.taylors(lateral)) {
                 load.lateral = force;
+            }
+            for (load, &further) in self.loads.iter_mut().zip(values.furthers(lateral)) {
+                load.further[2] = further;
             }
         }
     }

@@ -68,6 +68,7 @@ pub(crate) fn declare_forces(interface: &mut Interface, magnets: usize) -> RealV
     interface
         .reals("lateral_force", magnets)
         .input(0.0)
+        .takes(5)
         .unit(UnitOfMeasure::NEWTON)
         .nominal(1e3)
         .description("Lateral force on magnet {k}, left positive; it pushes its rail to the right")

@@ -36,6 +36,7 @@ impl InputHandles {
             force: interface
                 .reals("force", magnets)
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::NEWTON)
                 .nominal(1e4)
                 .description("Levitation force of magnet {k}; attraction is positive, it pushes the guideway down")
@@ -43,6 +44,7 @@ impl InputHandles {
             position: interface
                 .reals("position", magnets)
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::METRE)
                 .nominal(10.0)
                 .description("Centre of magnet {k} along the track")

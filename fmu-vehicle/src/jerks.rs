@@ -2,14 +2,14 @@
 
 use fmi2_export::Values;
 use multibody::{
-    AppliedForces, Contact, Error, ExternalLoad, Loads, MagnetIndex, TrackContact, VehicleModel,
-    Workspace,
+    AppliedForces, Contact, Error, ExternalLoad, Loads, MagnetIndex, MovingTrack, TrackContact,
+    VehicleModel, Workspace,
 };
 
 use crate::contact::{ContactHandles, RailHandles};
 use crate::external::ExternalHandles;
 use crate::journey::Journey;
-use crate::state::State;
+use crate::state::{LoadBends, LoadRates, State};
 
 /// Rates of the magnets' accelerations (down positive), with what they were computed for.
 #[derive(Debug, Clone)]
@@ -25,6 +25,12 @@ pub(crate) struct Jerks {
     external_rate: Vec<ExternalLoad>,
     rail: Rail,
     jerk: Vec<f64>,
+    /// Their second derivatives, and whether they are known too.
+    snap: Vec<f64>,
+    bent: bool,
+    bends: LoadBends,
+    /// Whether they were asked for at the last communication point: then they are computed with the rates.
+    wanted: bool,
 }
 
 /// The rail for which the rates were computed; only the laws without contact.
@@ -83,6 +89,10 @@ impl Jerks {
             external_rate: vec![[0.0; 6]; model.observed().count()],
             rail: Rail::default(),
             jerk: zero(),
+            snap: zero(),
+            bent: false,
+            bends: LoadRates::zero(model.counts().magnets, model.observed().count()).bends,
+            wanted: false,
         }
     }
 
@@ -111,9 +121,10 @@ impl Jerks {
             )
             && self.journey.is_some_and(|it| it.alike(&state.journey))
             && self.state == state.vehicle;
+        self.bent = self.bent && self.known && self.bends == state.rates.bends;
     }
 
-    /// The rates of all magnets, computed if necessary.
+    /// The rates of all magnets, and their second derivatives if they are `bent`, computed if necessary.
     pub fn all(
         &mut self,
         model: &VehicleModel,
@@ -121,8 +132,11 @@ impl Jerks {
         forces: &AppliedForces,
         track: Option<&TrackContact>,
         [work, probe]: [&mut Workspace; 2],
+        bent: bool,
     ) -> Result<&[f64], Error> {
-        if !self.known {
+        self.wanted |= bent;
+        if !self.known || (bent && !self.bent) {
+            let bent = self.wanted && state.vehicle.travel.is_none();
             let magnets =
                 Loads { vertical: &state.rates.force, lateral: &state.rates.lateral_force };
             let rates = AppliedForces {
@@ -130,9 +144,29 @@ impl Jerks {
                 external: &state.rates.external,
                 acceleration: state.journey.jerk,
             };
-            let rails = [&state.rates.track_rate[..], &state.rates.side_rate];
-            let moving = track.map(|track| (track, rails));
-            model.jerks_in_contact(&state.vehicle, *forces, rates, moving, [work, probe])?;
+            let LoadRates { track_rate, side_rate, bends: ends, .. } = &state.rates;
+            let rails = [&track_rate[..], side_rate];
+            let moving = track.map(|track| MovingTrack {
+                track,
+                acceleration: track_rate,
+                side_acceleration: side_rate,
+                jerk: &ends.track_rate,
+                side_jerk: &ends.side_rate,
+            });
+            if bent {
+                let magnets = Loads { vertical: &ends.force, lateral: &ends.lateral_force };
+                let (external, acceleration) = (&ends.external[..], state.journey.snap);
+                let bends = AppliedForces { magnets, external, acceleration };
+                let loads = [*forces, rates, bends];
+                model.snaps_in_contact(&state.vehicle, loads, moving, [work, probe])?;
+                for (k, snap) in self.snap.iter_mut().enumerate() {
+                    *snap = -model.magnet_snap(work, probe, MagnetIndex(k)).z;
+                }
+                self.bends.clone_from(ends);
+            } else {
+                model.jerks_in_contact(&state.vehicle, *forces, rates, moving, [work, probe])?;
+            }
+            self.bent = bent;
             for (k, jerk) in self.jerk.iter_mut().enumerate() {
                 *jerk = -model.magnet_jerk(work, probe, MagnetIndex(k)).z;
             }
@@ -140,6 +174,11 @@ impl Jerks {
             self.rail.remember(track, rails);
         }
         Ok(&self.jerk)
+    }
+
+    /// Second derivative of the acceleration of magnet k (down positive).
+    pub fn snap(&self, k: usize) -> f64 {
+        self.snap[k]
     }
 
     fn remember(&mut self, state: &State, forces: &AppliedForces) {

@@ -21,6 +21,8 @@ pub(crate) struct Journey {
     /// Its rate there, m/s², and the rate of that, m/s³.
     pub acceleration: f64,
     pub jerk: f64,
+    /// The rate of the jerk, m/s⁴.
+    pub snap: f64,
     /// Place (m) at the time (s) since which the speed is constant.
     place: f64,
     since: f64,
@@ -55,6 +57,7 @@ impl JourneyHandles {
             speed: values.real(self.travel_speed) + values.real(self.speed_change),
             acceleration: 0.0,
             jerk: 0.0,
+            snap: 0.0,
             place: values.real(self.initial_position),
             since: time,
         }
@@ -76,7 +79,8 @@ impl Journey {
 
     /// Whether forces are the same for both.
     pub fn alike(&self, other: &Self) -> bool {
-        (self.speed, self.acceleration, self.jerk) == (other.speed, other.acceleration, other.jerk)
+        let forces = |it: &Self| (it.speed, it.acceleration, it.jerk, it.snap);
+        forces(self) == forces(other)
     }
 
     /// The journey after a step. The place is the integral of the polynomial.
@@ -84,13 +88,14 @@ impl Journey {
         let [v, a, j, s] = speed;
         if v.to_bits() == self.speed.to_bits() && [a, j, s] == [0.0; 3] {
             // counted from where the speed became constant, not summed
-            return Self { acceleration: 0.0, jerk: 0.0, ..*self };
+            return Self { acceleration: 0.0, jerk: 0.0, snap: 0.0, ..*self };
         }
         let h = step.size;
         Self {
             speed: v + h * (a + h / 2.0 * (j + h / 3.0 * s)),
             acceleration: a + h * (j + h / 2.0 * s),
             jerk: j + h * s,
+            snap: s,
             place: self.place_at(step.time) + h * (v + h / 2.0 * (a + h / 3.0 * (j + h / 4.0 * s))),
             since: step.end(),
         }

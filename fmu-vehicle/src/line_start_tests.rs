@@ -140,7 +140,9 @@ fn analytic_the_linear_report_in_a_curve_agrees_with_steps() {
         entries.map(|e| (whole(&e[0]), whole(&e[1]), e[2].as_f64().unwrap())).collect()
     };
     let [a, b, c, d] = ["a", "b", "c", "d"].map(entries);
-    for (input, size) in [("force_03", 40.0), ("lateral_force_20", 40.0), ("car_1_external_force_y", 200.0)] {
+    for (input, size) in
+        [("force_03", 40.0), ("lateral_force_20", 40.0), ("car_1_external_force_y", 200.0)]
+    {
         let u = index("inputs", input, &unit);
         let (h, steps) = (1e-3, 60);
         let rates = |x: &[f64]| {
@@ -186,7 +188,9 @@ fn analytic_the_linear_report_in_a_curve_agrees_with_steps() {
                 let slope = (more[n][k] - less[n][k]) / (2.0 * size);
                 assert!(
                     (slope - y[k]).abs() < 1e-4 * most,
-                    "{name}_{} by {input}: {slope} {} of {most}", k + 1, y[k]
+                    "{name}_{} by {input}: {slope} {} of {most}",
+                    k + 1,
+                    y[k]
                 );
             }
         }

@@ -291,9 +291,8 @@ impl MagnetShapes {
 
 /// Rows along, to the left and up.
 fn by_axis(all: &DMatrix<f64>) -> [DMatrix<f64>; 3] {
-    [0, 1, 2].map(|axis| {
-        DMatrix::from_fn(all.nrows() / 3, all.ncols(), |k, j| all[(3 * k + axis, j)])
-    })
+    [0, 1, 2]
+        .map(|axis| DMatrix::from_fn(all.nrows() / 3, all.ncols(), |k, j| all[(3 * k + axis, j)]))
 }
 
 /// Factors of the reduced mass matrix.

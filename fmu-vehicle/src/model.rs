@@ -6,8 +6,8 @@ use fmi2_export::{
 };
 use linear_motor::MotorDescription;
 use multibody::{
-    AppliedCourse, AppliedForces, Contact, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex,
-    ObservedIndex, Rails, Travel, VehicleDescription, VehicleModel, Workspace,
+    AppliedCourse, AppliedForces, Contact, Equilibrium, FurtherCourse, Holding, LoadCourse, Loads,
+    MagnetIndex, ObservedIndex, Rails, Travel, VehicleDescription, VehicleModel, Workspace,
 };
 use track_line::Line;
 
@@ -180,7 +180,9 @@ impl VehicleFmu {
         state: &multibody::State,
         speed: f64,
     ) -> Result<(), Error> {
-        let Some(track) = self.contact.track(values, (&self.inputs, &self.sideways), speed) else { return Ok(()) };
+        let Some(track) = self.contact.track(values, (&self.inputs, &self.sideways), speed) else {
+            return Ok(());
+        };
         let touches = |k: &MagnetIndex| self.model.contact_force(state, *k, &track).z != 0.0;
         match self.model.magnets().find(touches) {
             None => Ok(()),
@@ -229,6 +231,39 @@ impl VehicleFmu {
                 values.set_real(body.point_vertical.get(i), point.z);
             }
         }
+    }
+}
+
+impl VehicleFmu {
+    /// Second derivatives on a straight track, of outputs that have them for interpolation.
+    fn second_derivative(
+        &mut self,
+        state: &State,
+        values: &Values,
+        output: RealVar,
+    ) -> Result<Option<f64>, Error> {
+        let outputs = &self.outputs;
+        if let Some(k) = find(outputs.acceleration, output) {
+            let Self { model, inputs, contact, external, loads, work, probe, jerks, .. } = self;
+            let forces = AppliedForces {
+                magnets: inputs.loads(values),
+                external: loads.hold(external, values),
+                acceleration: state.journey.acceleration,
+            };
+            let track = contact.track(values, inputs, state.journey.speed);
+            jerks
+                .all(model, state, &forces, track.as_ref(), [work, probe], true)
+                .map_err(|e| Error::caused(&e))?;
+            return Ok(Some(jerks.snap(k)));
+        }
+        if find(outputs.static_load, output).is_some() {
+            return Ok(Some(0.0));
+        }
+        let inertial = |k: usize| self.model.magnet_acceleration(&self.work, MagnetIndex(k));
+        if let Some(k) = find(outputs.lateral_offset, output) {
+            return Ok(Some(inertial(k).y - state.rates.side_rate[k]));
+        }
+        Ok(find(outputs.position, output).map(|k| inertial(k).x))
     }
 }
 
@@ -352,7 +387,9 @@ impl Model for VehicleFmu {
                     external,
                     acceleration: state.journey.acceleration,
                 },
-                self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed).as_ref(),
+                self.contact
+                    .track(values, (&self.inputs, &self.sideways), state.journey.speed)
+                    .as_ref(),
                 &mut self.work,
             )
             .map_err(|e| Error::caused(&e))?;
@@ -385,6 +422,10 @@ impl Model for VehicleFmu {
         let [_, a, j, s] = speed;
         let course = AppliedCourse {
             magnets,
+            further: FurtherCourse {
+                vertical: values.furthers(self.inputs.force),
+                lateral: values.furthers(self.inputs.lateral_force),
+            },
             external: self.loads.follow(&self.external, values),
             acceleration: [a, j, s, 0.0],
         };
@@ -452,6 +493,9 @@ impl Model for VehicleFmu {
                 _ => None,
             });
         }
+        if order == 2 {
+            return self.second_derivative(state, values, output);
+        }
         if order != 1 {
             return Ok(None);
         }
@@ -462,8 +506,9 @@ impl Model for VehicleFmu {
             if let Some(motors) = &mut self.motors {
                 motors.hold(state, values, &mut [&mut self.work, &mut self.probe])?;
             }
-            let Self { model, inputs, sideways, contact, external, loads, work, probe, jerks, .. } =
-                self;
+            let Self {
+                model, inputs, sideways, contact, external, loads, work, probe, jerks, ..
+            } = self;
             let forces = AppliedForces {
                 magnets: inputs.loads(values),
                 external: loads.hold(external, values),
@@ -471,12 +516,13 @@ impl Model for VehicleFmu {
             };
             let track = contact.track(values, (inputs, &*sideways), state.journey.speed);
             let jerks = jerks
-                .all(model, state, &forces, track.as_ref(), [work, probe])
+                .all(model, state, &forces, track.as_ref(), [work, probe], false)
                 .map_err(|e| Error::caused(&e))?;
             return Ok(Some(jerks[k]));
         }
         if let Some(k) = find(self.contact.force, output) {
-            let rail = self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed);
+            let rail =
+                self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed);
             let slope = rail.map_or(0.0, |track| {
                 let [by_gap, by_rate] =
                     self.model.contact_slopes(&state.vehicle, MagnetIndex(k), &track);
@@ -522,8 +568,7 @@ impl Model for VehicleFmu {
             Loads { vertical: seed.reals(inputs.force), lateral: seed.reals(inputs.lateral_force) };
         let external = self.loads.seed(&self.external, seed);
         let forces = AppliedForces { magnets, external, acceleration: 0.0 };
-        let track =
-            self.contact.track(values, (inputs, &self.sideways), state.journey.speed);
+        let track = self.contact.track(values, (inputs, &self.sideways), state.journey.speed);
         let height = seed.reals(inputs.track_displacement);
         let rate = seed.reals(inputs.track_rate);
         let side_rate = seed.reals(self.sideways.rate);
@@ -584,7 +629,8 @@ impl Model for VehicleFmu {
             At::State => {
                 let straight = line::steady(&self.model, state)?;
                 let state = straight.as_ref().unwrap_or(state);
-                let track = self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed);
+                let track =
+                    self.contact.track(values, (&self.inputs, &self.sideways), state.journey.speed);
                 let magnets = self.inputs.loads(values);
                 let external = self.loads.hold(&self.external, values);
                 let acceleration = state.journey.acceleration;

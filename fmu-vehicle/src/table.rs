@@ -82,6 +82,7 @@ impl InputHandles {
             force: interface
                 .reals("force", magnets)
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::NEWTON)
                 .nominal(5e3)
                 .description("Levitation force that pulls magnet {k} up")
@@ -89,6 +90,7 @@ impl InputHandles {
             lateral_force: interface
                 .reals("lateral_force", magnets)
                 .input(0.0)
+                .takes(5)
                 .unit(UnitOfMeasure::NEWTON)
                 .nominal(1e3)
                 .description("Guidance force on magnet {k}, to the left")
@@ -155,6 +157,8 @@ impl SidewaysHandles {
 impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface, model: &VehicleModel) -> Self {
         let magnets = model.counts().magnets;
+        // along a line the axes of the outputs turn
+        let most = if model.line().is_some() { 1 } else { 2 };
         Self {
             gap: interface
                 .reals("gap", magnets)
@@ -177,6 +181,7 @@ impl OutputHandles {
                 .reals("acceleration", magnets)
                 .output()
                 .derivatives(1)
+                .interpolated(most)
                 .unit(UnitOfMeasure::METRE_PER_SECOND_SQUARED)
                 .nominal(1.0)
                 .description("Inertial acceleration of magnet {k}, down positive")
@@ -185,6 +190,7 @@ impl OutputHandles {
                 .reals("lateral_offset", magnets)
                 .output()
                 .derivatives(1)
+                .interpolated(most)
                 .unit(UnitOfMeasure::METRE)
                 .display("mm")
                 .nominal(1e-3)
@@ -194,6 +200,7 @@ impl OutputHandles {
                 .reals("static_load", magnets)
                 .output()
                 .derivatives(1)
+                .interpolated(most)
                 .unit(UnitOfMeasure::NEWTON)
                 .nominal(5e3)
                 .description("Force that holds magnet {k} in static equilibrium; constant")
@@ -202,6 +209,7 @@ impl OutputHandles {
                 .reals("position", magnets)
                 .output()
                 .derivatives(1)
+                .interpolated(most)
                 .unit(UnitOfMeasure::METRE)
                 .nominal(10.0)
                 .description("Place of magnet {k} along the track")

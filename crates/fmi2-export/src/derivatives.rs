@@ -1,7 +1,6 @@
 //! Time derivatives: of inputs, as the importer sets them, and of outputs, as the model gives them.
 
 use crate::Error;
-use crate::description::INPUT_DERIVATIVES;
 use crate::instance::{ExportedInstance, unknown};
 use crate::per_type::VariableType;
 use crate::values::{NO_SLOT, Real, Var};
@@ -17,13 +16,14 @@ impl ExportedInstance {
             let rule = self.table.rules.reals.get(reference as usize);
             let rule = rule.ok_or_else(|| unknown(VariableType::Real, reference))?;
             let name = self.table.name(VariableType::Real, reference as usize);
-            if !rule.continuous {
+            if rule.highest == 0 {
                 let text = format!("{name} is not a continuous input and has no derivatives");
                 return Err(Error::invalid(text));
             }
-            if !(1..=INPUT_DERIVATIVES).contains(&order) {
+            if !(1..=i32::from(rule.highest)).contains(&order) {
                 let text = format!(
-                    "{name}: only derivatives of order 1 to {INPUT_DERIVATIVES} are supported, not {order}"
+                    "{name}: only derivatives of order 1 to {} are supported, not {order}",
+                    rule.highest
                 );
                 return Err(Error::invalid(text));
             }
@@ -34,7 +34,13 @@ impl ExportedInstance {
         }
         for ((&reference, &order), &value) in references.iter().zip(orders).zip(new) {
             let slot = self.table.rules.reals[reference as usize].slot;
-            self.values.taylor[slot as usize][order as usize] = value;
+            match self.values.taylor[slot as usize].get_mut(order as usize) {
+                Some(place) => *place = value,
+                None => {
+                    self.values.further[slot as usize][order as usize - 4] = value;
+                    self.values.has_further = true;
+                }
+            }
             self.progress.derivatives_set = true;
         }
         Ok(())

@@ -14,8 +14,10 @@ use crate::interface::{
 use crate::logger::Category;
 use crate::resources::Resources;
 
-/// Highest order of derivatives of inputs that the kit takes.
-pub(crate) const INPUT_DERIVATIVES: i32 = 3;
+/// Highest order of derivatives of an input that is not declared to take more.
+pub(crate) const INPUT_DERIVATIVES: u8 = 3;
+/// Highest order of derivatives that an input may be declared to take.
+pub(crate) const MOST_INPUT_DERIVATIVES: u32 = 5;
 
 /// The GUID is computed from the content of the description and from the resource files that were
 /// read. The same content gives the same GUID on every machine.
@@ -249,26 +251,40 @@ impl Printer {
     }
 
     /// Capabilities that the standard cannot express: the highest order of input derivatives,
-    /// accepted in one call for all orders, and the outputs that offer derivatives, by order.
+    /// accepted in one call for all orders, inputs that take more, and the outputs that offer
+    /// derivatives, by order: those worth their cost for extrapolation, and those that have more for
+    /// interpolation.
     /// Without them an importer would have to try, and after `fmi2Error` an instance must not be
     /// continued. They do not change what a unit computes, so they are not part of the GUID.
     fn annotations(&mut self, interface: &Interface) {
         self.open("VendorAnnotations", &[]);
         self.open("Tool", &[("name", text("fmi2-export"))]);
         let inputs = [("inputs", integer(INPUT_DERIVATIVES))];
+        let mut lists = Vec::new();
+        let mut list = |element, order: u32, chosen: &dyn Fn(&DeclaredVariable) -> bool| {
+            let variables = interface.variables.iter().enumerate();
+            let listed = ranges(variables.filter(|(_, it)| chosen(it)).map(|(index, _)| index + 1));
+            if !listed.is_empty() {
+                lists.push((element, order, listed));
+            }
+        };
+        let least = u32::from(INPUT_DERIVATIVES);
+        for order in least + 1..=MOST_INPUT_DERIVATIVES {
+            list("Inputs", order, &|it| it.taken == order);
+        }
         let highest = interface.max_output_derivative_order();
-        if highest == 0 {
+        for order in 1..=highest {
+            list("Outputs", order, &|it| it.derivatives == order);
+        }
+        for order in 1..=highest {
+            list("Interpolation", order, &|it| it.interpolated == order && order > it.derivatives);
+        }
+        if lists.is_empty() {
             self.empty("Derivatives", &inputs);
         } else {
             self.open("Derivatives", &inputs);
-            for order in 1..=highest {
-                let variables = interface.variables.iter().enumerate();
-                let offering = variables.filter(|(_, variable)| variable.derivatives == order);
-                let list = ranges(offering.map(|(index, _)| index + 1));
-                if !list.is_empty() {
-                    let attributes = [("order", integer(order)), ("variables", text(&list))];
-                    self.empty("Outputs", &attributes);
-                }
+            for (element, order, listed) in lists {
+                self.empty(element, &[("order", integer(order)), ("variables", text(&listed))]);
             }
             self.close("Derivatives");
         }

@@ -71,7 +71,8 @@ pub trait Model: Sized + Send + 'static {
     -> Result<(), Error>;
 
     /// Advances the state from `step.time` to exactly `step.end()`, with inputs that vary as the
-    /// polynomials [`Values::taylor`].
+    /// polynomials [`Values::taylor`], inputs that are declared to take more derivatives also with
+    /// [`Values::further`].
     ///
     /// Afterwards the kit sets each input to its extrapolated end value, zeroes the derivatives
     /// and calls [`Model::outputs`].

@@ -66,6 +66,14 @@ impl ExportedInstance {
             self.values.arrays.reals[reference as usize] = end;
             *taylor = [end, 0.0, 0.0, 0.0];
         }
+        if std::mem::take(&mut self.values.has_further) {
+            let inputs = self.table.real_inputs.iter().zip(&mut self.values.further);
+            for ((&reference, further), taylor) in inputs.zip(&mut self.values.taylor) {
+                let [fourth, fifth] = std::mem::take(further);
+                taylor[0] += h * h * h * h / 24.0 * (fourth + h / 5.0 * fifth);
+                self.values.arrays.reals[reference as usize] = taylor[0];
+            }
+        }
         self.progress.derivatives_set = false;
     }
 

@@ -20,8 +20,8 @@ pub(crate) struct RealSettingRule {
     pub(crate) slot: u32,
     /// Modes in which it may be set, as bits of [`InstanceMode`].
     pub(crate) settable: u8,
-    /// Has a Taylor polynomial that the importer may set.
-    pub(crate) continuous: bool,
+    /// Highest derivative that the importer may set; 0 but for continuous inputs.
+    pub(crate) highest: u8,
     /// Setting it may change the state before the first step, or outputs afterwards.
     pub(crate) tunable: bool,
     /// Is an output.
@@ -87,11 +87,15 @@ impl VariableTable {
                         high: max.filter(|_| bounded).unwrap_or(f64::MAX),
                         slot: if is_input { table.real_inputs.len() as u32 } else { NO_SLOT },
                         settable,
-                        continuous: is_input && !variable.discrete,
+                        highest: if is_input && !variable.discrete {
+                            variable.taken as u8
+                        } else {
+                            0
+                        },
                         tunable,
                         output: variable.role == VariableRole::Output,
                     };
-                    table.derivatives.push(variable.derivatives);
+                    table.derivatives.push(variable.derivatives.max(variable.interpolated));
                     table.push_real(rule, start.unwrap_or(0.0), settable == 0 && start.is_none());
                 }
                 TypeAttributes::Integer { start, min, max } => {
@@ -120,6 +124,7 @@ impl VariableTable {
         if rule.slot != NO_SLOT {
             self.real_inputs.push(reference as u32);
             self.start.taylor.push([start, 0.0, 0.0, 0.0]);
+            self.start.further.push([0.0; 2]);
         }
         if computed {
             match self.computed.last_mut() {
@@ -186,6 +191,7 @@ impl VariableTable {
             && values.arrays.booleans.len() == start.arrays.booleans.len()
             && values.arrays.strings.len() == start.arrays.strings.len()
             && values.taylor.len() == start.taylor.len()
+            && values.further.len() == start.further.len()
             && values.arrays.strings.iter().all(CText::is_well_formed)
     }
 }

@@ -174,17 +174,28 @@ pub struct Values {
     /// Per real input `[u, u̇, ü, u⃛]` at the communication point; the first entry always equals
     /// the value in the array of reals.
     pub(crate) taylor: Vec<[f64; 4]>,
+    /// The fourth and fifth derivatives of each real input.
+    pub(crate) further: Vec<[f64; 2]>,
+    /// Whether some of them are set.
+    pub(crate) has_further: bool,
 }
 
 impl Clone for Values {
     fn clone(&self) -> Self {
-        Self { arrays: self.arrays.clone(), taylor: self.taylor.clone() }
+        Self {
+            arrays: self.arrays.clone(),
+            taylor: self.taylor.clone(),
+            further: self.further.clone(),
+            has_further: self.has_further,
+        }
     }
 
     /// Reuses the memory: saving and restoring states must not allocate.
     fn clone_from(&mut self, source: &Self) {
         self.arrays.clone_from(&source.arrays);
         self.taylor.clone_from(&source.taylor);
+        self.further.clone_from(&source.further);
+        self.has_further = source.has_further;
     }
 }
 
@@ -227,6 +238,28 @@ impl Values {
     #[must_use]
     pub fn taylor(&self, input: RealVar) -> &[f64; 4] {
         &self.taylor[input.slot as usize]
+    }
+
+    /// The fourth and fifth derivatives of a real input, of which u(t + τ) has the further terms
+    /// u⁗·τ⁴/24 + u⁗′·τ⁵/120. They are 0 unless the input is declared to take
+    /// [more derivatives](crate::Declaration::takes) and the importer has set them.
+    ///
+    /// # Panics
+    /// When the variable was not declared as an input.
+    #[inline]
+    #[must_use]
+    pub fn further(&self, input: RealVar) -> &[f64; 2] {
+        &self.further[input.slot as usize]
+    }
+
+    /// [`Values::further`] of a row of real inputs; empty if no input of the unit has any.
+    ///
+    /// # Panics
+    /// When the row was not declared as inputs.
+    #[inline]
+    #[must_use]
+    pub fn furthers(&self, inputs: RealVars) -> &[[f64; 2]] {
+        if self.has_further { &self.further[inputs.slots()] } else { &[] }
     }
 
     /// [`Values::taylor`] of a row of real inputs.

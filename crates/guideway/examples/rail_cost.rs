@@ -23,6 +23,7 @@ fn cost(layout: &str) -> Result<(usize, f64), Box<dyn Error>> {
             force: [5.8e3, 10.0, 0.0, 0.0],
             position: [25.0 + 0.4 * f64::from(k), 1.4, 0.0, 0.0],
             lateral: [50.0, 0.0, 0.0, 0.0],
+            ..Load::default()
         })
         .collect();
     let mut state = guideway.initial_state(&mut work, &loads, 1.4, 0.0)?;

@@ -29,7 +29,7 @@ impl Clone for State {
 }
 
 /// One magnet's force and place over a step: `[u, u′, u″, u‴]` at its start, time derivatives of
-/// the Taylor polynomial that the input follows.
+/// the Taylor polynomial that the input follows, of degree 5 at most.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Load {
     /// Levitation force (N); positive attracts the magnet up and pushes the girder down.
@@ -38,13 +38,35 @@ pub struct Load {
     pub position: [f64; 4],
     /// Lateral force on the magnet (N), left positive; it pushes the rail to the right. Without rails it has no effect.
     pub lateral: [f64; 4],
+    /// Fourth and fifth derivatives of `force`, `position` and `lateral`.
+    pub further: [[f64; 2]; 3],
 }
 
 impl Load {
+    /// Levitation force τ after the start of the step.
+    pub(crate) fn force_at(&self, tau: f64) -> f64 {
+        taylor(&self.force, &self.further[0], tau)
+    }
+
+    /// Place τ after the start of the step.
+    pub(crate) fn position_at(&self, tau: f64) -> f64 {
+        taylor(&self.position, &self.further[1], tau)
+    }
+
+    /// Lateral force τ after the start of the step.
+    pub(crate) fn lateral_at(&self, tau: f64) -> f64 {
+        taylor(&self.lateral, &self.further[2], tau)
+    }
+
+    /// Whether it stays in its place.
+    pub fn stands(&self) -> bool {
+        self.position[1..] == [0.0; 3] && self.further[1] == [0.0; 2]
+    }
+
     /// A constant force at a fixed place.
     pub fn standing(force: f64, position: f64) -> Self {
         let held = |value| [value, 0.0, 0.0, 0.0];
-        Self { force: held(force), position: held(position), lateral: [0.0; 4] }
+        Self { force: held(force), position: held(position), ..Self::default() }
     }
 }
 
@@ -59,9 +81,10 @@ pub struct LoadChange {
     pub lateral: f64,
 }
 
-/// Value of a Taylor polynomial τ after its start.
-pub(crate) fn taylor(u: &[f64; 4], tau: f64) -> f64 {
-    u[0] + tau * (u[1] + tau * (u[2] / 2.0 + tau * (u[3] / 6.0)))
+/// Value of a Taylor polynomial with these further derivatives τ after its start.
+fn taylor(u: &[f64; 4], [fourth, fifth]: &[f64; 2], tau: f64) -> f64 {
+    let third = u[3] / 6.0 + tau * (fourth / 24.0 + tau * (fifth / 120.0));
+    u[0] + tau * (u[1] + tau * (u[2] / 2.0 + tau * third))
 }
 
 /// Most sub-steps of one step.
@@ -226,7 +249,7 @@ impl Guideway {
             return Err(Error::StepSize { time, step });
         }
         self.check_loads(loads, time)?;
-        let standing = loads.iter().all(|l| l.position[1..] == [0.0; 3]);
+        let standing = loads.iter().all(Load::stands);
         let count = self.substeps(work.substep_phase, loads, time, step)?;
         let h = step / f64::from(count);
         let propagator = work.cache.get(h, self.modes(), self.girders());
@@ -253,6 +276,8 @@ impl Guideway {
             .iter()
             .map(|l| {
                 let [_, v, a, j] = l.position.map(f64::abs);
+                let [s, c] = l.further[1].map(f64::abs);
+                let j = j + step * (s / 4.0 + step * c / 20.0);
                 step * (v + step * (a / 2.0 + step * j / 6.0))
             })
             .fold(0.0, f64::max);
@@ -281,8 +306,8 @@ impl Guideway {
         let times = nodes().map(|node| begin + node * h);
         let forces = &mut work.forces;
         for load in loads {
-            let force = times.map(|tau| taylor(&load.force, tau));
-            let places = times.map(|tau| taylor(&load.position, tau));
+            let force = times.map(|tau| load.force_at(tau));
+            let places = times.map(|tau| load.position_at(tau));
             if let Some((span, length, filter)) = self.sines_under_poles(&places) {
                 let local = places.map(|x| x - span.start);
                 sines_at_nodes(length, local, filter, |n, phi| {
@@ -302,7 +327,7 @@ impl Guideway {
         let times = nodes().map(|node| begin + node * h);
         let forces = &mut work.forces;
         for load in loads {
-            let force = times.map(|tau| taylor(&load.force, tau));
+            let force = times.map(|tau| load.force_at(tau));
             self.add_load(load.position[0], &mut work.row, |i, phi| {
                 for j in 0..NODES {
                     forces[i][j] -= force[j] * phi;
@@ -513,15 +538,15 @@ impl Guideway {
 impl Guideway {
     /// Refuses loads that are not finite. Lateral forces count on rails only.
     fn check_loads(&self, loads: &[Load], time: f64) -> Result<(), Error> {
-        let fail = |quantity, k: usize, values: &[f64; 4]| {
-            let value = values.iter().find(|v| !v.is_finite());
+        let fail = |quantity, k: usize, values: &[f64; 4], further: &[f64; 2]| {
+            let value = values.iter().chain(further).find(|v| !v.is_finite());
             value.map_or(Ok(()), |&value| Err(Error::Load { time, quantity, magnet: k + 1, value }))
         };
         for (k, load) in loads.iter().enumerate() {
-            fail("force", k, &load.force)?;
-            fail("position", k, &load.position)?;
+            fail("force", k, &load.force, &load.further[0])?;
+            fail("position", k, &load.position, &load.further[1])?;
             if self.rails().is_some() {
-                fail("lateral force", k, &load.lateral)?;
+                fail("lateral force", k, &load.lateral, &load.further[2])?;
             }
         }
         Ok(())

@@ -5,7 +5,6 @@
 //! same numbers the motion of the rail follows from the components, z + s·b·θ vertically and y − h·θ
 //! laterally. So the power of the forces at the rails is the power that the modes receive.
 
-use crate::motion::taylor;
 use crate::propagator::{NODES, nodes};
 use crate::shapes::{ShapeRow, sines_at_nodes};
 use crate::{
@@ -187,10 +186,9 @@ impl Guideway {
         let Workspace { forces, rows, .. } = work;
         for (k, load) in loads.iter().enumerate() {
             let side = rails.side(k);
-            let places = times.map(|tau| taylor(&load.position, tau));
-            let wrenches = times.map(|tau| {
-                rails.wrench(side, taylor(&load.force, tau), taylor(&load.lateral, tau))
-            });
+            let places = times.map(|tau| load.position_at(tau));
+            let wrenches =
+                times.map(|tau| rails.wrench(side, load.force_at(tau), load.lateral_at(tau)));
             if let Some((span, girder, filter)) = self.sines_of_all(&places) {
                 let local = places.map(|x| x - span.start);
                 let parts: [_; COMPONENTS] = std::array::from_fn(|k| {

@@ -136,9 +136,9 @@ fn train(centre: f64, force: f64, speed: f64) -> Vec<Load> {
                 for magnet in [1.05, 0.35, -0.35, -1.05] {
                     let x = centre + car + bogie + magnet;
                     loads.push(Load {
-                        lateral: [0.0; 4],
                         force: [force, 0.0, 0.0, 0.0],
                         position: [x, speed, 0.0, 0.0],
+                        ..Load::default()
                     });
                 }
             }

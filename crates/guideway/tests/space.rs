@@ -69,6 +69,7 @@ fn moving(force: f64, lateral: f64, t: f64) -> [Load; 1] {
         force: [force, 0.0, 0.0, 0.0],
         position: [SPEED * t, SPEED, 0.0, 0.0],
         lateral: [lateral, 0.0, 0.0, 0.0],
+        ..Load::default()
     }]
 }
 
@@ -323,7 +324,8 @@ fn invariant_power_at_the_rails_is_the_change_of_energy() {
         let load = |t: f64| {
             let force = [FORCE * (20.0 * t).cos(), -20.0 * FORCE * (20.0 * t).sin(), 0.0, 0.0];
             let lateral = [2e3, 1e3, 0.0, 0.0];
-            [Load { force, position: [2.0 + SPEED * t, SPEED, 0.0, 0.0], lateral }]
+            let position = [2.0 + SPEED * t, SPEED, 0.0, 0.0];
+            [Load { force, position, lateral, ..Load::default() }]
         };
         // constant slopes over a step, so that the values at its ends are continuous: sampled anew
         let value = |t: f64, tau: f64| {

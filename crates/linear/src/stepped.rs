@@ -18,7 +18,7 @@ use super::stepped_unit::SteppedUnit;
 use super::system::{LinearSystem, Port, Stepping};
 use super::unit::LinearUnit;
 use super::unit_map::UnitMap;
-use coupling::{Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
+use coupling::{COEFFICIENTS, Coupling, Exchange, Links, Schedule, Taylor, UnitIndex};
 
 /// Number of points that a signal remembers, including the latest.
 const POINTS: usize = 4;
@@ -95,13 +95,16 @@ impl<'a> Stepped<'a> {
         let (mut maps, mut kind, mut different) = (Vec::new(), Vec::new(), Vec::new());
         for (unit, links) in units.iter().zip(&links) {
             let order = links.offered.iter().copied().max().unwrap_or(0);
-            let alike =
-                |&(other, known): &(&LinearUnit, usize)| known == order && unit.steps_like(other);
+            let degree = if links.reals.iter().any(|link| link.limit > 3) { 5 } else { 3 };
+            let orders = [degree, order];
+            let alike = |&(other, known): &(&LinearUnit, [usize; 2])| {
+                known == orders && unit.steps_like(other)
+            };
             kind.push(match different.iter().position(alike) {
                 Some(place) => place,
                 None => {
-                    maps.push(UnitMap::new(unit, order, *step, free)?);
-                    different.push((unit, order));
+                    maps.push(UnitMap::new(unit, orders, *step, free)?);
+                    different.push((unit, orders));
                     maps.len() - 1
                 }
             });
@@ -120,9 +123,9 @@ impl<'a> Stepped<'a> {
         let mut units = self.units_at_rest();
         let mut found = Vec::new();
         for (unit, links) in units.iter_mut().zip(&self.links) {
-            let mut least = vec![4; links.offered.len()];
+            let mut least = vec![COEFFICIENTS; links.offered.len()];
             for input in 0..links.real_inputs() {
-                for order in 0..4 {
+                for order in 0..COEFFICIENTS {
                     unit.clear();
                     let taylor = Taylor(std::array::from_fn(|k| f64::from(u8::from(k == order))));
                     unit.force(input, taylor);
@@ -130,7 +133,7 @@ impl<'a> Stepped<'a> {
                         let largest = output.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                         let first =
                             output.0.iter().position(|x| x.abs() > NOTHING * largest.max(1e-300));
-                        *least = (*least).min(first.unwrap_or(4));
+                        *least = (*least).min(first.unwrap_or(COEFFICIENTS));
                     }
                 }
             }
@@ -353,7 +356,7 @@ impl<'a> Machine<'a> {
                     for ((point, now), &free) in
                         past[0][unit].iter_mut().zip(outputs).zip(&self.determined[unit])
                     {
-                        point.0[..free.min(4)].copy_from_slice(&now.0[..free.min(4)]);
+                        point.0[..free].copy_from_slice(&now.0[..free]);
                     }
                 }
                 Memory::Point { unit, output, point, order } => {

@@ -7,7 +7,7 @@ use faer::Mat;
 use super::unit_map::UnitMap;
 use coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
-/// A linear unit. It is exact for inputs that are cubic over a step, and provides the same derivatives of
+/// A linear unit. It is exact for inputs that are polynomials over a step, and provides the same derivatives of
 /// outputs as the real unit. All its steps have the size of its map.
 #[derive(Debug, Clone)]
 pub struct SteppedUnit<'a> {

@@ -1,8 +1,8 @@
-//! The exact step of a linear unit for inputs that are cubic over the step.
+//! The exact step of a linear unit for inputs that are polynomials over the step.
 //!
-//! x(h) = φ₀(A h) x + Σₖ hᵏ⁺¹ φₖ₊₁(A h) B u⁽ᵏ⁾ for k = 0 to 3, with φ₀(z) = eᶻ and
-//! φₖ₊₁(z) = (φₖ(z) − 1/k!)/z (Hochbruck and Ostermann 2010, "Exponential integrators"). φ₄ is summed as a series
-//! of A h/2ʲ, the others follow from it, and all are doubled j times.
+//! x(h) = φ₀(A h) x + Σₖ hᵏ⁺¹ φₖ₊₁(A h) B u⁽ᵏ⁾ for k = 0 to the degree d, with φ₀(z) = eᶻ and
+//! φₖ₊₁(z) = (φₖ(z) − 1/k!)/z (Hochbruck and Ostermann 2010, "Exponential integrators"). φ of d + 1 is summed as a
+//! series of A h/2ʲ, the others follow from it, and all are doubled j times.
 
 use faer::Mat;
 
@@ -17,7 +17,8 @@ const WHOLE: f64 = 1.0;
 /// Largest number of terms of the series, to avoid endless loops.
 const MOST_TERMS: usize = 200;
 /// 1/k!.
-const INVERSE_FACTORIALS: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0];
+const INVERSE_FACTORIALS: [f64; 7] =
+    [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0];
 
 /// The matrices of one step, and of outputs with their derivatives. Only connected outputs. Columns of inputs
 /// that are not connected follow those of the others where only values are used, if they are wanted.
@@ -25,8 +26,8 @@ const INVERSE_FACTORIALS: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0
 pub struct UnitMap {
     /// x(h) by x.
     pub by_state: Mat<f64>,
-    /// x(h) by u⁽ᵏ⁾.
-    pub by_input: [Mat<f64>; 4],
+    /// x(h) by u⁽ᵏ⁾, up to the degree of the inputs.
+    pub by_input: Vec<Mat<f64>>,
     /// y⁽ᵏ⁾ by x: C Aᵏ, up to the highest derivative that an output provides.
     pub outputs_by_state: Vec<Mat<f64>>,
     /// y⁽ᵏ⁾ by u⁽ᵏ⁻ᵈ⁾, for d = 0, 1 …: D, C B, C A B …
@@ -34,26 +35,33 @@ pub struct UnitMap {
 }
 
 impl UnitMap {
-    /// The step of `size` of a unit whose outputs provide derivatives up to `order`, with all inputs or
-    /// the connected ones only.
+    /// The step of `size` of a unit whose inputs are polynomials of a `degree` up to 5 and whose outputs provide
+    /// derivatives up to `order`, with all inputs or the connected ones only.
     ///
     /// # Errors
     /// The unit is too fast for the step, or its eigenvalues cannot be found.
-    pub fn new(unit: &LinearUnit, order: usize, size: f64, all: bool) -> Result<Self, LinearError> {
+    pub fn new(
+        unit: &LinearUnit,
+        [degree, order]: [usize; 2],
+        size: f64,
+        all: bool,
+    ) -> Result<Self, LinearError> {
         let parts = parts(unit, size)?;
-        let phi = doubled(functions(&unit.a, size / parts), parts.log2() as usize);
+        let mut phi = doubled(functions(&unit.a, size / parts, degree + 2), parts.log2() as usize)
+            .into_iter();
         let connected = unit.connected_inputs;
         let m = if all { unit.inputs.len() } else { connected };
         let p = unit.connected_outputs;
         let b = dense(&unit.b, m);
         let (c, d) = (top(&unit.c, unit.states.len(), p), top(&unit.d, m, p));
         let mut factor = 1.0;
-        let [by_state, rest @ ..] = phi;
-        let by_input = rest.map(|phi| {
+        let by_state = phi.next().unwrap_or_else(Mat::new);
+        let by_input = phi.map(|phi| {
             let columns = if factor == 1.0 { m } else { connected };
             factor *= size;
             (&phi * b.subcols(0, columns)) * faer::Scale(factor)
         });
+        let by_input = by_input.collect();
         let mut outputs_by_state = vec![c];
         let mut outputs_by_input = vec![d];
         for k in 0..order {
@@ -79,15 +87,15 @@ fn parts(unit: &LinearUnit, size: f64) -> Result<f64, LinearError> {
     Err(LinearError::Fast { instance: unit.name.clone(), rate, step: size })
 }
 
-/// φ₀ to φ₄ of A h.
-fn functions(a: &Rows, size: f64) -> [Mat<f64>; 5] {
-    let n = a.len();
-    // φ₄(z) = Σ zʲ/(j + 4)!, until three terms in a row no longer change the sum
-    let mut term = identity(n, INVERSE_FACTORIALS[4]);
+/// The first `count` of the functions φ₀, φ₁ … of A h.
+fn functions(a: &Rows, size: f64, count: usize) -> Vec<Mat<f64>> {
+    let (n, last) = (a.len(), count - 1);
+    // of the last, φₖ(z) = Σ zʲ/(j + k)!, until three terms in a row no longer change the sum
+    let mut term = identity(n, INVERSE_FACTORIALS[last]);
     let mut sum = term.clone();
     let mut small = 0;
     for j in 1..MOST_TERMS {
-        term = rows_times(a, &term, size / (j as f64 + 4.0));
+        term = rows_times(a, &term, size / (j as f64 + last as f64));
         let mut counts = false;
         for (sum, term) in sum.col_iter_mut().zip(term.col_iter()) {
             for (sum, term) in sum.iter_mut().zip(term.iter()) {
@@ -101,9 +109,9 @@ fn functions(a: &Rows, size: f64) -> [Mat<f64>; 5] {
             break;
         }
     }
-    let mut all = [const { Mat::new() }; 5];
-    all[4] = sum;
-    for k in (0..4).rev() {
+    let mut all = vec![Mat::new(); count];
+    all[last] = sum;
+    for k in (0..last).rev() {
         all[k] = rows_times(a, &all[k + 1], size);
         for i in 0..n {
             all[k][(i, i)] += INVERSE_FACTORIALS[k];
@@ -113,16 +121,16 @@ fn functions(a: &Rows, size: f64) -> [Mat<f64>; 5] {
 }
 
 /// φₖ(2z) = 2⁻ᵏ (φ₀ φₖ + Σⱼ φⱼ/(k − j)!), j = 1 to k, so many times.
-fn doubled(mut phi: [Mat<f64>; 5], times: usize) -> [Mat<f64>; 5] {
+fn doubled(mut phi: Vec<Mat<f64>>, times: usize) -> Vec<Mat<f64>> {
     for _ in 0..times {
-        let next: [Mat<f64>; 5] = std::array::from_fn(|k| {
+        let next = |k: usize| {
             let mut next = &phi[0] * &phi[k];
             for j in 1..=k {
                 next += &phi[j] * faer::Scale(INVERSE_FACTORIALS[k - j]);
             }
             next * faer::Scale(0.5_f64.powi(k as i32))
-        });
-        phi = next;
+        };
+        phi = (0..phi.len()).map(next).collect();
     }
     phi
 }

@@ -218,6 +218,7 @@ impl VoltageController {
         let deviation: Taylor = [gap - self.parameters.nominal_gap, rate, second, third];
         let inputs = [&deviation, &course.acceleration];
         let system = || self.linear_system();
+        let inputs = (inputs, [course.further.gap, course.further.acceleration]);
         state.filter = workspace.0.step(&self.key, system, &state.filter, inputs, size);
     }
 

@@ -87,7 +87,9 @@ impl Workspace {
         let z = [x[0], x[1], x[2], x[3], x[4], state.flux_deviation];
         let gap = deviation(course, magnet.nominal_gap);
         let system = || (&magnet.system.a, &magnet.system.b);
-        let z = self.controlled.step(&magnet.key, system, &z, [&gap, &course.acceleration], h);
+        let inputs = [&gap, &course.acceleration];
+        let further = [course.further.gap, course.further.acceleration];
+        let z = self.controlled.step(&magnet.key, system, &z, (inputs, further), h);
         state.filter.copy_from_slice(&z[..5]);
         state.flux_deviation = z[5];
     }
@@ -106,8 +108,9 @@ impl Workspace {
         let gap = deviation(course, magnet.nominal_gap);
         let inputs = [&gap, &course.voltage_command];
         let key = magnet.coil.key();
+        let further = [course.further.gap, course.further.voltage_command];
         [state.flux_deviation] =
-            self.coil.step(&key, || (&a, &b), &[state.flux_deviation], inputs, h);
+            self.coil.step(&key, || (&a, &b), &[state.flux_deviation], (inputs, further), h);
     }
 }
 

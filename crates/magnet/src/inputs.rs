@@ -8,6 +8,23 @@ use crate::{Error, conditions::Signals, lift_loss::Place, parameters::finite};
 /// u(τ) = u + u'·τ + u''·τ²/2 + u'''·τ³/6.
 pub type Taylor = [f64; 4];
 
+/// The fourth and fifth derivative of a signal at the start of a step: the polynomial has the terms
+/// u⁗·τ⁴/24 + u⁗′·τ⁵/120 as well.
+pub type Further = [f64; 2];
+
+/// The fourth and fifth derivatives of the signals of an [`InputCourse`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FurtherCourse {
+    /// Of the gap.
+    pub gap: Further,
+    /// Of the acceleration.
+    pub acceleration: Further,
+    /// Of the voltage command.
+    pub voltage_command: Further,
+    /// Of the lateral offset.
+    pub lateral_offset: Further,
+}
+
 /// Signals at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct MagnetInputs {
@@ -69,7 +86,7 @@ impl MagnetInputs {
     }
 }
 
-/// The signals that drive the state, over a step: polynomials of up to third order in the time
+/// The signals that drive the state, over a step: polynomials of up to fifth order in the time
 /// since the start of the step.
 ///
 /// The gap drives the filter and the coil. The rate used here is the derivative of the gap, not the
@@ -84,6 +101,8 @@ pub struct InputCourse {
     pub voltage_command: Taylor,
     /// Lateral offset, in m, …; used with lift loss only.
     pub lateral_offset: Taylor,
+    /// What is beyond the third order.
+    pub further: FurtherCourse,
 }
 
 impl InputCourse {
@@ -95,50 +114,61 @@ impl InputCourse {
             acceleration: hold(inputs.acceleration),
             voltage_command: hold(inputs.voltage_command),
             lateral_offset: hold(inputs.lateral_offset),
+            further: FurtherCourse::default(),
         }
     }
 
     /// The same polynomials, starting `time` (s) later: the rest of a step.
     pub fn after(&self, time: f64) -> Self {
+        let it = &self.further;
+        let later = |[fourth, fifth]: Further| [fourth + time * fifth, fifth];
         Self {
-            gap: shift(&self.gap, time),
-            acceleration: shift(&self.acceleration, time),
-            voltage_command: shift(&self.voltage_command, time),
-            lateral_offset: shift(&self.lateral_offset, time),
+            gap: shift(&self.gap, &it.gap, time),
+            acceleration: shift(&self.acceleration, &it.acceleration, time),
+            voltage_command: shift(&self.voltage_command, &it.voltage_command, time),
+            lateral_offset: shift(&self.lateral_offset, &it.lateral_offset, time),
+            further: FurtherCourse {
+                gap: later(it.gap),
+                acceleration: later(it.acceleration),
+                voltage_command: later(it.voltage_command),
+                lateral_offset: later(it.lateral_offset),
+            },
         }
     }
 
     /// Gap and acceleration `time` (s) after the step's start.
     pub(crate) fn at(&self, time: f64) -> [f64; 2] {
-        [value(&self.gap, time), value(&self.acceleration, time)]
+        let it = &self.further;
+        [value(&self.gap, &it.gap, time), value(&self.acceleration, &it.acceleration, time)]
     }
 
     /// What the voltage depends on directly, `time` (s) after the step's start.
     pub(crate) fn direct(&self, time: f64) -> Direct {
         Direct {
-            acceleration: value(&self.acceleration, time),
-            command: value(&self.voltage_command, time),
+            acceleration: value(&self.acceleration, &self.further.acceleration, time),
+            command: self.command(time),
         }
     }
 
     /// Values of the signals that the controller sees, `time` (s) after the step's start.
     pub(crate) fn signals(&self, time: f64) -> Signals {
-        Signals {
-            values: self.at(time),
-            command: [value(&self.voltage_command, time), 0.0],
-            ..Signals::default()
-        }
+        Signals { values: self.at(time), command: [self.command(time), 0.0], ..Signals::default() }
+    }
+
+    fn command(&self, time: f64) -> f64 {
+        value(&self.voltage_command, &self.further.voltage_command, time)
     }
 
     /// The gap's derivative `time` (s) after the step's start, in m/s.
     pub(crate) fn gap_slope(&self, time: f64) -> f64 {
-        let [_, slope, ..] = shift(&self.gap, time);
+        let [_, slope, ..] = shift(&self.gap, &self.further.gap, time);
         slope
     }
 
     /// The lateral offset and its rate `time` (s) after the step's start, in m and m/s.
     pub(crate) fn aside(&self, time: f64) -> [f64; 2] {
-        let [offset, rate, ..] = shift(&self.lateral_offset, time);
+        let further = &self.further.lateral_offset;
+        let [offset, rate, ..] = shift(&self.lateral_offset, further, time);
         [offset, rate]
     }
 
@@ -151,15 +181,23 @@ impl InputCourse {
     }
 
     pub(crate) fn check_finite(&self) -> Result<(), Error> {
-        let all_finite = |t: &Taylor| t.iter().all(|v| v.is_finite());
+        let all_finite = |t: &[f64]| t.iter().all(|v| v.is_finite());
+        let it = &self.further;
         for (name, course) in [
-            ("gap or one of its derivatives", &self.gap),
-            ("acceleration or one of its derivatives", &self.acceleration),
-            ("voltage command or one of its derivatives", &self.voltage_command),
-            ("lateral offset or one of its derivatives", &self.lateral_offset),
+            ("gap or one of its derivatives", [&self.gap[..], &it.gap]),
+            ("acceleration or one of its derivatives", [&self.acceleration, &it.acceleration]),
+            (
+                "voltage command or one of its derivatives",
+                [&self.voltage_command, &it.voltage_command],
+            ),
+            (
+                "lateral offset or one of its derivatives",
+                [&self.lateral_offset, &it.lateral_offset],
+            ),
         ] {
-            if !all_finite(course) {
-                let value = course.iter().copied().find(|v| !v.is_finite()).unwrap_or(f64::NAN);
+            if !course.iter().all(|part| all_finite(part)) {
+                let values = course.concat();
+                let value = values.into_iter().find(|v| !v.is_finite()).unwrap_or(f64::NAN);
                 return Err(Error::OutOfRange { name, value, must: "finite" });
             }
         }
@@ -169,11 +207,17 @@ impl InputCourse {
 
 /// Value of the polynomial after `t`.
 #[inline]
-fn value(u: &Taylor, t: f64) -> f64 {
-    u[0] + t * (u[1] + t * (0.5 * u[2] + t * (u[3] / 6.0)))
+fn value(u: &Taylor, w: &Further, t: f64) -> f64 {
+    let third = u[3] / 6.0 + t * (w[0] / 24.0 + t * (w[1] / 120.0));
+    u[0] + t * (u[1] + t * (0.5 * u[2] + t * third))
 }
 
-/// The polynomial's derivatives after `t`.
-fn shift(u: &Taylor, t: f64) -> Taylor {
-    [value(u, t), u[1] + t * (u[2] + t * (0.5 * u[3])), u[2] + t * u[3], u[3]]
+/// The polynomial's first four derivatives after `t`.
+fn shift(u: &Taylor, w: &Further, t: f64) -> Taylor {
+    [
+        value(u, w, t),
+        u[1] + t * (u[2] + t * (0.5 * u[3] + t * (w[0] / 6.0 + t * (w[1] / 24.0)))),
+        u[2] + t * (u[3] + t * (0.5 * w[0] + t * (w[1] / 6.0))),
+        u[3] + t * (w[0] + t * (0.5 * w[1])),
+    ]
 }

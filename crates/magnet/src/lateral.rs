@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_2_PI;
 
+use crate::jet::Jet;
+
 /// Lateral force on the magnet, in N: F_y = −F·(2/π)·(c/w)·atan(y/c).
 ///
 /// `force` F is the levitation force (N), `gap` c > 0 the gap (m), `offset` y the displacement of
@@ -23,6 +25,18 @@ pub fn lateral_force(force: f64, gap: f64, offset: f64, pole_width: f64) -> f64 
 /// −∂F_y/∂y, in N/m, of [`lateral_force`]: how fast the restoring force grows with the offset.
 pub fn lateral_stiffness(force: f64, gap: f64, offset: f64, pole_width: f64) -> f64 {
     -lateral_gradient(force, gap, offset, pole_width)[2]
+}
+
+/// F_y/F of [`lateral_force`] with its derivatives by gap and offset.
+pub(crate) fn lateral_share(c: f64, y: f64, pole_width: f64) -> Jet {
+    let factor = -FRAC_2_PI / pole_width;
+    let (angle, square) = ((y / c).atan(), c * c + y * y);
+    let curvature = 2.0 * factor * y / (square * square);
+    Jet {
+        value: factor * c * angle,
+        first: [factor * (angle - c * y / square), factor * c * c / square],
+        second: [-y * y * curvature, c * y * curvature, -c * c * curvature],
+    }
 }
 
 /// ∂F_y/∂F, ∂F_y/∂c at constant F (N/m), and ∂F_y/∂y (N/m).

@@ -72,7 +72,7 @@ pub use electromagnet::{Electromagnet, MU_0};
 pub use error::Error;
 pub use exact::{CoilSystem, LinearSystem, Workspace};
 pub use filter::{ACCELERATION_SCALE, Filter, POSITION_SCALE, VELOCITY_SCALE};
-pub use inputs::{InputCourse, MagnetInputs, Taylor};
+pub use inputs::{Further, FurtherCourse, InputCourse, MagnetInputs, Taylor};
 pub use lateral::{lateral_force, lateral_stiffness};
 pub use lift_loss::{LiftLoss, Place, Slopes, lateral_force_with_loss, lost_lift};
 pub use limits::LimitsAtWork;

@@ -209,10 +209,19 @@ impl LiftLoss {
         }
     }
 
-    /// ∂G/∂y with its first derivatives; the second ones are not used.
+    /// ∂G/∂y.
     fn slope_jet(&self, place: Place) -> Jet {
+        let Place { gap: c, offset: y } = place;
         let Jet { first: [_, value], second: [_, by_gap, by_offset], .. } = self.spread_jet(place);
-        Jet { value, first: [by_gap, by_offset], second: [f64::NAN; 3] }
+        let square = c * c + y * y;
+        let scale = FRAC_2_PI / self.pole_width / (square * square);
+        let second = [-2.0 * c * y, c * c - y * y, 2.0 * c * y].map(|it| scale * it);
+        Jet { value, first: [by_gap, by_offset], second }
+    }
+
+    /// F_y/F.
+    pub(crate) fn lateral_share(&self, place: Place) -> Jet {
+        self.gap(place) * self.slope_jet(place) / self.lift_jet(place)
     }
 }
 
@@ -230,7 +239,7 @@ impl Jet {
     }
 
     /// Value, rate and its rate along a motion.
-    fn course(&self, motion: &Motion) -> [f64; 3] {
+    pub(crate) fn course(&self, motion: &Motion) -> [f64; 3] {
         let ([c, y], [cc, cy, yy]) = (self.first, self.second);
         let ([u, v], [du, dv]) = (motion.rates, motion.bends);
         let bend = c * du + y * dv + cc * u * u + 2.0 * cy * u * v + yy * v * v;
@@ -259,6 +268,6 @@ pub fn lateral_force_with_loss(force: f64, gap: f64, offset: f64, pole_width: f6
     if offset.abs() >= law.limit() || law.fraction(place) >= 1.0 {
         return [f64::NAN; 2];
     }
-    let ratio = law.gap(place) * law.slope_jet(place) / law.lift_jet(place);
+    let ratio = law.lateral_share(place);
     [force * ratio.value, -force * ratio.first[1]]
 }

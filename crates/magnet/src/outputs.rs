@@ -7,7 +7,7 @@ use crate::{
     conditions::{Observation, Seen, Signals},
     filter::ACCELERATION_SCALE,
     inputs::MagnetInputs,
-    lateral::{lateral_force, lateral_gradient},
+    lateral::{lateral_force, lateral_gradient, lateral_share},
     lift_loss::{LiftLoss, Motion, lost_lift, lost_lift_slopes},
     limits::{LimitsAtWork, Point},
     parameters::Law,
@@ -53,9 +53,9 @@ pub struct InputRates {
     pub static_force_acceleration: f64,
     /// Rate of the voltage command, in V/s.
     pub voltage_command_rate: f64,
-    /// Rate of the lateral offset, in m/s; with lift loss only.
+    /// Rate of the lateral offset, in m/s; for the lateral force, and with lift loss.
     pub offset_rate: f64,
-    /// Its rate, in m/s²; with lift loss only.
+    /// Its rate, in m/s²; for the lateral force, and with lift loss.
     pub offset_acceleration: f64,
 }
 
@@ -292,6 +292,34 @@ impl Magnet {
         };
         let force = static_rates.0 + per_flux * flux_rate;
         (force, static_rates.1 + per_flux * flux_second + spread, current_rate)
+    }
+
+    /// First and second derivative of the lateral force, in N/s and N/s², from those of the levitation
+    /// force, of which it is a fraction that gap and offset determine.
+    ///
+    /// # Errors
+    /// As [`Magnet::outputs`].
+    pub fn lateral_rates(
+        &self,
+        state: &State,
+        inputs: &MagnetInputs,
+        rates: &InputRates,
+        lift: &OutputRates,
+    ) -> Result<[f64; 2], Error> {
+        let Some(width) = self.parameters().pole_width else { return Ok([0.0; 2]) };
+        let force = self.outputs(state, inputs)?.force;
+        let share = match self.lift_loss() {
+            Some(law) => law.lateral_share(inputs.place()),
+            None => lateral_share(inputs.gap, inputs.lateral_offset, width),
+        };
+        let [share, first, second] = share.course(&Motion {
+            rates: [inputs.gap_rate, rates.offset_rate],
+            bends: [rates.gap_acceleration, rates.offset_acceleration],
+        });
+        Ok([
+            lift.force * share + force * first,
+            lift.force_second * share + 2.0 * lift.force * first + force * second,
+        ])
     }
 
     /// Partial derivatives of the outputs with respect to the inputs.

@@ -1,8 +1,8 @@
 //! Exact steps of a linear system whose inputs are polynomials.
 
-use nalgebra::{Const, DimMin, SMatrix};
+use nalgebra::{Const, DMatrix, DimMin, SMatrix};
 
-use crate::inputs::Taylor;
+use crate::inputs::{Further, Taylor};
 
 /// Inputs of every system here.
 const INPUTS: usize = 2;
@@ -10,13 +10,15 @@ const INPUTS: usize = 2;
 /// One step's map: z(h) = Φ(h)·z(0) + Σₖ Γₖ(h)·w⁽ᵏ⁾(0), k = 0 … 3, stored by columns, for
 /// z' = A·z + B·w with `S` states and two inputs; `C` = `S` + 4·2 columns.
 ///
-/// It is exact for inputs that are polynomials of third order, for any h: with the input's
+/// It is exact for inputs that are polynomials of third order (of fifth with [`further`]), for any h: with the input's
 /// derivatives as further states the system is homogeneous, and exp([[A, B, 0], [0, 0, I], …]·h)
 /// holds Φ and all Γ. The derivatives are scaled by hᵏ (time counted in steps) so that the
 /// exponential's entries stay of one size.
 #[derive(Debug, Clone, PartialEq)]
 struct StepMap<const S: usize, const C: usize> {
     columns: [[f64; S]; C],
+    /// Γ₄ and Γ₅; computed when first needed, so that inputs of third order cost nothing more.
+    further: Option<[[f64; S]; 2 * INPUTS]>,
 }
 
 impl<const S: usize, const C: usize> StepMap<S, C>
@@ -48,7 +50,7 @@ where
                 *value = scale * exponential[(i, j)];
             }
         }
-        Self { columns }
+        Self { columns, further: None }
     }
 
     /// z(h) from z(0); derivatives of the inputs above the `order`-th are zero.
@@ -62,6 +64,33 @@ where
         }
         z
     }
+}
+
+/// Γ₄ and Γ₅ by columns, from the exponential with two more derivatives of the inputs.
+fn further<const S: usize>(
+    a: &[[f64; S]; S],
+    b: &[[f64; INPUTS]; S],
+    h: f64,
+) -> [[f64; S]; 2 * INPUTS] {
+    let all = S + 6 * INPUTS;
+    let mut m = DMatrix::<f64>::zeros(all, all);
+    for i in 0..S {
+        for j in 0..S {
+            m[(i, j)] = h * a[i][j];
+        }
+        for j in 0..INPUTS {
+            m[(i, S + j)] = h * b[i][j];
+        }
+    }
+    for k in S..all - INPUTS {
+        m[(k, k + INPUTS)] = 1.0;
+    }
+    let exponential = m.exp();
+    let first = S + 4 * INPUTS;
+    std::array::from_fn(|j| {
+        let scale = h * h * h * h * if j < INPUTS { 1.0 } else { h };
+        std::array::from_fn(|i| scale * exponential[(i, first + j)])
+    })
 }
 
 /// z += Σⱼ columnⱼ·valueⱼ.
@@ -113,9 +142,9 @@ where
     pub(crate) fn step<'a>(
         &mut self,
         key: &[f64; K],
-        system: impl FnOnce() -> (&'a [[f64; S]; S], &'a [[f64; INPUTS]; S]),
+        system: impl Fn() -> (&'a [[f64; S]; S], &'a [[f64; INPUTS]; S]),
         state: &[f64; S],
-        inputs: [&Taylor; INPUTS],
+        (inputs, beyond): ([&Taylor; INPUTS], [Further; INPUTS]),
         h: f64,
     ) -> [f64; S] {
         let order = order(inputs);
@@ -124,15 +153,23 @@ where
         }
         if let Some((size, map)) = &self.maps[self.last]
             && *size == h
+            && beyond == [[0.0; 2]; INPUTS]
         {
             return map.apply(state, inputs, order);
         }
         let (a, b) = system();
-        self.find(a, b, h).apply(state, inputs, order)
+        let map = self.find(a, b, h);
+        let mut z = map.apply(state, inputs, order);
+        if beyond != [[0.0; 2]; INPUTS] {
+            let columns = map.further.get_or_insert_with(|| further(a, b, h));
+            let [[u4, u5], [w4, w5]] = beyond;
+            add(&mut z, &columns[..], &[u4, w4, u5, w5]);
+        }
+        z
     }
 
     #[cold]
-    fn find(&mut self, a: &[[f64; S]; S], b: &[[f64; INPUTS]; S], h: f64) -> &StepMap<S, C> {
+    fn find(&mut self, a: &[[f64; S]; S], b: &[[f64; INPUTS]; S], h: f64) -> &mut StepMap<S, C> {
         let known =
             |map: &Option<(f64, StepMap<S, C>)>| map.as_ref().is_some_and(|(size, _)| *size == h);
         match self.maps.iter().position(known) {
@@ -146,6 +183,6 @@ where
         if !known(slot) {
             *slot = None;
         }
-        &slot.get_or_insert_with(|| (h, StepMap::new(a, b, h))).1
+        &mut slot.get_or_insert_with(|| (h, StepMap::new(a, b, h))).1
     }
 }

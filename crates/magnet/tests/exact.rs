@@ -205,3 +205,38 @@ fn analytic_bad_steps_are_refused_and_leave_the_state() {
         assert_eq!(state, start);
     }
 }
+
+/// Inputs of fifth order: one step is what many small steps along the same polynomials are, in each of which
+/// they are cubic to rounding.
+#[test]
+fn analytic_inputs_of_fifth_order_are_exact() {
+    use magnet::FurtherCourse;
+    let course = InputCourse {
+        gap: [0.0083, 0.02, -3.0, 400.0],
+        acceleration: [1.0, 300.0, -4e4, 3e6],
+        further: FurtherCourse {
+            gap: [-6e4, 8e6],
+            acceleration: [-5e8, 6e10],
+            ..FurtherCourse::default()
+        },
+        ..InputCourse::default()
+    };
+    let magnet = Magnet::new(MagnetParameters::default()).unwrap();
+    let begin = magnet.initialise(&nominal(), 0.0).unwrap();
+    let size = 0.01;
+    let whole = stepped(&magnet, &begin, &course, 0.0, size);
+    let mut parts = begin;
+    for n in 0..1000 {
+        let time = f64::from(n) * size / 1000.0;
+        let mut part = course.after(time);
+        part.further = FurtherCourse::default();
+        parts = stepped(&magnet, &parts, &part, time, size / 1000.0);
+    }
+    let cubic = InputCourse { further: FurtherCourse::default(), ..course };
+    let cubic = stepped(&magnet, &begin, &cubic, 0.0, size);
+    let (whole, parts, cubic) = (vector(&whole), vector(&parts), vector(&cubic));
+    for j in 0..6 {
+        let effect = (parts[j] - cubic[j]).abs();
+        assert!((whole[j] - parts[j]).abs() < 1e-6 * effect, "{j}: {whole:?} {parts:?} {cubic:?}");
+    }
+}

@@ -98,7 +98,7 @@ impl VehicleModel {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         let InternalStep { begin, offset, h } = *step;
-        let AppliedCourse { magnets, external, acceleration } = &course.forces;
+        let AppliedCourse { magnets, further, external, acceleration } = &course.forces;
         let stages = self.scheme.stages();
         ws.start.copy_from_slice(bodies);
         // taken out so that the evaluation may borrow the workspace; returned below
@@ -111,6 +111,7 @@ impl VehicleModel {
                 ws.vertical[k] = polynomial(&magnets.vertical[k], t);
                 ws.lateral[k] = polynomial(&magnets.lateral[k], t);
             }
+            further.add(&mut ws.vertical, &mut ws.lateral, t);
             ws.acceleration = polynomial(acceleration, t);
             self.feed_motors(t, ws);
             self.follow_line(course.travel.map(|travel| travel.after(acceleration, t)), ws);

@@ -121,9 +121,10 @@ pub use description::{
 pub use equilibrium::{Equilibrium, Guidance, Holding, Rails};
 pub use error::{Error, Redundancy};
 pub use index::{BodyIndex, ComponentIndex, MagnetIndex, ObservedIndex};
+pub use jerk::MovingTrack;
 pub use linearisation::{BodyShape, Linearisation, damping_ratio, natural_frequency};
 pub use linearise::MagnetSprings;
-pub use loads::{AppliedCourse, AppliedForces, ExternalLoad, LoadCourse, Loads};
+pub use loads::{AppliedCourse, AppliedForces, ExternalLoad, FurtherCourse, LoadCourse, Loads};
 pub use model::{Tolerances, VehicleModel};
 pub use motors::{MotorControl, MotorCourse, MotorState};
 pub use observe::{Energy, PointMotion};

@@ -112,7 +112,8 @@ impl VehicleModel {
         let seen = turning.map_or(0, |_| self.magnets.len());
         let (bodies, mut seen_by_place) = (free.nrows(), DMatrix::zeros(seen, dof));
         let mut seen_by_motion = seen_by_place.clone();
-        let mut probe = LinearisationProbe { model: self, state, forces, springs, track, turning, ws };
+        let mut probe =
+            LinearisationProbe { model: self, state, forces, springs, track, turning, ws };
         let mut by_place = DMatrix::zeros(dof, dof);
         let mut by_motion = DMatrix::zeros(dof, dof);
         let mut transport = DMatrix::zeros(dof, dof);
@@ -300,11 +301,7 @@ impl LinearisationProbe<'_> {
 }
 
 /// ξ₀ × η of every body: (ω × s + Aᵀv × θ, ω × θ).
-fn carried(
-    state: &State,
-    turning: Option<&Turning>,
-    direction: &DVector<f64>,
-) -> DVector<f64> {
+fn carried(state: &State, turning: Option<&Turning>, direction: &DVector<f64>) -> DVector<f64> {
     let mut result = DVector::zeros(direction.len());
     for (k, body) in state.bodies.iter().enumerate() {
         let way: Vec3 = direction.fixed_rows::<3>(6 * k).into_owned();

@@ -19,6 +19,27 @@ pub struct LoadCourse<'a> {
     pub lateral: &'a [[f64; 4]],
 }
 
+/// Fourth and fifth derivatives of the forces of a [`LoadCourse`], one entry per magnet, or none at all.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FurtherCourse<'a> {
+    /// Of the upward force.
+    pub vertical: &'a [[f64; 2]],
+    /// Of the force to the left.
+    pub lateral: &'a [[f64; 2]],
+}
+
+impl FurtherCourse<'_> {
+    /// Adds what they contribute after the time t.
+    pub(crate) fn add(&self, vertical: &mut [f64], lateral: &mut [f64], t: f64) {
+        let scale = t * t * t * t / 24.0;
+        for (values, further) in [(vertical, self.vertical), (lateral, self.lateral)] {
+            for (value, [fourth, fifth]) in values.iter_mut().zip(further) {
+                *value += scale * (fourth + 0.2 * t * fifth);
+            }
+        }
+    }
+}
+
 /// External force (N) and moment (N·m) on an observed body: x, y and z of the force at the body's
 /// centre of mass, then x, y and z of the moment, all in world axes.
 pub type ExternalLoad = [f64; 6];
@@ -40,6 +61,8 @@ pub struct AppliedForces<'a> {
 pub struct AppliedCourse<'a> {
     /// Forces on the magnets.
     pub magnets: LoadCourse<'a>,
+    /// What these have beyond the third order.
+    pub further: FurtherCourse<'a>,
     /// One entry per observed body, or none at all; polynomials as in [`LoadCourse`].
     pub external: &'a [[[f64; 4]; 6]],
     /// Acceleration of the travelling frame along the track, m/s²; a polynomial as in [`LoadCourse`].
@@ -54,7 +77,8 @@ impl<'a> From<&Loads<'a>> for AppliedForces<'a> {
 
 impl<'a> From<&LoadCourse<'a>> for AppliedCourse<'a> {
     fn from(magnets: &LoadCourse<'a>) -> Self {
-        Self { magnets: *magnets, external: &[], acceleration: [0.0; 4] }
+        let further = FurtherCourse::default();
+        Self { magnets: *magnets, further, external: &[], acceleration: [0.0; 4] }
     }
 }
 

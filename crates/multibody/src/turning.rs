@@ -25,7 +25,8 @@ impl VehicleModel {
     pub(crate) fn turning(&self, state: &State, acceleration: f64) -> Option<Turning> {
         let way = self.way(state.travel)?;
         let frame = &way.frame;
-        let spin_rate = frame.curvature_rate * (way.speed * way.speed) + frame.curvature * acceleration;
+        let spin_rate =
+            frame.curvature_rate * (way.speed * way.speed) + frame.curvature * acceleration;
         Some(Turning { spin: way.turning(), spin_rate, speed: way.speed })
     }
 }

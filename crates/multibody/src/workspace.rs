@@ -36,6 +36,11 @@ pub struct Workspace {
     pub(crate) solution: Vec<f64>,
     /// As long as the solution, for differences of right-hand sides.
     pub(crate) spare: Vec<f64>,
+    /// Second derivatives of the accelerations and multipliers, and memory for their computation.
+    pub(crate) bend: Vec<f64>,
+    pub(crate) sum_of_bends: Vec<f64>,
+    /// Second derivative of the acceleration of the travelling frame, m/s⁴.
+    pub(crate) frame_bend: f64,
     pub(crate) residual: Vec<f64>,
     pub(crate) stage: Vec<BodyState>,
     pub(crate) start: Vec<BodyState>,

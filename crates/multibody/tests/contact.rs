@@ -7,8 +7,8 @@ use common::{G, body, empty, joint, tracer};
 use multibody::math::Vec3;
 use multibody::{
     Contact, ContactLaw, Equilibrium, GROUND, Holding, JointKind, LoadCourse, Loads, MagnetIndex,
-    MagnetSprings, State, TrackContact, TrackCourse, VehicleDescription, VehicleModel, Workspace,
-    train,
+    MagnetSprings, MovingTrack, State, TrackContact, TrackCourse, VehicleDescription, VehicleModel,
+    Workspace, train,
 };
 
 const SKID: ContactLaw = ContactLaw { gap: 0.016, stiffness: 2e7, damping: 10.0, friction: 0.3 };
@@ -58,7 +58,13 @@ impl<'a> Run<'a> {
         let zero = vec![[0.0; 4]; self.vertical.len()];
         let loads = LoadCourse { vertical: &self.vertical, lateral: &zero };
         let (contact, speed) = (self.contact, [self.speed, 0.0, 0.0, 0.0]);
-        let track = TrackCourse { contact, speed, height: &self.track, rate: &self.track_rate, side_rate: &[] };
+        let track = TrackCourse {
+            contact,
+            speed,
+            height: &self.track,
+            rate: &self.track_rate,
+            side_rate: &[],
+        };
         self.model.step_in_contact(state, h, max_step, &loads, Some(&track), &mut self.ws).unwrap();
     }
 }
@@ -99,7 +105,8 @@ fn analytic_rebound_of_an_impact() {
 
 fn touching(model: &VehicleModel, state: &State, contact: &Contact) -> bool {
     let zero = vec![0.0; model.counts().magnets];
-    let track = TrackContact { contact: *contact, speed: 0.0, height: &zero, rate: &zero, side_rate: &[] };
+    let track =
+        TrackContact { contact: *contact, speed: 0.0, height: &zero, rate: &zero, side_rate: &[] };
     model.magnets().any(|k| model.contact_force(state, k, &track) != Vec3::zeros())
 }
 
@@ -137,7 +144,13 @@ fn invariant_elastic_bouncing_keeps_the_energy() {
     let mut state = model.initial_state();
     state.bodies[0].velocity.z = 0.5;
     let energy = |state: &State, ws: &mut Workspace| {
-        let track = TrackContact { contact: elastic(), speed: 0.0, height: &[0.0], rate: &[0.0], side_rate: &[] };
+        let track = TrackContact {
+            contact: elastic(),
+            speed: 0.0,
+            height: &[0.0],
+            rate: &[0.0],
+            side_rate: &[],
+        };
         model.energy(state, ws).total() + model.contact_power(state, &track).stored
     };
     let begin = energy(&state, &mut model.workspace());
@@ -194,7 +207,13 @@ fn invariant_energy_balance_of_a_landing_bogie() {
     for step in 0..=steps {
         let height: Vec<f64> = run.track.iter().map(|h| h[0]).collect();
         let rate: Vec<f64> = run.track_rate.iter().map(|r| r[0]).collect();
-        let track = TrackContact { contact: BOTH, speed: run.speed, height: &height, rate: &rate, side_rate: &[] };
+        let track = TrackContact {
+            contact: BOTH,
+            speed: run.speed,
+            height: &height,
+            rate: &rate,
+            side_rate: &[],
+        };
         let power = model.contact_power(&state, &track);
         let magnets: f64 = model
             .magnets()
@@ -293,7 +312,8 @@ fn analytic_small_motions_on_a_skid() {
     let model = mass(G);
     let rest = landed(&model, &BOTH);
     let mut ws = model.workspace();
-    let track = TrackContact { contact: BOTH, speed: 0.0, height: &[0.0], rate: &[0.0], side_rate: &[] };
+    let track =
+        TrackContact { contact: BOTH, speed: 0.0, height: &[0.0], rate: &[0.0], side_rate: &[] };
     let none = Loads { vertical: &[0.0], lateral: &[0.0] };
     let springs = MagnetSprings::default();
     let linear =
@@ -312,7 +332,19 @@ fn analytic_small_motions_on_a_skid() {
     run.step(&mut state, 1e-3, 1e-3);
     let mut probe = model.workspace();
     model
-        .jerks_in_contact(&state, &none, &none, Some((&track, [&[0.0], &[0.0]])), [&mut ws, &mut probe])
+        .jerks_in_contact(
+            &state,
+            &none,
+            &none,
+            Some(MovingTrack {
+                track: &track,
+                acceleration: &[0.0],
+                side_acceleration: &[0.0],
+                jerk: &[],
+                side_jerk: &[],
+            }),
+            [&mut ws, &mut probe],
+        )
         .unwrap();
     let jerk = model.magnet_jerk(&ws, &probe, FIRST).z;
     let mut values = Vec::new();
@@ -338,7 +370,8 @@ fn analytic_reaction_of_a_bracket_above_a_skid() {
     d.magnets.push(tracer("lower", [0.0; 3]));
     let model = VehicleModel::new(&d).unwrap();
     let rest = landed(&model, &BOTH);
-    let track = TrackContact { contact: BOTH, speed: 0.0, height: &[0.0], rate: &[0.0], side_rate: &[] };
+    let track =
+        TrackContact { contact: BOTH, speed: 0.0, height: &[0.0], rate: &[0.0], side_rate: &[] };
     let none = Loads { vertical: &[0.0], lateral: &[0.0] };
     let found = model
         .reaction_in_contact("fix", &rest.state, &none, Some(&track), &mut model.workspace())

@@ -120,7 +120,10 @@ fn invariant_energy_of_a_sled_that_slides_through_a_curve() {
         lost += 0.5 * h * (power + taken);
         (energy, power) = (now, taken);
     }
-    assert!(lost > 1000.0 && ((before - energy) / lost - 1.0).abs() < 1e-4, "{before} {energy} {lost}");
+    assert!(
+        lost > 1000.0 && ((before - energy) / lost - 1.0).abs() < 1e-4,
+        "{before} {energy} {lost}"
+    );
     // it slides behind the frame, and outwards
     let motion = model.magnet(&state, MagnetIndex(0));
     assert!(motion.velocity.x < -0.5 && motion.displacement.y < -1e-2, "{motion:?}");

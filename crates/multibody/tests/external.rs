@@ -5,8 +5,9 @@ mod common;
 
 use common::{body, empty, joint};
 use multibody::{
-    AppliedCourse, AppliedForces, BodyIndex, Error, Holding, Inertia, JointKind, LoadCourse, Loads,
-    MagnetIndex, MagnetPoint, Observed, ObservedIndex, VehicleDescription, VehicleModel, train,
+    AppliedCourse, AppliedForces, BodyIndex, Error, FurtherCourse, Holding, Inertia, JointKind,
+    LoadCourse, Loads, MagnetIndex, MagnetPoint, Observed, ObservedIndex, VehicleDescription,
+    VehicleModel, train,
 };
 
 const NONE: Loads = Loads { vertical: &[], lateral: &[] };
@@ -71,7 +72,12 @@ fn analytic_a_growing_force_over_a_step() {
             &mut state,
             0.1,
             0.03,
-            AppliedCourse { magnets, external: &external, acceleration: [0.0; 4] },
+            AppliedCourse {
+                magnets,
+                further: FurtherCourse::default(),
+                external: &external,
+                acceleration: [0.0; 4],
+            },
             &mut ws,
         )
         .unwrap();

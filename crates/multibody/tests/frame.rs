@@ -5,8 +5,8 @@ mod common;
 
 use common::{body, empty, joint};
 use multibody::{
-    AppliedCourse, AppliedForces, BodyIndex, Bushing, JointKind, LoadCourse, Loads, MagnetIndex,
-    MagnetPoint, Observed, ObservedIndex, State, VehicleDescription, VehicleModel,
+    AppliedCourse, AppliedForces, BodyIndex, Bushing, FurtherCourse, JointKind, LoadCourse, Loads,
+    MagnetIndex, MagnetPoint, Observed, ObservedIndex, State, VehicleDescription, VehicleModel,
 };
 
 const STILL: [f64; 4] = [0.0; 4];
@@ -39,7 +39,12 @@ fn stepped(model: &VehicleModel, state: &mut State, acceleration: [f64; 4], forc
     let mut ws = model.workspace();
     let magnets = LoadCourse { vertical: &[[49.05, 0.0, 0.0, 0.0]], lateral: &[STILL] };
     let external = [[force, STILL, STILL, STILL, STILL, STILL]];
-    let course = AppliedCourse { magnets, external: &external, acceleration };
+    let course = AppliedCourse {
+        magnets,
+        further: FurtherCourse::default(),
+        external: &external,
+        acceleration,
+    };
     model.step(state, 0.5, 2e-3, course, &mut ws).unwrap();
 }
 
@@ -97,7 +102,12 @@ fn order_a_jump_is_the_limit_of_short_accelerations() {
         let mut state = model.initial_state();
         let magnets = LoadCourse { vertical: &[[49.05, 0.0, 0.0, 0.0]], lateral: &[STILL] };
         let acceleration = [-0.4 / duration, 0.0, 0.0, 0.0];
-        let course = AppliedCourse { magnets, external: &[], acceleration };
+        let course = AppliedCourse {
+            magnets,
+            further: FurtherCourse::default(),
+            external: &[],
+            acceleration,
+        };
         model.step(&mut state, duration, 1e-3, course, &mut model.workspace()).unwrap();
         let pairs = state.bodies.iter().zip(&jumped.bodies);
         pairs.map(|(a, b)| (a.velocity - b.velocity).norm()).fold(0.0, f64::max)
@@ -140,8 +150,12 @@ fn analytic_a_car_pitches_under_steady_braking() {
     let mut state = model.initial_state();
     let acceleration = -0.9;
     let magnets = LoadCourse { vertical: &[STILL; 2], lateral: &[STILL; 2] };
-    let course =
-        AppliedCourse { magnets, external: &[], acceleration: [acceleration, 0.0, 0.0, 0.0] };
+    let course = AppliedCourse {
+        magnets,
+        further: FurtherCourse::default(),
+        external: &[],
+        acceleration: [acceleration, 0.0, 0.0, 0.0],
+    };
     model.step(&mut state, 30.0, 5e-3, course, &mut ws).unwrap();
     let pitch = model.observed_attitude(&state, ObservedIndex(0))[1];
     let expected = mass * 0.9 * height / (4.0 * stiffness * half * half);

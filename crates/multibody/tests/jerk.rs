@@ -6,14 +6,16 @@ mod common;
 use common::{G, Levitation, Noise, body, empty, joint, run_free, tracer};
 use multibody::math::Vec3;
 use multibody::{
-    Holding, JointKind, LoadCourse, Loads, MagnetIndex, State, VehicleModel, Workspace, train,
+    AppliedForces, Holding, JointKind, LoadCourse, Loads, MagnetIndex, State, VehicleModel,
+    Workspace, train,
 };
 
 const NONE: Loads = Loads { vertical: &[0.0], lateral: &[0.0] };
 
 /// The point of a pendulum that swings like a point mass at R = 1 m moves on a circle, so its jerk is
-/// R (ψ⃛ − ψ̇³) along the circle and −3 R ψ̇ ψ̈ outward, with ψ̈ = −g sin ψ and ψ⃛ = −g cos ψ ψ̇. A
-/// term of the rotating arm left out would show in full.
+/// R (ψ⃛ − ψ̇³) along the circle and −3 R ψ̇ ψ̈ outward, with ψ̈ = −g sin ψ and ψ⃛ = −g cos ψ ψ̇, and
+/// the rate of that R (ψ⁗ − 6 ψ̇² ψ̈) and R (ψ̇⁴ − 3 ψ̈² − 4 ψ̇ ψ⃛). A term of the rotating arm left out
+/// would show in full.
 #[test]
 fn analytic_jerk_of_a_pendulum() {
     let mut d = empty("pendulum");
@@ -37,6 +39,17 @@ fn analytic_jerk_of_a_pendulum() {
         // accelerations of 30 m/s² to 1e-15 over 6e-6 s: some 1e-8 m/s³ after a few operations
         assert!((jerk - expected).amax() < 1e-7, "{jerk} {expected}");
         assert!(expected.amax() > 10.0);
+        let fourth = G * (outward.x * rate * rate + outward.z * bend);
+        let expected = along * (fourth - 6.0 * rate * rate * bend)
+            + outward * (rate.powi(4) - 3.0 * bend * bend - 4.0 * rate * third);
+        let none: AppliedForces = (&NONE).into();
+        model.snaps_in_contact(&state, [none; 3], None, [&mut ws, &mut probe]).unwrap();
+        let snap = model.magnet_snap(&ws, &probe, MagnetIndex(0));
+        // rounding: 30 m/s² to 1e-15 over (2e-4 s)²
+        assert!((snap - expected).amax() < 3e-6, "{snap} {expected}");
+        assert!(expected.amax() > 10.0);
+        // and the rates are still those of before
+        assert_eq!(model.magnet_jerk(&ws, &probe, MagnetIndex(0)), jerk);
     }
 }
 
@@ -100,6 +113,58 @@ fn analytic_jerks_are_the_slopes_of_accelerations() {
         // (400 rad/s · H)⁴/5 = 5e-7 of the largest; joints closed to 1e-13 m, a bushing of 4e5 N/m
         // and 50 kg: 1e-9 m/s², over H and with the weights 5e-5 m/s³
         assert!((jerk - slope).amax() < 1e-6 * largest + 5e-5, "{k}: {jerk} {slope}");
+    }
+}
+
+/// Second derivatives of the accelerations of the whole train are what its jerks do over the next small steps,
+/// under forces with curved courses.
+#[test]
+fn analytic_snaps_are_the_slopes_of_jerks() {
+    let (model, start, [mut vertical, lateral]) = moment("two-car");
+    let (mut ws, mut probe) = (model.workspace(), model.workspace());
+    for (k, u) in vertical.iter_mut().enumerate() {
+        u[2] = 1e6 * (k as f64 - 31.5) / 32.0;
+    }
+    let at =
+        |u: &[[f64; 4]], t: f64| u.iter().map(|u| u[0] + t * (u[1] + 0.5 * t * u[2])).collect();
+    let rate = |u: &[[f64; 4]], t: f64| u.iter().map(|u| u[1] + t * u[2]).collect();
+    let bend = [part(&vertical, 2), part(&lateral, 2)];
+    let applied = |loads: &[Vec<f64>; 2], of: &mut dyn FnMut(AppliedForces)| {
+        of((&Loads { vertical: &loads[0], lateral: &loads[1] }).into());
+    };
+    let all = |t: f64, of: &mut dyn FnMut([AppliedForces; 3])| {
+        let values: [Vec<f64>; 2] = [at(&vertical, t), at(&lateral, t)];
+        let rates: [Vec<f64>; 2] = [rate(&vertical, t), rate(&lateral, t)];
+        applied(&values, &mut |value| {
+            applied(&rates, &mut |rate| applied(&bend, &mut |bend| of([value, rate, bend])));
+        });
+    };
+    let mut snaps = Vec::new();
+    all(0.0, &mut |loads| {
+        model.snaps_in_contact(&start, loads, None, [&mut ws, &mut probe]).unwrap();
+        snaps = (0..64).map(|k| model.magnet_snap(&ws, &probe, MagnetIndex(k))).collect();
+    });
+    const H: f64 = 2e-4;
+    const WEIGHTS: [f64; 5] = [-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25];
+    let mut slopes = vec![Vec3::zeros(); 64];
+    let course = LoadCourse { vertical: &vertical, lateral: &lateral };
+    for (n, weight) in WEIGHTS.into_iter().enumerate() {
+        let (mut state, t) = (start.clone(), n as f64 * H);
+        if n > 0 {
+            model.step(&mut state, t, 1e-4, &course, &mut ws).unwrap();
+        }
+        all(t, &mut |[loads, rates, _]| {
+            model.jerks_in_contact(&state, loads, rates, None, [&mut ws, &mut probe]).unwrap();
+        });
+        for (k, slope) in slopes.iter_mut().enumerate() {
+            *slope += model.magnet_jerk(&ws, &probe, MagnetIndex(k)) * (weight / H);
+        }
+    }
+    let largest = snaps.iter().map(Vec3::amax).fold(0.0, f64::max);
+    assert!(largest > 1e4, "nothing to see: {largest}");
+    for (k, (snap, slope)) in snaps.iter().zip(&slopes).enumerate() {
+        // the forward difference: (400 rad/s · H)⁴/5 = 8e-6 of the largest; jerks to 4e-6 m/s³ over H
+        assert!((snap - slope).amax() < 2e-5 * largest + 0.2, "{k}: {snap} {slope}");
     }
 }
 

@@ -3,8 +3,8 @@
 
 use multibody::math::{Vec3, rotation_matrix};
 use multibody::{
-    AppliedCourse, AppliedForces, Error, Holding, LoadCourse, Loads, MagnetIndex, Travel,
-    VehicleDescription, VehicleModel, train,
+    AppliedCourse, AppliedForces, Error, FurtherCourse, Holding, LoadCourse, Loads, MagnetIndex,
+    Travel, VehicleDescription, VehicleModel, train,
 };
 use track_line::{Line, LineDescription};
 
@@ -44,7 +44,12 @@ fn run(
         state.time = f64::from(n) * h;
         let [a, j, ..] = acceleration;
         let now = [a + j * state.time, j, 0.0, 0.0];
-        let course = AppliedCourse { magnets, external: &[], acceleration: now };
+        let course = AppliedCourse {
+            magnets,
+            further: FurtherCourse::default(),
+            external: &[],
+            acceleration: now,
+        };
         model.step(state, h, h, course, &mut work).unwrap();
     }
 }

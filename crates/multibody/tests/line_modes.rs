@@ -1,10 +1,12 @@
 //! Small motions in steady curving.
 #![allow(clippy::unwrap_used, reason = "a test program")]
 
-use multibody::math::{Vec3, conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector};
+use multibody::math::{
+    Vec3, conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector,
+};
 use multibody::{
-    AppliedForces, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, MagnetSprings, Rails, State,
-    Travel, VehicleModel, damping_ratio, train,
+    AppliedForces, Equilibrium, Holding, LoadCourse, Loads, MagnetIndex, MagnetSprings, Rails,
+    State, Travel, VehicleModel, damping_ratio, train,
 };
 use track_line::{Line, LineDescription};
 
@@ -59,7 +61,8 @@ fn invariant_a_car_in_a_curve_follows_its_modes() {
         .collect();
     assert!(chosen.len() > 20, "{}", chosen.len());
     let turning = line.frame(250.0).curvature * 12.0;
-    let hold = |values: &[f64]| -> Vec<[f64; 4]> { values.iter().map(|u| [*u, 0.0, 0.0, 0.0]).collect() };
+    let hold =
+        |values: &[f64]| -> Vec<[f64; 4]> { values.iter().map(|u| [*u, 0.0, 0.0, 0.0]).collect() };
     let (up, left) = (hold(&found.loads), hold(&found.lateral));
     for pole in chosen.into_iter().step_by(5) {
         let shape = linear.shape(pole).unwrap();

@@ -27,7 +27,11 @@ fn line(radius: f64, cant: f64) -> Line {
 /// Lateral force of a magnet that lifts `lift`, with lift loss.
 fn pull(lift: f64, gap: f64, y: f64) -> f64 {
     let angle = FRAC_2_PI * (y / gap).atan() / POLE;
-    if y.abs() >= POLE || y * angle >= 1.0 { f64::NAN } else { -lift * gap * angle / (1.0 - y * angle) }
+    if y.abs() >= POLE || y * angle >= 1.0 {
+        f64::NAN
+    } else {
+        -lift * gap * angle / (1.0 - y * angle)
+    }
 }
 
 fn law(lift: f64, gap: f64, y: f64) -> [f64; 2] {
@@ -175,7 +179,14 @@ fn balances(
         let start = description.bodies.iter().find(|it| it.name == *name).unwrap().position;
         let at = poses.point(name, start);
         let (way, axes, _) = circle.at(&at);
-        add(name, axes.column(0) * -drive.stiffness * (way - start[0]), at, 0.0, 0.0, Vec3::zeros());
+        add(
+            name,
+            axes.column(0) * -drive.stiffness * (way - start[0]),
+            at,
+            0.0,
+            0.0,
+            Vec3::zeros(),
+        );
     }
     let mut offsets = Vec::new();
     for (k, magnet) in description.magnets.iter().enumerate() {

@@ -15,13 +15,13 @@ impl Participant {
         let inputs = &self.variables.inputs.reals;
         let mut sent: Vec<(usize, usize)> = Vec::new();
         for (k, &(_, highest)) in inputs.iter().enumerate() {
-            sent.extend((1..=highest.min(3)).map(|order| (k, order)));
+            sent.extend((1..=highest.min(5)).map(|order| (k, order)));
         }
         if !self.variables.one_call {
             // stable: the inputs keep their order
             sent.sort_by_key(|&(_, order)| order);
         }
-        self.places = vec![[0; 3]; inputs.len()];
+        self.places = vec![[0; 5]; inputs.len()];
         for (place, &(k, order)) in sent.iter().enumerate() {
             self.places[k][order - 1] = place;
         }
@@ -118,8 +118,8 @@ impl Participant {
     }
 }
 
-/// Orders are 0 to 3.
-#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "0 to 3")]
+/// Orders are 0 to 5.
+#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "0 to 5")]
 const fn whole(order: usize) -> i32 {
     order as i32
 }

@@ -67,7 +67,7 @@ pub struct Participant {
     withholds_outputs: bool,
     refusal_reported: bool,
     /// per Real input, the places of its derivatives among those sent
-    places: Vec<[usize; 3]>,
+    places: Vec<[usize; 5]>,
     /// per Real input, the Real outputs that depend on it directly; computed when first needed
     feeds: Option<Vec<Vec<usize>>>,
 }
@@ -171,7 +171,7 @@ impl Participant {
         self.output(variable).map(|output| self.received.values.reals[output])
     }
 
-    /// Highest derivative that the signals of its Real inputs provide.
+    /// Highest derivative that the signals of its Real inputs provide where an input does not take it.
     #[must_use]
     pub fn wanted_order(&self) -> usize {
         self.variables.wanted_order

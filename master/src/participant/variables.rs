@@ -27,8 +27,10 @@ pub struct ExchangedVariables {
     pub watched: Vec<VariableIndex>,
     /// Whether derivatives of all orders are sent in one call.
     pub one_call: bool,
-    /// Highest derivative that the signals of its Real inputs provide.
+    /// Highest derivative that the signals of its Real inputs provide where an input does not take it.
     pub wanted_order: usize,
+    /// Outputs without second derivatives in a coupling of order 6.
+    pub cubic: Vec<VariableIndex>,
     /// Values that Integer outputs may have, for the Enumerations that they feed.
     pub items: Vec<ItemCheck>,
 }

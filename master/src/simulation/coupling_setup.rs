@@ -63,6 +63,12 @@ impl CouplingSetup {
         Size { nominal: system.nominal(port), fixed: self.sizes.get(&port).copied() }
     }
 
+    /// Whether the outputs of an instance are interpolated with second derivatives.
+    pub(super) fn is_of_order_six(&self, instance: InstanceIndex) -> bool {
+        let group = self.schedule.group_of(instance.into()).map(|k| &self.schedule.groups[k]);
+        group.is_some_and(|group| group.iterates() && group.iteration.order == 6)
+    }
+
     /// The instances whose states are saved.
     pub(super) fn saved(&self, scenario: &Scenario) -> HashSet<InstanceIndex> {
         self.members(|group| scenario.algorithm.variable.is_some() || group.iterates())

@@ -6,7 +6,7 @@ use crate::system::{InstanceIndex, System};
 use coupling::Unit as _;
 
 /// A missing capability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Limit {
     Interpolation,
     /// derivatives of inputs up to this order only
@@ -14,13 +14,15 @@ pub(super) enum Limit {
     Refused,
     OutputDerivatives,
     WithheldOutputs,
+    /// outputs without second derivatives in a coupling of order 6
+    Cubic(String),
     State,
     Directional,
     VariableStep,
 }
 
 impl Limit {
-    pub(super) fn sentence(self) -> String {
+    pub(super) fn sentence(&self) -> String {
         let sentence = match self {
             Self::InputOrder(order) => {
                 return format!(
@@ -28,6 +30,12 @@ impl Limit {
                      that, and higher orders are not tried): the coupling is of order {}; for a unit \
                      that is known to take more, set \"input_derivatives\" of the instance",
                     order + 1
+                );
+            }
+            Self::Cubic(outputs) => {
+                return format!(
+                    "declares no second derivatives of {outputs}, which are interpolated by cubics: the \
+                     coupling through them is of order 4"
                 );
             }
             Self::Refused => {
@@ -79,8 +87,8 @@ impl Limits {
         }
     }
 
-    pub(super) fn contains(&self, limit: Limit) -> bool {
-        self.0.iter().any(|(it, _)| *it == limit)
+    pub(super) fn contains(&self, limit: &Limit) -> bool {
+        self.0.iter().any(|(it, _)| it == limit)
     }
 
     /// Finds the limits of a run.
@@ -91,8 +99,11 @@ impl Limits {
         let mut limits = Self::default();
         for (participant, (k, instance)) in participants.iter().zip(system.indexed()) {
             let able = participant.capabilities();
+            let cubic = &participant.variables().cubic;
+            let names = cubic.iter().map(|&it| instance.description().variables[it].name.as_str());
+            let cubic_names = abridged(names);
             let unit = &instance.description().co_simulation;
-            let taken = if instance.steps > 1 { 3 } else { instance.input_derivative_order() };
+            let taken = if instance.steps > 1 { 5 } else { instance.input_derivative_order() };
             let found = [
                 (Limit::Interpolation, participant.takes_reals() && !unit.can_interpolate_inputs),
                 (Limit::InputOrder(taken), taken > 0 && taken < participant.wanted_order()),
@@ -103,6 +114,7 @@ impl Limits {
                         && unit.max_output_derivative_order == 0,
                 ),
                 (Limit::WithheldOutputs, participant.withholds_outputs()),
+                (Limit::Cubic(cubic_names), !cubic.is_empty()),
                 (Limit::State, !able.restore && saved.contains(&k)),
                 (Limit::Directional, !able.directional && differentiated.contains(&k)),
                 (Limit::VariableStep, !able.variable_step && settings.variable.is_some()),
@@ -128,4 +140,10 @@ impl Limits {
         };
         self.0.iter().map(sentence).collect()
     }
+}
+
+/// The first of some names, and how many more.
+fn abridged<'a>(mut names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let first = names.next().unwrap_or_default().to_owned();
+    if names.len() == 0 { first } else { format!("{first} and {} more outputs", names.len()) }
 }

@@ -58,7 +58,7 @@ impl Stepper {
         let pairs: Vec<(SignalIndex, SignalIndex)> =
             pairs.filter_map(|&(effort, flow)| Some((signal(effort)?, signal(flow)?))).collect();
         let power = PowerMeter::new(&pairs, &extrapolated);
-        let variable = settings.variable.filter(|_| !limits.contains(Limit::VariableStep));
+        let variable = settings.variable.filter(|_| !limits.contains(&Limit::VariableStep));
         let degree = settings.degree();
         let control = variable.map(|variable| {
             let doubling = variable.estimate == Estimate::Doubling;

@@ -230,7 +230,7 @@ impl Driver {
     /// Value and derivatives at the begin of a step (s).
     pub(super) fn course(&self, time: f64, size: f64, slack: f64) -> Taylor {
         match self {
-            Self::Signal(source) => Taylor(source.course(time, size, slack)),
+            Self::Signal(source) => Taylor::cubic(source.course(time, size, slack)),
             Self::Outside(outside, input) => outside.course(*input, time, slack),
         }
     }

@@ -95,7 +95,6 @@ impl<'a> Wiring<'a> {
     fn connect_reals(&mut self, link: &Link, linear: Conversion) {
         let (from, to) = (link.from, link.to);
         let source = self.system.instances[from.instance].description();
-        let taken = self.system.instances[to.instance].input_derivative_order();
         let held = self.system.is_held(link);
         let slow = self.system.instances[to.instance].every > 1;
         let schedule = &self.coupling.schedule;
@@ -106,16 +105,19 @@ impl<'a> Wiring<'a> {
         let degree = own.unwrap_or(self.scenario.algorithm.degree());
         // in a loop that is cut, the newest known value is held
         let interpolates = interpolates && !cut;
+        let six = interpolates && self.coupling.is_of_order_six(from.instance);
+        let taken = self.system.instances[to.instance].input_derivatives_of(to.variable, six);
         let useful = if interpolates { degree.max(1) } else { degree };
-        let wanted = if self.scenario.algorithm.derivatives && !held {
-            useful.min(source.output_derivative_order(from.variable.0))
-        } else {
-            0
+        let wanted = match self.scenario.algorithm.derivatives && !held {
+            true if six => source.interpolation_order(from.variable.0).min(2),
+            true => useful.min(source.output_derivative_order(from.variable.0)),
+            false => 0,
         };
         // interpolation may be cubic (Hermite) for any degree of the extrapolation
         let ahead = interpolates && !slow;
         let order = match ahead {
             _ if held => 0,
+            true if six && wanted > 1 => 5,
             true if wanted > 0 => 3,
             true => degree.max(1),
             false => degree,
@@ -126,9 +128,16 @@ impl<'a> Wiring<'a> {
             (true, false) => taken,
             (false, false) => taken.min(degree),
         };
-        let known = &mut self.variables[to.instance].wanted_order;
-        *known = order.max(*known);
+        if order > taken {
+            let known = &mut self.variables[to.instance].wanted_order;
+            *known = order.max(*known);
+        }
         let output = self.real_output(from, wanted);
+        self.links[from.instance].bends |= six;
+        let cubic = &mut self.variables[from.instance].cubic;
+        if six && ahead && wanted == 1 && !cubic.contains(&from.variable) {
+            cubic.push(from.variable);
+        }
         let input = self.real_input(to, limit);
         let steps = self.system.instances[to.instance].steps;
         self.links[to.instance].reals.push(RealLink {
@@ -138,7 +147,7 @@ impl<'a> Wiring<'a> {
             factor: linear.factor,
             offset: linear.offset,
             // a unit with steps of its own gets the whole polynomial and reduces it
-            limit: if !cut && (slow || steps > 1) { 3 } else { limit },
+            limit: if !cut && (slow || steps > 1) { if six { 5 } else { 3 } } else { limit },
             degree: own,
             held,
             kinks: link.kinks && !held,

@@ -52,6 +52,15 @@ impl InstanceSetup {
         }
     }
 
+    /// Highest derivative of one input that it takes, for a coupling of order `six` or less.
+    #[must_use]
+    pub fn input_derivatives_of(&self, input: VariableIndex, six: bool) -> usize {
+        match self.input_derivatives {
+            None if six => self.description().highest_input_derivative(input.0),
+            _ => self.input_derivative_order(),
+        }
+    }
+
     /// The position of a variable by its name.
     #[must_use]
     pub fn find(&self, variable: &str) -> Option<VariableIndex> {

@@ -12,8 +12,8 @@
 mod acceleration;
 mod control;
 mod implicit;
-mod order_six;
 mod kinks;
+mod order_six;
 mod signal;
 mod taylor;
 

@@ -116,8 +116,7 @@ fn order_six_with_second_derivatives() {
         let observed = (error(name, [2, 2], 5, 1.0 / 80.0) / fine).log2();
         assert!((observed - 6.0).abs() < SLACK, "{name:?}: {observed:.3}");
     }
-    let (cubic, quintic) =
-        (error(ITERATED, [1, 1], 5, 0.0125), error(ITERATED, [2, 2], 5, 0.0125));
+    let (cubic, quintic) = (error(ITERATED, [1, 1], 5, 0.0125), error(ITERATED, [2, 2], 5, 0.0125));
     println!("h = 0.0125: cubic {cubic:.1e}, quintic {quintic:.1e}");
     assert!(quintic < 2e-3 * cubic && quintic < 1e-8, "{cubic:e} {quintic:e}");
 }

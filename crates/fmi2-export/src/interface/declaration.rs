@@ -1,6 +1,7 @@
 //! The builder for the declaration of one variable or of a row of variables.
 
 use super::{DeclaredVariable, Interface, TypeAttributes, UnitOfMeasure, VariableRole};
+use crate::description::INPUT_DERIVATIVES;
 use crate::values::{Boolean, Integer, NO_SLOT, Real, Text, Var, Vars};
 
 pub(crate) mod sealed {
@@ -73,6 +74,8 @@ pub struct Draft<T: sealed::Declarable> {
     role: Option<VariableRole>,
     discrete: bool,
     derivatives: u32,
+    interpolated: u32,
+    taken: u32,
     description: String,
     start: Option<T::Value>,
     starts: Option<Vec<T::Value>>,
@@ -102,6 +105,8 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
             role: None,
             discrete: false,
             derivatives: 0,
+            interpolated: 0,
+            taken: u32::from(INPUT_DERIVATIVES),
             description: String::new(),
             start: None,
             starts: None,
@@ -242,6 +247,8 @@ fn element<T: sealed::Declarable>(
         discrete: draft.discrete || !continuous,
         reference: 0,
         derivatives: draft.derivatives,
+        interpolated: draft.interpolated,
+        taken: draft.taken,
         data,
     }
 }
@@ -263,6 +270,21 @@ impl<H> Declaration<'_, Real, H> {
     /// output; default 0.
     pub fn derivatives(mut self, order: u32) -> Self {
         self.draft.derivatives = order;
+        self
+    }
+
+    /// Highest order of [`Model::output_derivative`](crate::Model::output_derivative) for this
+    /// output if the importer interpolates it between both ends of a step and asks for more than
+    /// [`derivatives`](Self::derivatives), because what they cost is not worth it for extrapolation.
+    pub fn interpolated(mut self, order: u32) -> Self {
+        self.draft.interpolated = order;
+        self
+    }
+
+    /// Highest order of derivatives that this input takes, 3 to 5; default 3. The model must use
+    /// [`Values::further`](crate::Values::further) then.
+    pub fn takes(mut self, order: u32) -> Self {
+        self.draft.taken = order;
         self
     }
 

@@ -67,6 +67,10 @@ pub(crate) struct DeclaredVariable {
     pub(crate) reference: u32,
     /// Highest order of its time derivatives that is offered; 0: none.
     pub(crate) derivatives: u32,
+    /// The same for importers that interpolate, if more.
+    pub(crate) interpolated: u32,
+    /// Highest order of derivatives that it takes as an input.
+    pub(crate) taken: u32,
     pub(crate) data: TypeAttributes,
 }
 
@@ -295,7 +299,8 @@ impl Interface {
 
     /// The highest order of a time derivative that any output offers.
     pub(crate) fn max_output_derivative_order(&self) -> u32 {
-        self.variables.iter().map(|variable| variable.derivatives).max().unwrap_or(0)
+        let orders = self.variables.iter().map(|it| it.derivatives.max(it.interpolated));
+        orders.max().unwrap_or(0)
     }
 
     /// Adds a fault of the model to the list that makes the instantiation fail.

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::description::{INPUT_DERIVATIVES, MOST_INPUT_DERIVATIVES};
+
 use super::{
     DeclaredVariable, Dependencies, Interface, TypeAttributes, UnitOfMeasure, VariableRole,
 };
@@ -22,8 +24,16 @@ pub(super) fn check_variable(variable: &DeclaredVariable, faults: &mut Vec<Strin
     if !is_printable(&variable.description) {
         fault("the description has a control character".into());
     }
-    if variable.derivatives > 0 && (variable.role != VariableRole::Output || variable.discrete) {
+    let offered = variable.derivatives.max(variable.interpolated);
+    if offered > 0 && (variable.role != VariableRole::Output || variable.discrete) {
         fault("only continuous outputs offer derivatives".into());
+    }
+    let least = u32::from(INPUT_DERIVATIVES);
+    if variable.taken != least && (variable.role != VariableRole::Input || variable.discrete) {
+        fault("only continuous inputs take derivatives".into());
+    }
+    if !(least..=MOST_INPUT_DERIVATIVES).contains(&variable.taken) {
+        fault(format!("inputs take derivatives up to order {least} to {MOST_INPUT_DERIVATIVES}"));
     }
     match data {
         TypeAttributes::Real { start, min, max, nominal, unit, display } => {

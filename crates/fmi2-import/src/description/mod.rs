@@ -68,6 +68,10 @@ pub struct Derivatives {
     pub inputs: usize,
     /// Highest order of derivatives of each output, by index of the variable. Other outputs have none.
     pub outputs: HashMap<usize, usize>,
+    /// The same of outputs that have more for an importer that interpolates.
+    pub interpolation: HashMap<usize, usize>,
+    /// Highest order of derivatives of each input that accepts more than `inputs`, by index of the variable.
+    pub further: HashMap<usize, usize>,
 }
 
 /// A declared type whose values have names.
@@ -202,6 +206,24 @@ impl ModelDescription {
         let most = self.co_simulation.max_output_derivative_order as usize;
         let own = self.derivatives.as_ref();
         own.map_or(most, |it| it.outputs.get(&output).copied().unwrap_or(0).min(most))
+    }
+
+    /// Highest order of derivatives of an input that the FMU certainly accepts, up to 5.
+    #[must_use]
+    pub fn highest_input_derivative(&self, input: usize) -> usize {
+        let own = self.derivatives.as_ref().and_then(|it| it.further.get(&input).copied());
+        let least = self.input_derivative_order();
+        own.map_or(least, |own| if least == 0 { 0 } else { own.clamp(least, 5) })
+    }
+
+    /// Highest order of derivatives of an output that are true for certain, for interpolation: the first without
+    /// an annotation, since an FMU may return 0 for an order that an output does not have (FMI 2.0, 4.2.1).
+    #[must_use]
+    pub fn interpolation_order(&self, output: usize) -> usize {
+        let declared = self.output_derivative_order(output);
+        let Some(own) = &self.derivatives else { return declared.min(1) };
+        let most = self.co_simulation.max_output_derivative_order as usize;
+        own.interpolation.get(&output).map_or(declared, |&order| order.min(most).max(declared))
     }
 
     /// The unit of measure of a variable, if it is defined.

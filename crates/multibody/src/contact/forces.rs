@@ -67,7 +67,12 @@ impl VehicleModel {
     }
 
     /// As `at_rail`, for a state.
-    fn touching(&self, state: &State, k: MagnetIndex, track: &TrackContact) -> (Clearance, [f64; 2]) {
+    fn touching(
+        &self,
+        state: &State,
+        k: MagnetIndex,
+        track: &TrackContact,
+    ) -> (Clearance, [f64; 2]) {
         self.at_rail(&state.bodies, self.way(state.travel).as_ref(), k, &track.at(k.0))
     }
 
@@ -82,7 +87,9 @@ impl VehicleModel {
             let rail = touch.rail(k);
             let meeting = way.as_ref().zip(met.get(k).and_then(Option::as_ref));
             let (clearance, slip) = match meeting {
-                Some((way, meeting)) => self.at_line(way, meeting, MagnetIndex(k), &velocity, &rail),
+                Some((way, meeting)) => {
+                    self.at_line(way, meeting, MagnetIndex(k), &velocity, &rail)
+                }
                 None => {
                     let up = body.r.z + arm.z - magnet.start.z;
                     let slip = [rail.speed + velocity.x, velocity.y - rail.side_rate];

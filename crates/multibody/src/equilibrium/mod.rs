@@ -155,7 +155,8 @@ impl VehicleModel {
         };
         if ws.way.is_some() {
             // in a curve, bodies that no guidance holds would go far astray
-            let weight = self.gravity.norm() * self.composites.iter().map(|it| it.mass).sum::<f64>();
+            let weight =
+                self.gravity.norm() * self.composites.iter().map(|it| it.mass).sum::<f64>();
             search.loads.fill(weight / track.len().max(1) as f64);
         }
         let loads = search.loads.clone();

@@ -53,7 +53,8 @@ impl VehicleModel {
         }
         let still = vec![0.0; track.len()];
         let (speed, side_rate) = (0.0, &[][..]);
-        let track = TrackContact { contact: *contact, speed, height: track, rate: &still, side_rate };
+        let track =
+            TrackContact { contact: *contact, speed, height: track, rate: &still, side_rate };
         let statics = self.static_problem(holding, ws)?;
         let factors = vec![0.0; statics.analysis.factorisation.storage];
         let mut landing = Landing {
