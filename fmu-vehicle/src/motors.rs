@@ -38,7 +38,7 @@ pub(crate) fn place(
 }
 
 /// Handles of the variables that only a vehicle with motors has.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct MotorHandles {
     fed_directly: BooleanVar,
     slip_frequency: RealVar,

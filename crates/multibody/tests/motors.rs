@@ -6,8 +6,8 @@ mod common;
 use common::{body, empty};
 use linear_motor::{Feed, Motor, MotorDescription};
 use multibody::{
-    AppliedCourse, Error, LoadCourse, Loads, MagnetIndex, MagnetPoint, MotorControl, MotorCourse,
-    State, Travel, VehicleDescription, VehicleModel, Workspace,
+    AppliedCourse, Error, FurtherCourse, LoadCourse, Loads, MagnetIndex, MagnetPoint, MotorControl,
+    MotorCourse, State, Travel, VehicleDescription, VehicleModel, Workspace,
 };
 use track_line::{Line, LineDescription};
 
@@ -51,7 +51,18 @@ fn advance(
     ws.supply(Some(course)).unwrap();
     let magnets = LoadCourse { vertical: &[[lift, 0.0, 0.0, 0.0]], lateral: &[STILL] };
     model
-        .step(state, size, most, AppliedCourse { magnets, external: &[], acceleration }, &mut ws)
+        .step(
+            state,
+            size,
+            most,
+            AppliedCourse {
+                magnets,
+                external: &[],
+                acceleration,
+                further: FurtherCourse::default(),
+            },
+            &mut ws,
+        )
         .unwrap();
     ws
 }
