@@ -14,7 +14,7 @@ use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
 use linear::LinearError;
 use response::ResponseError;
-use results::ParquetError;
+use results::{JournalError, ParquetError};
 use scenario::ScenarioError;
 use ssp::SspError;
 use study::StudyError;
@@ -263,9 +263,9 @@ impl Error {
             Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
-            Self::Tune(
-                TuneError::Write { .. } | TuneError::Unstable { .. } | TuneError::Search { .. },
-            ) => 1,
+            Self::Tune(TuneError::Unstable { .. } | TuneError::Search { .. }) => 1,
+            Self::Map(maps::Error::Journal(JournalError::Write { .. }))
+            | Self::Tune(TuneError::Journal(JournalError::Write { .. })) => 1,
             Self::Write { .. } | Self::Program(_) => 1,
             Self::Temporary(_) | Self::Ssp(SspError::Write { .. }) => 1,
             Self::Page(error) if !error.is_bad_input() => 1,

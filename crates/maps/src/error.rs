@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use fmi2_import::instance::FmuError;
 use fmi2_import::library::LibraryError;
 use linear::LinearError;
+use results::JournalError;
 use stability_map::MapError;
 use thiserror::Error;
 
@@ -58,12 +59,9 @@ pub enum Error {
         #[source]
         source: io::Error,
     },
-    /// The folder has another map.
-    #[error("{path} belongs to another map")]
-    Other {
-        /// The journal.
-        path: PathBuf,
-    },
+    /// Rows that an earlier run has finished.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
 }
 
 impl Error {
@@ -74,7 +72,7 @@ impl Error {
             Self::Linear(error) => error.help(),
             Self::Master(error) => error.help(),
             Self::NotReal { .. } => Some("`maglev inspect` lists the parameters of a unit"),
-            Self::Other { .. } => Some("choose another --out, or delete that file"),
+            Self::Journal(error) => error.help(),
             _ => None,
         }
     }

@@ -11,6 +11,7 @@ mod file;
 mod file_list;
 mod folder;
 mod growing;
+mod journal;
 mod keeper;
 mod metrics;
 pub mod modes;
@@ -34,6 +35,7 @@ pub use events::{Event, EventKind, EventLog, LogState};
 pub use file::{Fingerprint, causes, fingerprint, replace, write_whole};
 pub use folder::{Folder, FolderError, add_files};
 pub use growing::Position;
+pub use journal::{Journal, JournalError};
 pub use keeper::write_now;
 pub use metrics::write_metrics;
 pub use names::{

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use linear::LinearError;
 use response::ResponseError;
+use results::JournalError;
 use stability_map::MapError;
 use strict_json::JsonError;
 use thiserror::Error;
@@ -82,21 +83,9 @@ pub enum TuneError {
         /// What it reported.
         status: String,
     },
-    /// A file.
-    #[error("cannot write {path}")]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system reported.
-        #[source]
-        source: io::Error,
-    },
-    /// The folder has the evaluations of another task.
-    #[error("{path} belongs to another tuning")]
-    Other {
-        /// The file.
-        path: PathBuf,
-    },
+    /// Evaluations that an earlier run has finished.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
 }
 
 impl TuneError {
@@ -119,7 +108,7 @@ impl TuneError {
             Self::Unstable { .. } => Some(
                 "widen the bounds, or vary other parameters; `maglev map` shows where modes grow",
             ),
-            Self::Other { .. } => Some("choose another --out, or delete that file"),
+            Self::Journal(error) => error.help(),
             _ => None,
         }
     }
