@@ -42,6 +42,7 @@ pub use file::{
     Bounds, Condition, Constraints, Irregularity, NoiseOption, Objective, SensorNoise, Tuning,
     Varied,
 };
+pub use maps::Watch;
 pub use picture::front_picture;
 pub use result::{Active, ConditionResult, FrontPoint, TuneResult, Tuned, Verified};
-pub use run::{Request, Watch, tune};
+pub use run::{Request, tune};

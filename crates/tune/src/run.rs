@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use maps::Watch;
 use master::Setup;
 use scenario::Scenario;
 use stability_map::damping;
@@ -37,14 +38,6 @@ pub struct Request {
     pub tuning: Tuning,
     /// Threads. The result does not depend on them.
     pub threads: usize,
-}
-
-/// Hears of the progress.
-pub trait Watch: Sync {
-    /// What is being done now.
-    fn stage(&self, text: &str);
-    /// So many evaluations of at most so many are done.
-    fn progress(&self, done: usize, all: usize);
 }
 
 /// Tunes. With a folder, evaluations are kept there until the end: an interrupted tuning continues.

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use maglev::Error;
-use maps::{Axis, Known, MapAxis, MapCell, Request, StabilityMap, Watch};
-use results::write_whole;
+use maps::{Axis, Known, MapAxis, MapCell, Request, StabilityMap};
 use scenario::{Override, Scenario};
+
+use super::analysis::{self, Bar, Files};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,19 +69,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(title) = &arguments.title {
         scenario.title.clone_from(title);
     }
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let request = Request {
         scenario,
         x: arguments.x.clone(),
         y: arguments.y.clone(),
         over: arguments.over.clone(),
         below: arguments.below,
-        threads: arguments.threads.map_or_else(cores, usize::from),
+        threads: analysis::threads(arguments.threads),
         checks: arguments.check,
     };
-    let terminal = Terminal::new();
-    let map = super::at_home(|| maps::map(&request, arguments.out.as_deref(), &terminal));
-    terminal.bar.finish_and_clear();
+    let bar = Bar::new("{bar:30} {pos}/{len} points, {eta} left, {msg}");
+    let map = super::at_home(|| maps::map(&request, arguments.out.as_deref(), &bar));
+    bar.close();
     let map = map?;
     if let Some(folder) = &arguments.out {
         write(&map, folder)?;
@@ -94,52 +93,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(if map.stable() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// A bar on the terminal; nothing where stderr is not one.
-struct Terminal {
-    bar: ProgressBar,
-}
-
-impl Terminal {
-    fn new() -> Self {
-        let bar = ProgressBar::new(0);
-        if let Ok(style) =
-            ProgressStyle::with_template("{bar:30} {pos}/{len} points, {eta} left, {msg}")
-        {
-            bar.set_style(style);
-        }
-        Self { bar }
-    }
-}
-
-impl Watch for Terminal {
-    fn stage(&self, text: &str) {
-        self.bar.set_message(text.to_owned());
-    }
-
-    fn progress(&self, done: usize, all: usize) {
-        self.bar.set_length(all as u64);
-        self.bar.set_position(done as u64);
-    }
-}
-
 fn as_json(map: &StabilityMap) -> String {
     // plain data, which always prints
     serde_json::to_string(map).unwrap_or_default() + "\n"
 }
 
 fn write(map: &StabilityMap, folder: &Path) -> Result<(), Error> {
-    let file = |name: &str, content: &[u8]| {
-        let path = folder.join(name);
-        write_whole(&path, content).map_err(|source| Error::Write { path, source })
-    };
-    file("map.json", as_json(map).as_bytes())?;
+    let files = Files::new(folder)?;
+    files.write("map.json", as_json(map).as_bytes())?;
     maps::write_parquet(map, &folder.join("map.parquet"))?;
-    let plot = |source| Error::Plot { file: "map.svg".to_owned(), source };
-    let svg = maps::picture(map).map_err(plot)?;
-    file("map.svg", svg.as_bytes())?;
-    let failed =
-        |why| Error::Write { path: folder.join("map.png"), source: std::io::Error::other(why) };
-    file("map.png", &report::pictures::png(&svg, 1.0).map_err(failed)?)
+    files.picture("map", maps::picture(map), 1.0)
 }
 
 // writing to a String cannot fail, so the results of writeln! are dropped

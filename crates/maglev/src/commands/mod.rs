@@ -1,6 +1,7 @@
 //! One module per subcommand, and what they share: progress ([`display`]), the lines at the end of a
 //! run ([`closing`]), [`names`] for options, [`table`]s, [`stdout`].
 
+pub mod analysis;
 pub mod bundle;
 pub mod check;
 pub mod closing;

@@ -3,12 +3,12 @@
 use std::path::{Component, Path, PathBuf};
 
 use maglev::Error;
-use results::write_whole;
 use scenario::Scenario;
 use serde_json::{Map, Value, json};
 use tune::TuneResult;
 
 use super::confirm::Confirmation;
+use crate::commands::analysis::Files;
 
 /// Everything as JSON.
 pub fn as_json(result: &TuneResult, confirmed: &[Confirmation]) -> String {
@@ -28,22 +28,13 @@ pub fn write(
     path: &Path,
     folder: &Path,
 ) -> Result<(), Error> {
-    let failed = |path: PathBuf| move |source| Error::Write { path, source };
-    std::fs::create_dir_all(folder).map_err(failed(folder.to_owned()))?;
-    let file = |name: &str, content: &[u8]| {
-        let path = folder.join(name);
-        write_whole(&path, content).map_err(failed(path.clone()))
-    };
-    file("tune.json", as_json(result, confirmed).as_bytes())?;
-    file("tuned.json", tuned(result, scenario, path, folder).as_bytes())?;
+    let files = Files::new(folder)?;
+    files.write("tune.json", as_json(result, confirmed).as_bytes())?;
+    files.write("tuned.json", tuned(result, scenario, path, folder).as_bytes())?;
     if result.front.is_empty() {
         return Ok(());
     }
-    let plot = |source| Error::Plot { file: "front.svg".to_owned(), source };
-    let svg = tune::front_picture(result).map_err(plot)?;
-    file("front.svg", svg.as_bytes())?;
-    let pixels = |message| Error::Pixels { file: "front.png".to_owned(), message };
-    file("front.png", &report::pictures::png(&svg, 2.0).map_err(pixels)?)
+    files.picture("front", tune::front_picture(result), 2.0)
 }
 
 /// A scenario that extends the given one by the values found.

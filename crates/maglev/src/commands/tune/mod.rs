@@ -8,13 +8,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use maglev::Error;
 use scenario::{Override, Scenario};
-use tune::{
-    Condition, Constraints, Irregularity, NoiseOption, Objective, Request, Tuning, Varied, Watch,
-};
+use tune::{Condition, Constraints, Irregularity, NoiseOption, Objective, Request, Tuning, Varied};
 
+use super::analysis::{self, Bar};
 use confirm::{Confirmation, Window, confirm};
 
 const EXAMPLES: &str = "\
@@ -158,15 +156,14 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
     scenario.overrides.clone_from(&arguments.set);
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let request = Request {
         scenario,
         tuning: arguments.tuning()?,
-        threads: arguments.threads.map_or_else(cores, usize::from),
+        threads: analysis::threads(arguments.threads),
     };
-    let terminal = Terminal::new();
-    let found = super::at_home(|| tune::tune(&request, arguments.out.as_deref(), &terminal));
-    terminal.bar.finish_and_clear();
+    let bar = Bar::new("{bar:30} {pos} of at most {len} evaluations, {msg}");
+    let found = super::at_home(|| tune::tune(&request, arguments.out.as_deref(), &bar));
+    bar.close();
     let result = found?;
     let confirmed: Vec<Confirmation> = match &arguments.confirm {
         Some(window) => super::at_home(|| confirm(&request.scenario, &result, window))?,
@@ -182,32 +179,4 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     super::print(&text)?;
     Ok(if result.kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// A bar on the terminal; nothing where stderr is not one.
-struct Terminal {
-    bar: ProgressBar,
-}
-
-impl Terminal {
-    fn new() -> Self {
-        let bar = ProgressBar::new(0);
-        if let Ok(style) =
-            ProgressStyle::with_template("{bar:30} {pos} of at most {len} evaluations, {msg}")
-        {
-            bar.set_style(style);
-        }
-        Self { bar }
-    }
-}
-
-impl Watch for Terminal {
-    fn stage(&self, text: &str) {
-        self.bar.set_message(text.to_owned());
-    }
-
-    fn progress(&self, done: usize, all: usize) {
-        self.bar.set_length(all as u64);
-        self.bar.set_position(done as u64);
-    }
 }

@@ -129,11 +129,8 @@ pub fn page(result: &TuneResult, confirmed: &[Confirmation], arguments: &Argumen
         settings(result, arguments)
     );
     if let Some(folder) = &arguments.out {
-        let _ = writeln!(
-            text,
-            "files: tune.json, tuned.json, front.svg, front.png in {}",
-            folder.display()
-        );
+        let front = if result.front.is_empty() { "" } else { ", front.svg, front.png" };
+        let _ = writeln!(text, "files: tune.json, tuned.json{front} in {}", folder.display());
     }
     text
 }
