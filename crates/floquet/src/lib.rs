@@ -46,7 +46,7 @@ pub use error::FloquetError;
 pub use girders::Girders;
 pub use modal::Modal;
 pub use monodromy::Monodromy;
-pub use moving::{Accuracy, Motion, MovingTrain, map};
+pub use moving::{Accuracy, Motion, MovingTrain, Place, map};
 pub use multipliers::{Multiplier, Multipliers, multipliers};
 pub use passage::Passage;
 pub use reduction::{Reduction, directions, reduced};

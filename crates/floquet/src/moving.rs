@@ -1,11 +1,13 @@
 //! A train at constant speed on an endless row of equal spans.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use faer::Mat;
 use faer::prelude::c64;
 use rayon::prelude::*;
 use scenario::Scenario;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     FloquetError, Girders, Modal, Monodromy, Multipliers, Passage, Reduction, Row, Train,
@@ -43,7 +45,7 @@ impl Default for Accuracy {
 }
 
 /// The result at one speed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Speed (m/s).
     pub speed: f64,
@@ -275,23 +277,31 @@ fn reduce(train: &Train, row: &Row, tolerance: f64) -> Result<Reduction, Floquet
     reduced(&train.modal, &directions(&inputs)?, &directions(&pressed)?, tolerance, band)
 }
 
-/// Computes all speeds for all trains, on all processors. `done` is called after each point. A point that cannot be
-/// computed does not end the others.
+/// A point of a map: which train, and which speed.
+pub type Place = (usize, usize);
+
+/// Computes all speeds for all trains, on all processors, but for those that are known. `done` is called after each
+/// point that was computed. A point that cannot be computed does not end the others.
 pub fn map(
     trains: &[MovingTrain],
     speeds: &[f64],
-    done: &(dyn Fn() + Sync),
+    known: &HashMap<Place, Motion>,
+    done: &(dyn Fn(Place, &Result<Motion, FloquetError>) + Sync),
 ) -> Vec<Vec<Result<Motion, FloquetError>>> {
-    let at = |k: usize| {
-        let motion = trains[k / speeds.len()].at(speeds[k % speeds.len()]);
-        done();
+    let at = |place: Place| {
+        if let Some(motion) = known.get(&place) {
+            return Ok(motion.clone());
+        }
+        let motion = trains[place.0].at(speeds[place.1]);
+        done(place, &motion);
         motion
     };
     // slow ones take longest, and come first
-    let mut order: Vec<usize> = (0..trains.len() * speeds.len()).collect();
-    order.sort_by(|&a, &b| speeds[a % speeds.len()].total_cmp(&speeds[b % speeds.len()]));
-    let mut found: Vec<(usize, _)> = order.into_par_iter().map(|k| (k, at(k))).collect();
-    found.sort_by_key(|(k, _)| *k);
+    let mut order: Vec<Place> =
+        (0..speeds.len()).flat_map(|v| (0..trains.len()).map(move |k| (k, v))).collect();
+    order.sort_by(|a, b| speeds[a.1].total_cmp(&speeds[b.1]));
+    let mut found: Vec<(Place, _)> = order.into_par_iter().map(|it| (it, at(it))).collect();
+    found.sort_by_key(|it| it.0);
     let mut all = found.into_iter().map(|(_, motion)| motion);
     trains.iter().map(|_| all.by_ref().take(speeds.len()).collect()).collect()
 }

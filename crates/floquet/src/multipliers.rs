@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use faer::Mat;
 use faer::prelude::c64;
+use serde::{Deserialize, Serialize};
 
 use crate::{FloquetError, Monodromy};
 
@@ -15,9 +16,10 @@ const UNSEEN: f64 = 1e-16;
 const MOST: usize = 250;
 
 /// One Floquet multiplier, or a conjugate pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Multiplier {
     /// μ, with Im μ ≥ 0.
+    #[serde(with = "pair")]
     pub value: c64,
     /// ln|μ|/T (1/s): positive if the motion grows.
     pub growth: f64,
@@ -35,8 +37,23 @@ impl Multiplier {
     }
 }
 
+/// Complex numbers in files: real and imaginary part.
+mod pair {
+    use faer::prelude::c64;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &c64, to: S) -> Result<S::Ok, S::Error> {
+        [value.re, value.im].serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<c64, D::Error> {
+        let [re, im] = Deserialize::deserialize(from)?;
+        Ok(c64::new(re, im))
+    }
+}
+
 /// The largest multipliers, as far as they can be told from rounding errors.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Multipliers {
     /// The fastest growing first.
     pub all: Vec<Multiplier>,

@@ -47,6 +47,9 @@ pub enum Error {
     /// A stability map.
     #[error("cannot make the map")]
     Map(#[source] maps::Error),
+    /// Points of a map that an earlier run has finished.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// A tuning.
     #[error("cannot tune the controllers")]
     Tune(#[source] TuneError),
@@ -264,7 +267,8 @@ impl Error {
             Self::Instantiate(error) if error.fault().is_loss() => 1,
             Self::Output { running: true, .. } | Self::Parquet { .. } => 1,
             Self::Tune(TuneError::Unstable { .. } | TuneError::Search { .. }) => 1,
-            Self::Map(maps::Error::Journal(JournalError::Write { .. }))
+            Self::Journal(JournalError::Write { .. })
+            | Self::Map(maps::Error::Journal(JournalError::Write { .. }))
             | Self::Tune(TuneError::Journal(JournalError::Write { .. })) => 1,
             Self::Write { .. } | Self::Program(_) => 1,
             Self::Temporary(_) | Self::Ssp(SspError::Write { .. }) => 1,
@@ -304,6 +308,7 @@ impl Error {
             Self::Page(error) => return error.help(),
             Self::Map(error) => return error.help(),
             Self::Tune(error) => return error.help(),
+            Self::Journal(error) => return error.help(),
             Self::Response(error) => return error.help(),
             Self::NothingAsked | Self::NoLoop => "see `maglev response --help` for examples",
             Self::Package(error) => return error.help(),

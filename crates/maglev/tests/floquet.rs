@@ -58,6 +58,13 @@ fn issue_18_a_map_has_a_picture_and_all_points() {
     // a girder of half the stiffness has 1/√2 of the frequency
     let frequency = |k: usize| points[k][0]["frequency_hz"].as_f64().unwrap();
     assert!((frequency(0) / frequency(1) - 0.5_f64.sqrt()).abs() < 0.03, "{text}");
+    // the points are kept only until all are there
+    let journal = folder.path().join("floquet-points.jsonl");
+    assert!(!journal.exists());
+    std::fs::write(&journal, "another map\n").unwrap();
+    let other = floquet(&[MAGNET, "--speeds", "2,20", "--out", &out]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("belongs to another map"));
     let picture = std::fs::read_to_string(folder.path().join("floquet.svg")).unwrap();
     assert!(picture.contains("guideway.stiffness_factor") && picture.contains("speed (m/s)"));
 }

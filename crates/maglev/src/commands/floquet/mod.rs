@@ -2,19 +2,22 @@
 
 mod page;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use figure::{FigureLine, FigurePanel, HeatMap, draw_heat_map, draw_over};
-use floquet::{Accuracy, FloquetError, Motion, MovingTrain, Row};
+use floquet::{Accuracy, FloquetError, Motion, MovingTrain, Place, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use maglev::Error;
-use results::write_whole;
+use results::Journal;
 use scenario::{Override, Scenario};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::analysis::Files;
 use page::page;
 
 const EXAMPLES: &str = "\
@@ -142,7 +145,8 @@ pub struct Arguments {
     /// Print everything as JSON.
     #[arg(long)]
     json: bool,
-    /// Also write DIR/floquet.json and the picture DIR/floquet.svg.
+    /// Also write DIR/floquet.json and the picture DIR/floquet.svg. Started again with the same DIR, an
+    /// interrupted map continues.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -256,9 +260,7 @@ fn compute(
         }
     }
     let speeds = &arguments.speeds.0;
-    let bar = bar(trains.len() * speeds.len(), "points");
-    let found = floquet::map(&trains, speeds, &|| bar.inc(1));
-    bar.finish_and_clear();
+    let found = survey(&trains, scenario, arguments)?;
     let check = check(&trains, &found, arguments)?;
     let first = &trains[0];
     let left_out =
@@ -292,6 +294,64 @@ fn compute(
         check,
     };
     Ok((report, trains))
+}
+
+/// A point of the map in its journal.
+#[derive(Serialize, Deserialize)]
+struct Known {
+    place: Place,
+    motion: Motion,
+}
+
+/// The file with the points of a map in progress.
+const JOURNAL: &str = "floquet-points.jsonl";
+
+/// All points. With a folder, those of an interrupted map are taken from there.
+fn survey(
+    trains: &[MovingTrain],
+    scenario: &Scenario,
+    arguments: &Arguments,
+) -> Result<Vec<Vec<Result<Motion, FloquetError>>>, Error> {
+    let speeds = &arguments.speeds.0;
+    let mut known = HashMap::new();
+    let mut journal = None;
+    if let Some(folder) = &arguments.out {
+        let (opened, points) =
+            Journal::open::<Known>(folder, JOURNAL, "map", &task(scenario, arguments))?;
+        known.extend(points.into_iter().map(|it| (it.place, it.motion)));
+        journal = Some(opened);
+    }
+    let bar = bar(trains.len() * speeds.len(), "points");
+    bar.inc(known.len() as u64);
+    let failure = Mutex::new(None);
+    let done = |place: Place, motion: &Result<Motion, FloquetError>| {
+        if let (Some(journal), Ok(motion)) = (&journal, motion) {
+            let written = journal.add(&Known { place, motion: motion.clone() });
+            if let (Err(error), Ok(mut failure)) = (written, failure.lock()) {
+                *failure = Some(error);
+            }
+        }
+        bar.inc(1);
+    };
+    let found = floquet::map(trains, speeds, &known, &done);
+    bar.finish_and_clear();
+    if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error.into());
+    }
+    if let Some(journal) = journal {
+        journal.remove();
+    }
+    Ok(found)
+}
+
+/// What is computed, in one line.
+fn task(scenario: &Scenario, arguments: &Arguments) -> String {
+    let set: Vec<String> = scenario.overrides.iter().map(ToString::to_string).collect();
+    let axis = arguments.y.as_ref().map(|it| (&it.target, &it.values));
+    let Arguments { speeds, above, tolerance, reduction, .. } = arguments;
+    let numbers = [above, tolerance, reduction];
+    serde_json::json!({ "scenario": scenario, "set": set, "speeds": speeds.0, "y": axis, "accuracy": numbers })
+        .to_string()
 }
 
 fn bar(count: usize, what: &'static str) -> ProgressBar {
@@ -370,13 +430,9 @@ fn as_json(report: &Report) -> String {
 fn write(report: &Report, arguments: &Arguments, folder: &Path) -> Result<(), Error> {
     let picture = picture(report, arguments)
         .map_err(|source| Error::Plot { file: "floquet.svg".to_owned(), source })?;
-    for (name, text) in [("floquet.json", as_json(report)), ("floquet.svg", picture)] {
-        let path = folder.join(name);
-        std::fs::create_dir_all(folder)
-            .and_then(|()| write_whole(&path, text.as_bytes()))
-            .map_err(|source| Error::Write { path, source })?;
-    }
-    Ok(())
+    let files = Files::new(folder)?;
+    files.write("floquet.json", as_json(report).as_bytes())?;
+    files.write("floquet.svg", picture.as_bytes())
 }
 
 fn picture(report: &Report, arguments: &Arguments) -> Result<String, figure::PlotError> {
@@ -401,7 +457,7 @@ fn picture(report: &Report, arguments: &Arguments) -> Result<String, figure::Plo
             values: report.points.iter().map(|row| row.iter().map(decay).collect()).collect(),
             marks: Vec::new(),
             own: None,
-            crossings: std::collections::HashMap::new(),
+            crossings: HashMap::new(),
         });
     }
     let over_speed = report.speeds.len() > 1;
