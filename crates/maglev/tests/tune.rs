@@ -23,68 +23,6 @@ fn tuned(arguments: &[&str]) -> Value {
 }
 
 const MAGNET: &str = "scenarios/one-magnet.json";
-/// All gains of one magnet, with enough room for a modulus margin of one half, and few evaluations.
-const GAINS: [&str; 18] = [
-    MAGNET,
-    "--vary",
-    "ems_*.gain_acceleration=1:40",
-    "--vary",
-    "ems_*.gain_gap_velocity=10:120",
-    "--vary",
-    "ems_*.gain_velocity=10:160",
-    "--noise",
-    "gap=1e-5:200",
-    "--noise",
-    "acceleration=0.05:200",
-    "--samples",
-    "20",
-    "--starts",
-    "2",
-    "--evaluations",
-    "120",
-    "--json",
-];
-
-/// The result keeps its limits, its figures are those of `maglev modes` and `maglev response` with the values found,
-/// and one thread or two give the same bits.
-#[test]
-fn issue_18_gains_are_tuned_within_limits_and_verified() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().display().to_string();
-    let mut arguments = GAINS.to_vec();
-    arguments.extend(["--front", "3", "--max-voltage", "10"]);
-    let one = tuned(&[&arguments[..], &["--threads", "1", "--out", &out]].concat());
-    let two = tuned(&[&arguments[..], &["--threads", "2"]].concat());
-    for key in ["parameters", "conditions", "active", "front", "evaluations"] {
-        assert_eq!(one[key], two[key], "{key}");
-    }
-    let condition = &one["conditions"][0];
-    let (before, after) = (&condition["before"], &condition["after"]);
-    let number = |it: &Value, key: &str| it[key].as_f64().unwrap();
-    // table 2 has a modulus margin of 0.319
-    assert!((number(before, "modulus_one") - 0.319).abs() < 0.003, "{before}");
-    assert!(one["kept"].as_bool().unwrap(), "{one}");
-    assert!(number(after, "modulus_one") >= 0.5 && number(after, "voltage") <= 10.0, "{after}");
-    assert!(number(after, "damping") > number(before, "damping"), "{before} {after}");
-    let verified = &condition["verified"];
-    assert!(number(verified, "distance") < 1e-8, "{verified}");
-    let exact = verified["margins"][0].as_f64().unwrap();
-    assert!((exact / number(after, "modulus_one") - 1.0).abs() < 0.02, "{verified} {after}");
-    // the scenario that is written is the one that was found
-    let modes = maglev("modes", &[folder.path().join("tuned.json").to_str().unwrap(), "--json"]);
-    let modes: Value = serde_json::from_slice(&modes.stdout).unwrap();
-    let all = modes["modes"]["modes"].as_array().unwrap();
-    let damping = number(after, "damping");
-    let near =
-        all.iter().any(|it| (number(&it["continuous"], "damping_ratio") - damping).abs() < 1e-6);
-    assert!(near, "{damping}");
-    assert!(!one["front"].as_array().unwrap().is_empty());
-    for file in ["tune.json", "front.svg", "front.png"] {
-        assert!(folder.path().join(file).is_file(), "{file}");
-    }
-    assert!(!folder.path().join("tune-evaluations.jsonl").exists());
-}
-
 /// A bound that holds the damping back is named.
 #[test]
 fn issue_18_active_bounds_are_reported() {

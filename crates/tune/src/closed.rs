@@ -30,6 +30,8 @@ impl Laws {
 #[derive(Debug, Clone)]
 pub(crate) struct At {
     pub force: Vec<c64>,
+    /// From what only the controller reads, such as noise of a sensor, to the force.
+    pub force_read: Vec<c64>,
     pub signal: Vec<c64>,
     pub force_added: c64,
     pub signal_added: c64,
@@ -50,12 +52,39 @@ impl At {
             row.iter().enumerate().map(|(i, c)| x[(i, j)] * *c).sum::<c64>()
         };
         Self {
-            force: (0..channels).map(|j| by(&law.force, j)).collect(),
+            force: (0..channels).map(|j| by(&law.force, j) + law.force_change[j]).collect(),
+            force_read: (0..channels).map(|j| by(&law.force, j) + law.force_direct[j]).collect(),
             signal: (0..channels).map(|j| by(&law.signal, j) + law.direct[j]).collect(),
-            force_added: by(&law.force, channels),
+            force_added: by(&law.force, channels) + law.force_added,
             signal_added: by(&law.signal, channels) + law.added_direct,
         }
     }
+}
+
+/// Forces of the ports of a block by its states and by those of the controllers: with the controllers' states x, the states
+/// z of the block and the measurements C z + D f, f = F_x x + Δ (C z + D f).
+fn forces(block: &Block, laws: &Laws) -> [Mat<f64>; 2] {
+    let c = &block.space[2];
+    let d = &block.modes.direct;
+    let (n, p) = (c.ncols(), block.ports.ncols());
+    let k = laws.of(0).a.nrows();
+    let mut by_law = Mat::<f64>::zeros(p, p * k);
+    for j in 0..p {
+        for (l, &force) in laws.of(j).force.iter().enumerate() {
+            by_law[(j, j * k + l)] = force;
+        }
+    }
+    if (0..p).all(|j| laws.of(j).force_change.iter().all(|it| *it == 0.0)) {
+        return [Mat::zeros(p, n), by_law];
+    }
+    let passed = |m: &Mat<f64>| {
+        Mat::from_fn(p, m.ncols(), |j, column| {
+            let change = laws.of(j).force_change.iter().enumerate();
+            change.map(|(channel, by)| by * m[(channel * p + j, column)]).sum::<f64>()
+        })
+    };
+    let loops = PartialPivLu::new((Mat::<f64>::identity(p, p) - passed(d)).as_ref());
+    [loops.solve(passed(c)), loops.solve(by_law)]
 }
 
 /// The matrix of the closed loop: states of the block, then of the controllers of its ports.
@@ -63,43 +92,32 @@ pub(crate) fn matrix(block: &Block, laws: &Laws) -> Mat<f64> {
     let [a, b, c] = &block.space;
     let (n, p) = (a.nrows(), block.ports.ncols());
     let k = laws.of(0).a.nrows();
-    let channels = laws.of(0).b.ncols();
-    let d = &block.modes.direct;
+    let [by_block, by_law] = forces(block, laws);
     let mut all = Mat::<f64>::zeros(n + p * k, n + p * k);
-    all.as_mut().submatrix_mut(0, 0, n, n).copy_from(a);
+    all.as_mut().submatrix_mut(0, 0, n, n).copy_from(a + b * &by_block);
+    all.as_mut().submatrix_mut(0, n, n, p * k).copy_from(b * &by_law);
+    let d = &block.modes.direct;
+    let seen = c + d * &by_block;
     for j in 0..p {
         let law = laws.of(j);
         let first = n + j * k;
-        for (l, &force) in law.force.iter().enumerate() {
-            for i in 0..n {
-                all[(i, first + l)] += b[(i, j)] * force;
-            }
-        }
         for r in 0..k {
             for l in 0..k {
                 all[(first + r, first + l)] += law.a[(r, l)];
             }
-        }
-    }
-    for row in 0..p {
-        let law = laws.of(row);
-        let first = n + row * k;
-        for r in 0..k {
-            for channel in 0..channels {
+            for channel in 0..law.b.ncols() {
                 let gain = law.b[(r, channel)];
                 if gain == 0.0 {
                     continue;
                 }
-                let seen = channel * p + row;
+                let row = channel * p + j;
                 for i in 0..n {
-                    all[(first + r, i)] += gain * c[(seen, i)];
+                    all[(first + r, i)] += gain * seen[(row, i)];
                 }
-                for j in 0..p {
-                    let direct = gain * d[(seen, j)];
-                    if direct != 0.0 {
-                        for (l, &force) in laws.of(j).force.iter().enumerate() {
-                            all[(first + r, n + j * k + l)] += direct * force;
-                        }
+                for port in (0..p).filter(|&port| d[(row, port)] != 0.0) {
+                    let direct = gain * d[(row, port)];
+                    for l in 0..p * k {
+                        all[(first + r, n + l)] += direct * by_law[(port, l)];
                     }
                 }
             }

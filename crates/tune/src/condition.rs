@@ -191,9 +191,9 @@ impl<'a> Prepared<'a> {
         if split.broken.is_none() && wants_margins {
             return Err(TuneError::Units {
                 instance: system.units[split.units[0]].name.clone(),
-                problem: "its linearisation has no output to which something can be added, as the voltage of a \
-                          magnet: there are no margins and no voltage. Set constraints.modulus and \
-                          constraints.delay to null"
+                problem: "it acts by several outputs, and its linearisation has none to which something can be \
+                          added, as the voltage of a magnet: there are no margins and no voltage. Set \
+                          constraints.modulus and constraints.delay to null"
                     .to_owned(),
             });
         }
@@ -246,7 +246,8 @@ impl<'a> Prepared<'a> {
         let units: Vec<LinearUnit> = asked
             .map(|(&k, twin)| twin.linear(&given(parameters, k, values)))
             .collect::<Result<_, _>>()?;
-        let mut laws: Vec<_> = units.iter().map(|it| self.split.law(it)).collect();
+        let mut laws: Vec<_> =
+            units.iter().enumerate().map(|(k, it)| self.split.law(k, it)).collect();
         Ok(if self.split.equal { Laws::Equal(laws.swap_remove(0)) } else { Laws::Each(laws) })
     }
 
@@ -275,7 +276,7 @@ impl<'a> Prepared<'a> {
 
     /// Names of the signals at which loops are broken.
     pub fn broken(&self) -> Vec<String> {
-        let Some((output, _)) = self.split.broken else { return Vec::new() };
+        let Some(output) = self.split.broken_output() else { return Vec::new() };
         let name = |k: &usize| {
             let unit = &self.system.units[*k];
             format!("{}.{}", unit.name, unit.outputs[output].name)

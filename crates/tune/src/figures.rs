@@ -289,7 +289,7 @@ impl Scene<'_> {
                         rest -= q[(k, j)] * q[(k, j)];
                         let by: c64 = (0..p).map(|i| answer.by_force[(i, j)] * q[(k, i)]).sum();
                         let own = law(j).signal[channel] * q[(k, j)];
-                        sum += (own + by * law(j).force[channel]).norm_sqr();
+                        sum += (own + by * law(j).force_read[channel]).norm_sqr();
                     }
                 }
                 let own = law(if equal { 0 } else { k }).signal[channel].norm_sqr();

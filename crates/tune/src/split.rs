@@ -23,19 +23,39 @@ pub(crate) struct Split {
     pub names: Vec<String>,
     /// Their connected output with the largest response to their states.
     force: usize,
-    /// Output and input of the signal at which loops are broken: an output to which something can be added.
-    pub broken: Option<(usize, usize)>,
+    /// The signal at which loops are broken.
+    pub broken: Option<Broken>,
     /// Whether all units are equal.
     pub equal: bool,
+    /// What each unit passes on from its measurements to its force without a state between, as the rest of the system
+    /// has it.
+    start: Vec<Vec<f64>>,
 }
 
-/// ẋ = A x + B e + b w, f = C x, v = V x + D e + d w: from the measurements e and what adds to the broken signal to
-/// the force and the broken signal.
+/// Where loops are broken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Broken {
+    /// Inside the units, at an output to which an input adds: the voltage of a magnet with its controller.
+    Inside { output: usize, input: usize },
+    /// At the one connected output of the units: the voltage of a controller in a unit of its own. The controller may
+    /// pass on measurements at once, by factors that depend on its parameters.
+    Outside,
+}
+
+/// ẋ = A x + B e + b w, f = C x + F e + φ w, v = V x + D e + d w: from the measurements e and what adds to the broken
+/// signal to the force and the broken signal. The rest of the system has F₀ e of the start, so that only F − F₀ is
+/// left for the loop.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Law {
     pub a: Mat<f64>,
     pub b: Mat<f64>,
     pub force: Vec<f64>,
+    /// F.
+    pub force_direct: Vec<f64>,
+    /// F − F₀.
+    pub force_change: Vec<f64>,
+    /// φ.
+    pub force_added: f64,
     pub signal: Vec<f64>,
     pub direct: Vec<f64>,
     pub added: Vec<f64>,
@@ -64,10 +84,13 @@ impl Split {
         let Some(force) = force.filter(|&it| largest(&state(first, it)) > 0.0) else {
             return Err(wrong(first, "it has no states that reach a connected output"));
         };
-        let broken = first.outputs.iter().enumerate().find_map(|(output, it)| {
+        let inside = first.outputs.iter().enumerate().find_map(|(output, it)| {
             let input = first.inputs.iter().position(|input| input.name == it.name)?;
-            Some((output, input))
+            Some(Broken::Inside { output, input })
         });
+        let acts = |it: &usize| largest(&state(first, *it)) > 0.0;
+        let one = (0..first.connected_outputs).filter(acts).count() == 1;
+        let broken = inside.or_else(|| one.then_some(Broken::Outside));
         let mut channels: Vec<usize> = Vec::new();
         for &k in &units {
             let unit = &all[k];
@@ -92,9 +115,13 @@ impl Split {
                     "its states act by several outputs on their own; only units with one force can be tuned",
                 ));
             }
-            let by_signal =
-                broken.map(|(output, _)| unit.d.row(output).to_vec()).unwrap_or_default();
-            let reached = unit.b.iter().map(|(_, j, value)| (j, value)).chain(by_signal);
+            let by_signal = match broken {
+                Some(Broken::Inside { output, .. }) => unit.d.row(output),
+                Some(Broken::Outside) => unit.d.row(force),
+                None => &[],
+            };
+            let reached =
+                unit.b.iter().map(|(_, j, value)| (j, value)).chain(by_signal.iter().copied());
             for (j, value) in reached {
                 if value != 0.0 && j < unit.connected_inputs && !channels.contains(&j) {
                     channels.push(j);
@@ -103,19 +130,34 @@ impl Split {
         }
         channels.sort_unstable();
         let names = channels.iter().map(|&j| first.inputs[j].name.clone()).collect();
-        let mut split = Self { units, channels, names, force, broken, equal: true };
-        let law = split.law(first);
+        let start = vec![vec![0.0; channels.len()]; units.len()];
+        let mut split = Self { units, channels, names, force, broken, equal: true, start };
+        split.start = split.units.iter().map(|&k| split.force_direct(&all[k])).collect();
+        let law = split.law(0, first);
         let near = |a: &Mat<f64>, b: &Mat<f64>| (a - b).norm_max() <= EQUAL * a.norm_max().max(1.0);
         split.equal = n > 0
-            && split.units.iter().all(|&k| {
-                let other = split.law(&all[k]);
-                near(&law.a, &other.a) && near(&law.b, &other.b) && law.force == other.force
+            && split.units.iter().enumerate().all(|(place, &k)| {
+                let other = split.law(place, &all[k]);
+                near(&law.a, &other.a)
+                    && near(&law.b, &other.b)
+                    && law.force == other.force
+                    && law.force_direct == other.force_direct
             });
         Ok(split)
     }
 
-    /// The law of one of the units.
-    pub fn law(&self, unit: &LinearUnit) -> Law {
+    /// From the measurements to the force, without a state between; none if the loop is broken inside the unit: then what
+    /// a unit passes on is not its controller's answer.
+    fn force_direct(&self, unit: &LinearUnit) -> Vec<f64> {
+        if self.broken != Some(Broken::Outside) {
+            return vec![0.0; self.channels.len()];
+        }
+        let direct = row(&unit.d, self.force, unit.inputs.len());
+        self.channels.iter().map(|&j| direct[j]).collect()
+    }
+
+    /// The law of one of the units, by its place among them.
+    pub fn law(&self, place: usize, unit: &LinearUnit) -> Law {
         let (n, c) = (unit.states.len(), self.channels.len());
         let mut b = Mat::zeros(n, unit.inputs.len());
         unit.b.iter().for_each(|(i, j, value)| b[(i, j)] += value);
@@ -123,28 +165,53 @@ impl Split {
             a: unit.matrix(),
             b: Mat::from_fn(n, c, |i, j| b[(i, self.channels[j])]),
             force: row(&unit.c, self.force, n),
+            force_direct: self.force_direct(unit),
+            force_change: Vec::new(),
+            force_added: 0.0,
             signal: vec![0.0; n],
             direct: vec![0.0; c],
             added: vec![0.0; n],
             added_direct: 0.0,
         };
-        if let Some((output, input)) = self.broken {
-            let direct = row(&unit.d, output, unit.inputs.len());
-            law.signal = row(&unit.c, output, n);
-            law.direct = self.channels.iter().map(|&j| direct[j]).collect();
-            law.added = (0..n).map(|i| b[(i, input)]).collect();
-            law.added_direct = direct[input];
+        law.force_change = law
+            .force_direct
+            .iter()
+            .zip(&self.start[place])
+            .map(|(now, start)| now - start)
+            .collect();
+        match self.broken {
+            Some(Broken::Inside { output, input }) => {
+                let direct = row(&unit.d, output, unit.inputs.len());
+                law.signal = row(&unit.c, output, n);
+                law.direct = self.channels.iter().map(|&j| direct[j]).collect();
+                law.added = (0..n).map(|i| b[(i, input)]).collect();
+                law.added_direct = direct[input];
+            }
+            Some(Broken::Outside) => {
+                law.signal.clone_from(&law.force);
+                law.direct.clone_from(&law.force_direct);
+                law.force_added = 1.0;
+            }
+            None => {}
         }
         law
     }
 
-    /// Checks that what units pass on without states does not depend on the parameters.
+    /// The output at which loops are broken.
+    pub fn broken_output(&self) -> Option<usize> {
+        self.broken.map(|it| match it {
+            Broken::Inside { output, .. } => output,
+            Broken::Outside => self.force,
+        })
+    }
+
+    /// Checks that what units pass on without states does not depend on the parameters, but for the law.
     pub fn check_feedthrough(
         &self,
         before: &LinearUnit,
         after: &LinearUnit,
     ) -> Result<(), TuneError> {
-        let signal = self.broken.map(|it| it.0);
+        let signal = self.broken_output();
         for output in (0..before.connected_outputs).filter(|it| Some(*it) != signal) {
             let width = before.inputs.len();
             let (a, b) = (row(&before.d, output, width), row(&after.d, output, width));

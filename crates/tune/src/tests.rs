@@ -46,6 +46,9 @@ fn lag(p: f64, r: f64) -> Law {
         a: Mat::from_fn(1, 1, |_, _| -r),
         b: Mat::from_fn(1, 1, |_, _| -r * p),
         force: vec![1.0],
+        force_direct: vec![0.0],
+        force_change: vec![0.0],
+        force_added: 0.0,
         signal: vec![0.0],
         direct: vec![-p],
         added: vec![r],
@@ -235,6 +238,73 @@ fn analytic_a_ring_falls_into_its_patterns() {
     }
     // one loop alone is more robust than all alike
     assert!(one.modulus_one > one.modulus_all);
+}
+
+/// A law in a unit of its own that passes on position and acceleration at once, f = −p x − q ẍ: a mass m + q on a spring
+/// k + p, also where the rest of the system has a fraction of p and q already. The loop L = (p + q s²)/(m s² + d s + k) broken at
+/// the force has the sensitivity 1/(1 + L), and noise of the position gives −p S.
+#[test]
+fn analytic_a_law_without_states_between_adds_mass_and_stiffness() {
+    let (m, d, k, p, q) = (2.0, 3.0, 80.0, 40.0, 1.5);
+    for share in [0.0, 0.4, 1.0] {
+        // the rest as it is at the start: force f + F₀ e
+        let (mass, stiffness) = (m + share * q, k + share * p);
+        let rest = StateSpace {
+            c: Mat::from_fn(2, 2, |i, j| match (i, j) {
+                (0, 0) => 1.0,
+                (1, 0) => -stiffness / mass,
+                (1, 1) => -d / mass,
+                _ => 0.0,
+            }),
+            d: Mat::from_fn(2, 1, |i, _| if i == 1 { 1.0 / mass } else { 0.0 }),
+            ..damped(mass, stiffness, d)
+        };
+        let core = one(&rest, 1, true);
+        let law = Law {
+            a: Mat::from_fn(1, 1, |_, _| -5.0),
+            b: Mat::zeros(1, 2),
+            force: vec![1.0],
+            force_direct: vec![-p, -q],
+            force_change: vec![-p * (1.0 - share), -q * (1.0 - share)],
+            force_added: 1.0,
+            signal: vec![1.0],
+            direct: vec![-p, -q],
+            added: vec![0.0],
+            added_direct: 0.0,
+        };
+        let found = eigenvalues(&core, &Laws::Equal(law.clone())).unwrap();
+        let of = |s: c64| (m + q) * s * s + d * s + (k + p);
+        let own = found.iter().filter(|s| s.im > 0.0);
+        assert_eq!(own.clone().count(), 1, "{share}: {found:?}");
+        own.for_each(|&s| assert!(of(s).norm() < 1e-8, "{share}: {s}"));
+        let noise = [Some(SensorNoise { rms: Some(1e-3), density: None, bandwidth: 20.0 }), None];
+        let scene = Scene {
+            core: &core,
+            whole: &core,
+            rule: &Rule::all(ALL),
+            noise: &noise,
+            track: None,
+            margins: true,
+        };
+        let found = scene.figures(&Laws::Equal(law)).unwrap();
+        let sensitivity = |hz: f64| {
+            let s = c64::new(0.0, std::f64::consts::TAU * hz);
+            (m * s * s + d * s + k) / of(s)
+        };
+        let grid = |n: u32| 0.01 * 1.001_f64.powi(n as i32);
+        let peak = (0..10_000).map(|n| sensitivity(grid(n)).norm()).fold(0.0, f64::max);
+        assert!((found.modulus_one * peak - 1.0).abs() < 1e-3, "{share}: {found:?} {peak}");
+        let power: f64 = (0..9_000)
+            .map(|n| {
+                let at = |n: u32| {
+                    (p * sensitivity(grid(n))).norm_sqr() * density(&noise[0].unwrap(), grid(n))
+                };
+                0.5 * (at(n) + at(n + 1)) * (grid(n + 1) - grid(n))
+            })
+            .sum();
+        let error = found.voltage_noise / power.sqrt() - 1.0;
+        assert!(error.abs() < 0.01, "{share}: {found:?} {}", power.sqrt());
+    }
 }
 
 /// (s + r)(s² + d s + k) + p r with r = 4, d = 2, k = 50: the sum of all decay rates is r + d = 6, so the slowest is 2 at
