@@ -23,6 +23,51 @@ fn tuned(arguments: &[&str]) -> Value {
 }
 
 const MAGNET: &str = "scenarios/one-magnet.json";
+/// The r.m.s. voltage of the table is that of a run with noise of the sensors, and of a run over the irregularity on stiff
+/// girders. Both are sums over random phases, which the seeds fix: twenty parts of the run give the statistical error.
+#[test]
+fn issue_18_the_voltage_is_that_of_runs_with_noise_and_irregularity() {
+    let quiet = ["--set", "guideway.chirp_on=false", "--set", "guideway.stiffness_factor=1000"];
+    let asked = "--vary ems_*.gain_gap=6:8 --noise gap=1e-5:200 --noise acceleration=0.05:200 \
+                 --irregularity 1.3888889 --samples 1 --starts 1 --evaluations 10 --min-modulus 0 \
+                 --front 0 --json";
+    let asked: Vec<&str> = asked.split_whitespace().collect();
+    let predicted = tuned(&[&[MAGNET], &asked[..], &quiet[..]].concat());
+    let noisy =
+        "ems_01.gap_sensor_noise=1e-5 ems_01.acceleration_sensor_noise=0.05 ems_01.noise_seed=1";
+    let rough = "guideway.irregularity_on=true guideway.irregularity_start=-500 \
+                 guideway.irregularity_end=500 vehicle.initial_position=5 vehicle.travel_speed=1.3888889";
+    for (key, set, allowed) in [("voltage_noise", noisy, 0.01), ("voltage_track", rough, 0.06)] {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().display().to_string();
+        let set = set.split_whitespace().flat_map(|it| ["--set", it]);
+        let mut arguments = vec![MAGNET, "--stop", "50", "--no-report", "-q", "--out", &out];
+        arguments.extend(set.chain(quiet));
+        let output = maglev("run", &arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let (rms, error) = root_mean_square(&folder.path().join("results.csv"), "ems_01.voltage");
+        let wanted = predicted["conditions"][0]["before"][key].as_f64().unwrap();
+        assert!(error < allowed, "{key}: {error}");
+        assert!((rms / wanted - 1.0).abs() < 2.5 * error, "{key}: {rms} {wanted} {error}");
+    }
+}
+
+/// R.m.s. about the mean of a signal from 5 s on, and its relative statistical error by the scatter of twenty parts.
+fn root_mean_square(file: &Path, signal: &str) -> (f64, f64) {
+    let mut reader = csv::Reader::from_path(file).unwrap();
+    let column = reader.headers().unwrap().iter().position(|it| it.starts_with(signal)).unwrap();
+    let rows = reader.records().map(Result::unwrap);
+    let rows = rows.filter(|it| it[0].parse::<f64>().unwrap() > 5.0);
+    let all: Vec<f64> = rows.map(|it| it[column].parse().unwrap()).collect();
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    let power = |it: &[f64]| it.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / it.len() as f64;
+    let parts: Vec<f64> = all.chunks(all.len().div_ceil(20)).map(power).collect();
+    let whole = power(&all);
+    let scatter = parts.iter().map(|it| (it - whole).powi(2)).sum::<f64>();
+    let error = (scatter / (parts.len() * (parts.len() - 1)) as f64).sqrt() / whole;
+    (whole.sqrt(), 0.5 * error)
+}
+
 /// A bound that holds the damping back is named.
 #[test]
 fn issue_18_active_bounds_are_reported() {
