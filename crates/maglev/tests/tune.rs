@@ -23,6 +23,128 @@ fn tuned(arguments: &[&str]) -> Value {
 }
 
 const MAGNET: &str = "scenarios/one-magnet.json";
+/// All gains of one magnet, with enough room for a modulus margin of one half, and few evaluations.
+const GAINS: [&str; 18] = [
+    MAGNET,
+    "--vary",
+    "ems_*.gain_acceleration=1:40",
+    "--vary",
+    "ems_*.gain_gap_velocity=10:120",
+    "--vary",
+    "ems_*.gain_velocity=10:160",
+    "--noise",
+    "gap=1e-5:200",
+    "--noise",
+    "acceleration=0.05:200",
+    "--samples",
+    "20",
+    "--starts",
+    "2",
+    "--evaluations",
+    "120",
+    "--json",
+];
+
+/// The result keeps its limits, its figures are those of `maglev modes` and `maglev response` with the values found,
+/// and one thread or two give the same bits.
+#[test]
+fn issue_18_gains_are_tuned_within_limits_and_verified() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().display().to_string();
+    let mut arguments = GAINS.to_vec();
+    arguments.extend(["--front", "3", "--max-voltage", "10"]);
+    let one = tuned(&[&arguments[..], &["--threads", "1", "--out", &out]].concat());
+    let two = tuned(&[&arguments[..], &["--threads", "2"]].concat());
+    for key in ["parameters", "conditions", "active", "front", "evaluations"] {
+        assert_eq!(one[key], two[key], "{key}");
+    }
+    let condition = &one["conditions"][0];
+    let (before, after) = (&condition["before"], &condition["after"]);
+    let number = |it: &Value, key: &str| it[key].as_f64().unwrap();
+    // table 2 has a modulus margin of 0.319
+    assert!((number(before, "modulus_one") - 0.319).abs() < 0.003, "{before}");
+    assert!(one["kept"].as_bool().unwrap(), "{one}");
+    assert!(number(after, "modulus_one") >= 0.5 && number(after, "voltage") <= 10.0, "{after}");
+    assert!(number(after, "damping") > number(before, "damping"), "{before} {after}");
+    let verified = &condition["verified"];
+    assert!(number(verified, "distance") < 1e-8, "{verified}");
+    let exact = verified["margins"][0].as_f64().unwrap();
+    assert!((exact / number(after, "modulus_one") - 1.0).abs() < 0.02, "{verified} {after}");
+    // the scenario that is written is the one that was found
+    let modes = maglev("modes", &[folder.path().join("tuned.json").to_str().unwrap(), "--json"]);
+    let modes: Value = serde_json::from_slice(&modes.stdout).unwrap();
+    let all = modes["modes"]["modes"].as_array().unwrap();
+    let damping = number(after, "damping");
+    let near =
+        all.iter().any(|it| (number(&it["continuous"], "damping_ratio") - damping).abs() < 1e-6);
+    assert!(near, "{damping}");
+    assert!(!one["front"].as_array().unwrap().is_empty());
+    for file in ["tune.json", "front.svg", "front.png"] {
+        assert!(folder.path().join(file).is_file(), "{file}");
+    }
+    assert!(!folder.path().join("tune-evaluations.jsonl").exists());
+}
+
+/// A controller in a unit of its own is tuned like the one inside the magnet: the same loop is broken at the voltage, once
+/// inside the unit and once at its output.
+#[test]
+fn issue_18_a_controller_in_its_own_unit_is_tuned_alike() {
+    let of = |scenario: &str, instance: &str| {
+        let vary = [("gain_acceleration", "1:30"), ("gain_velocity", "20:80")]
+            .map(|(gain, range)| format!("{instance}.{gain}={range}"));
+        let shared = "--noise gap=1e-5:200 --noise acceleration=0.05:200 --irregularity 1.4 \
+                      --samples 4 --starts 1 --evaluations 30 --min-modulus 0 --front 0 --json";
+        let mut all = vec![scenario, "--vary", &vary[0], "--vary", &vary[1]];
+        all.extend(shared.split_whitespace());
+        tuned(&all)
+    };
+    let inside = of(MAGNET, "ems_*");
+    let outside = of("scenarios/one-magnet-controller.json", "controller_*");
+    let number = |it: &Value| it.as_f64().unwrap();
+    for when in ["before", "after"] {
+        let (a, b) = (&inside["conditions"][0][when], &outside["conditions"][0][when]);
+        for key in ["damping", "modulus_one", "delay_one", "voltage_noise", "voltage_track"] {
+            let (a, b) = (number(&a[key]), number(&b[key]));
+            assert!((a / b - 1.0).abs() < 1e-4, "{when} {key}: {a} {b}");
+        }
+    }
+    let verified = &outside["conditions"][0]["verified"];
+    assert!(number(&verified["distance"]) < 1e-6, "{verified}");
+    let exact = number(&verified["margins"][0]);
+    let table = number(&outside["conditions"][0]["after"]["modulus_one"]);
+    assert!((exact / table - 1.0).abs() < 0.01, "{exact} {table}");
+}
+
+/// One bogie at three places, empty and full, with nonlinear magnets whose current follows the load: the worst condition
+/// becomes better, the new starts agree, and a load changes the modes.
+#[test]
+fn issue_18_gains_are_tuned_over_positions_and_loads() {
+    let found = tuned(&[
+        "scenarios/one-bogie.json",
+        "--file",
+        "examples/tuning/bogie.json",
+        "--samples",
+        "2",
+        "--evaluations",
+        "12",
+        "--json",
+    ]);
+    let conditions = found["conditions"].as_array().unwrap();
+    assert_eq!(conditions.len(), 4);
+    let number = |it: &Value| it.as_f64().unwrap();
+    let damping = |k: usize, when: &str| number(&conditions[k][when]["damping"]);
+    let worst = |when| (0..4).map(|k| damping(k, when)).fold(f64::INFINITY, f64::min);
+    assert!(worst("after") > 1.2 * worst("before"), "{} {}", worst("before"), worst("after"));
+    // table 2's gains, by `maglev modes`: 0.0161 empty and 0.0272 full at midspan, 0.0143 at a quarter
+    for (k, wanted) in [(0, 0.0161), (1, 0.0272), (2, 0.0143)] {
+        assert!((damping(k, "before") - wanted).abs() < 2e-4, "{k}: {}", damping(k, "before"));
+    }
+    for it in conditions {
+        let verified = &it["verified"];
+        assert!(number(&verified["distance"]) < 1e-5, "{verified}");
+    }
+}
+
 /// The r.m.s. voltage of the table is that of a run with noise of the sensors, and of a run over the irregularity on stiff
 /// girders. Both are sums over random phases, which the seeds fix: twenty parts of the run give the statistical error.
 #[test]
