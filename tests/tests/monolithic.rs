@@ -1,7 +1,7 @@
 //! Co-simulation against the monolithic model: the same equations without any coupling error.
 
-// A helper of a test fails as the test does.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, reason = "a test program")]
+#![allow(clippy::print_stdout, reason = "the numbers of docs/measurements.md")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
