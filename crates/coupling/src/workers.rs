@@ -5,6 +5,8 @@
 //! FMI 2.0 allows this: the functions of one instance need not be thread-safe, but any thread may call
 //! them in the right order, and instances of one library do not depend on each other.
 
+use std::thread::{Builder, JoinHandle};
+
 use rayon::prelude::*;
 
 use super::exchange::Exchange;
@@ -12,9 +14,11 @@ use super::index::UnitIndex;
 use super::links::UnitValues;
 use super::unit::{ITERATION, Unit};
 
-/// The threads that step the units.
+/// The threads that step the units. They have ended when this is dropped, so a library with this code can be unloaded.
 pub struct Workers {
     pool: Option<rayon::ThreadPool>,
+    /// all but the calling one
+    others: Vec<JoinHandle<()>>,
 }
 
 /// One step of some units.
@@ -36,7 +40,7 @@ impl Workers {
     /// Only the calling thread.
     #[must_use]
     pub fn alone() -> Self {
-        Self { pool: None }
+        Self { pool: None, others: Vec::new() }
     }
 
     /// So many threads, including the calling one; only that one if no others can be started.
@@ -45,8 +49,17 @@ impl Workers {
         if threads <= 1 {
             return Self::alone();
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
-        Self { pool: pool.build().ok() }
+        let mut others = Vec::new();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .use_current_thread()
+            .spawn_handler(|thread| {
+                others.push(Builder::new().spawn(|| thread.run())?);
+                Ok(())
+            })
+            .build()
+            .ok();
+        Self { pool, others }
     }
 
     /// Number of threads.
@@ -104,6 +117,17 @@ impl Workers {
     }
 }
 
+impl Drop for Workers {
+    fn drop(&mut self) {
+        // asks the threads to end
+        drop(self.pool.take());
+        for thread in self.others.drain(..) {
+            // a panic in a step has been passed on to the caller of the step
+            let _ = thread.join();
+        }
+    }
+}
+
 /// The first failure in the order of the units.
 fn first<E: Send>(results: impl ParallelIterator<Item = Result<(), E>>) -> Result<(), E> {
     results.find_first(Result::is_err).unwrap_or(Ok(()))
@@ -150,5 +174,30 @@ impl Phase {
             phase_of[k] = phases.len() - 1;
         }
         phases.into_iter().map(Self::new).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::sync::Arc;
+
+    use super::*;
+
+    thread_local! {
+        static MINE: RefCell<Option<Arc<()>>> = const { RefCell::new(None) };
+    }
+
+    #[test]
+    fn issue_21_threads_have_ended_when_workers_are_dropped() {
+        let workers = Workers::new(4);
+        assert_eq!(workers.threads(), 4);
+        let shared = Arc::new(());
+        // each thread holds a share until it ends
+        workers.pool.as_ref().unwrap().broadcast(|_| MINE.set(Some(Arc::clone(&shared))));
+        assert_eq!(Arc::strong_count(&shared), 5);
+        drop(workers);
+        // that of this thread
+        assert_eq!(Arc::strong_count(&shared), 2);
     }
 }
