@@ -7,7 +7,9 @@ mod common;
 use common::{Everything, NONE};
 use fmi2_export::sys::fmi2Status;
 use fmi2_export::testing::TestInstance;
-use fmi2_export::{Error, Info, Interface, Model, RealVar, RealVars, Resources, Step, Values};
+use fmi2_export::{
+    Error, Info, Interface, Model, RealVar, RealVars, Resources, Step, Values, describe,
+};
 
 fn initialized() -> TestInstance {
     let mut one = TestInstance::new::<Everything>(NONE).unwrap();
@@ -211,4 +213,73 @@ fn invariant_directional_derivatives_are_linear_in_the_direction() {
     // Both are differences with their own δ: ε·|f|/δ with f = 6.5 and, for the direction, with
     // δ = ∛ε/8 (v is 0 with nominal 1): 8·6.5·4e-11 = 2e-9.
     assert!((out - expected).abs() < 5e-9, "{out} {expected}");
+}
+
+/// ẋ = u, where u takes derivatives up to the fifth order and v up to the third.
+struct Beyond {
+    u: RealVar,
+    x: RealVar,
+}
+
+impl Model for Beyond {
+    type State = f64;
+
+    fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
+        interface.describe(Info::new("beyond", "Integrator of a quintic").experiment(0.0, 1.0, 0.1));
+        let u = interface.real("u").input(0.0).takes(5).description("Rate").done();
+        interface.real("v").input(0.0).description("Nothing").done();
+        let x = interface.real("x").output().derivatives(1).interpolated(2);
+        let x = x.description("Integral").done();
+        interface.independent(x);
+        Ok(Self { u, x })
+    }
+
+    fn initialise(&mut self, _: &mut Values, _: f64) -> Result<f64, Error> {
+        Ok(0.0)
+    }
+
+    fn outputs(&mut self, state: &f64, values: &mut Values, _: f64) -> Result<(), Error> {
+        values.set_real(self.x, *state);
+        Ok(())
+    }
+
+    fn step(&mut self, state: &mut f64, values: &mut Values, step: Step) -> Result<(), Error> {
+        let h = step.size;
+        let ([u, a, b, c], [d, e]) = (*values.taylor(self.u), *values.further(self.u));
+        let beyond = c + h / 5.0 * (d + h / 6.0 * e);
+        *state += h * (u + h / 2.0 * (a + h / 3.0 * (b + h / 4.0 * beyond)));
+        Ok(())
+    }
+}
+
+/// u = t⁵: the input and its integral at the end of the step, and nothing of it is left for the next step.
+#[test]
+fn analytic_a_quintic_input_is_integrated_exactly() {
+    let mut one = TestInstance::new::<Beyond>(NONE).unwrap();
+    one.initialize(0.0).unwrap();
+    let factorials = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0];
+    let (t, h) = (0.0, 2.0);
+    one.set_input_derivative("u", 4, 0.0).unwrap();
+    one.set_input_derivative("u", 5, factorials[5]).unwrap();
+    one.step(t, h).unwrap();
+    let ends = |one: &mut TestInstance, x: f64| {
+        assert_eq!(one.real("u").unwrap(), 32.0);
+        assert!((one.real("x").unwrap() - x).abs() < 1e-13);
+    };
+    ends(&mut one, 64.0 / 6.0);
+    one.step(h, h).unwrap();
+    ends(&mut one, 64.0 / 6.0 + 64.0);
+    for (name, order) in [("u", 6), ("v", 4)] {
+        let failure = one.set_input_derivative(name, order, 1.0).unwrap_err().to_string();
+        assert!(failure.contains(&format!("order 1 to {}", order - 1)), "{failure}");
+    }
+    let description = describe::<Beyond>(&Resources::new(NONE)).unwrap();
+    for line in [
+        r#"maxOutputDerivativeOrder="2""#,
+        r#"<Inputs order="5" variables="1"/>"#,
+        r#"<Outputs order="1" variables="3"/>"#,
+        r#"<Interpolation order="2" variables="3"/>"#,
+    ] {
+        assert!(description.contains(line), "{line}: {description}");
+    }
 }

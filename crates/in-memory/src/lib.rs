@@ -7,6 +7,7 @@
 #![expect(clippy::result_large_err, reason = "an error ends a run")]
 #![doc = include_str!("../README.md")]
 
+pub mod accuracy;
 pub mod as_run;
 mod listener;
 pub mod metrics;

@@ -12,6 +12,7 @@ use fmi2_derive::DeriveError;
 use fmi2_import::instance::{FmuError, FmuFault, Loss};
 use fmi2_import::library::LibraryError;
 use fmi2_import::package::PackageError;
+use in_memory::accuracy::AccuracyError;
 use linear::LinearError;
 use response::ResponseError;
 use results::{JournalError, ParquetError};
@@ -29,6 +30,9 @@ pub enum Error {
     /// The co-simulation: its setup, its start or a step.
     #[error(transparent)]
     Master(#[from] master::Error),
+    /// Step and algorithm for an accuracy.
+    #[error(transparent)]
+    Accuracy(#[from] AccuracyError),
     /// A study.
     #[error(transparent)]
     Study(#[from] StudyError),
@@ -261,7 +265,12 @@ impl Error {
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Master(error) if error.is_failed_run() => 1,
+            Self::Master(error) | Self::Accuracy(AccuracyError::Master(error))
+                if error.is_failed_run() =>
+            {
+                1
+            }
+            Self::Accuracy(AccuracyError::NotReached { .. } | AccuracyError::Interrupted) => 1,
             Self::Plot { .. } | Self::Pixels { .. } | Self::GivenUp => 1,
             Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,
@@ -301,6 +310,7 @@ impl Error {
     pub fn help(&self) -> Option<&'static str> {
         Some(match self {
             Self::Master(error) => return error.help(),
+            Self::Accuracy(error) => return error.help(),
             Self::Study(error) => return error.help(),
             Self::Modes(error) => return error.help(),
             Self::Floquet(error) => return error.help(),

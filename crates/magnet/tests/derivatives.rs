@@ -40,7 +40,8 @@ fn magnets() -> Vec<Magnet> {
 
 fn at(course: &InputCourse, time: f64) -> MagnetInputs {
     let static_force = common::LOAD + 300.0 * time + 4e4 * time * time;
-    MagnetInputs { lateral_offset: 0.002, static_force, ..common::at(course, time) }
+    let lateral_offset = 0.002 + 0.3 * time + 5.0 * time * time;
+    MagnetInputs { lateral_offset, static_force, ..common::at(course, time) }
 }
 
 fn rates_at(course: &InputCourse, time: f64) -> InputRates {
@@ -51,7 +52,8 @@ fn rates_at(course: &InputCourse, time: f64) -> InputRates {
         static_force_rate: 300.0 + 8e4 * time,
         static_force_acceleration: 8e4,
         voltage_command_rate: later.voltage_command[1],
-        ..InputRates::default()
+        offset_rate: 0.3 + 10.0 * time,
+        offset_acceleration: 10.0,
     }
 }
 
@@ -70,7 +72,10 @@ fn analytic_rates_are_the_derivatives_of_the_course() {
         };
         let time = 2e-3;
         let ((_, before), (state, now), (_, after)) = (show(time - d), show(time), show(time + d));
-        let rates = magnet.rates(&state, &at(&lively(), time), &rates_at(&lively(), time)).unwrap();
+        let (inputs, input_rates) = (at(&lively(), time), rates_at(&lively(), time));
+        let rates = magnet.rates(&state, &inputs, &input_rates).unwrap();
+        let [aside, aside_second] =
+            magnet.lateral_rates(&state, &inputs, &input_rates, &rates).unwrap();
         let check = |name: &str, rate: f64, a: f64, b: f64, floor: f64| {
             let difference = (b - a) / (2.0 * d);
             assert!(
@@ -81,6 +86,7 @@ fn analytic_rates_are_the_derivatives_of_the_course() {
             );
         };
         check("force", rates.force, before.force, after.force, 1e3);
+        check("lateral force", aside, before.lateral_force, after.lateral_force, 1e2);
         check("current", rates.current, before.current, after.current, 1.0);
         check("voltage", rates.voltage, before.voltage, after.voltage, 100.0);
         for k in 0..5 {
@@ -91,6 +97,13 @@ fn analytic_rates_are_the_derivatives_of_the_course() {
             (rates.force_second - second).abs() < 1e-3 * second.abs().max(1e6),
             "{} is not {second} in {:?}",
             rates.force_second,
+            magnet.parameters()
+        );
+        let second =
+            (after.lateral_force - 2.0 * now.lateral_force + before.lateral_force) / (d * d);
+        assert!(
+            (aside_second - second).abs() < 1e-3 * second.abs().max(1e5),
+            "{aside_second} is not {second} in {:?}",
             magnet.parameters()
         );
     }

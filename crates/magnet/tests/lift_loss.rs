@@ -205,7 +205,14 @@ fn analytic_rates_with_lift_loss() {
             offset_acceleration: 2.0,
             ..InputRates::default()
         };
-        let rates = magnet.rates(&state, &inputs(t), &rates).unwrap();
+        let input_rates = rates;
+        let rates = magnet.rates(&state, &inputs(t), &input_rates).unwrap();
+        let [aside, second] =
+            magnet.lateral_rates(&state, &inputs(t), &input_rates, &rates).unwrap();
+        near((after.lateral_force - before.lateral_force) / (2.0 * d), aside, 1e-5, 1e-2);
+        let sideways = |it: &magnet::MagnetOutputs| it.lateral_force;
+        let bend = (sideways(&after) - 2.0 * sideways(&now) + sideways(&before)) / (d * d);
+        near(bend, second, 1e-3, 1e3);
         near((after.force - before.force) / (2.0 * d), rates.force, 1e-5, 1e-2);
         near((after.current - before.current) / (2.0 * d), rates.current, 1e-5, 1e-6);
         let bend = (after.force - 2.0 * now.force + before.force) / (d * d);

@@ -143,6 +143,7 @@ function runInformation(run) {
     ["simulated", summary.stop == null ? null : `${number(summary.start)} s to ${number(summary.reached)} s of ${number(summary.stop)} s, step ${number(summary.step)} s`],
     ["recorded", summary.rows == null ? null : `${number(summary.rows, 9)} rows of ${run.signals.length} signals`],
     ["coupling", algorithm.name ? `${algorithm.name}, extrapolation of degree ${algorithm.extrapolation}${algorithm.derivatives ? " with output derivatives" : ""}` : null],
+    ["accuracy", algorithm.accuracy?.explanation],
     ["command line", (summary.overrides ?? []).join(", ")],
     ["wall time", wall.total_seconds == null ? null : wallTime(wall, algorithm.threads)],
     ["resumed", summary.resumed ? `${summary.resumed} times` : null],

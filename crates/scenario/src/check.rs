@@ -49,10 +49,17 @@ impl Scenario {
         for (what, value) in [
             ("checkpoint.every", self.checkpoint.map(|it| it.every)),
             ("real_time", self.real_time),
+            ("accuracy_over", self.accuracy_over),
         ] {
             if let Some(value) = value.filter(|&value| !(value > 0.0 && value.is_finite())) {
                 return Err(range(what, value.to_string(), positive));
             }
+        }
+        if let Some(value) = self.accuracy.filter(|&value| !(value > 0.0 && value < 1.0)) {
+            return Err(range("accuracy", value.to_string(), "between 0 and 1, both exclusive"));
+        }
+        if self.accuracy_over.is_some() && self.accuracy.is_none() {
+            return Err(range("accuracy_over", "set".to_owned(), "only together with accuracy"));
         }
         if let Some((what, value, allowed)) = self.algorithm.out_of_range() {
             return Err(range(what, value, allowed));

@@ -98,6 +98,17 @@ pub struct Scenario {
     /// How the units are coupled.
     #[serde(default)]
     pub algorithm: AlgorithmSettings,
+    /// Accuracy of the recorded signals, for example 1e-4: `maglev run` then chooses step and algorithm before it runs.
+    /// It simulates the first part of the run, with steps up to 32 times `experiment.step`, halved until the difference
+    /// from the run with half the step is within the accuracy: the RMS of the difference relative to the RMS of the
+    /// deviation from the mean, of the worst signal. Other commands use step and algorithm as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub accuracy: Option<f64>,
+    /// Time from the start that is simulated to choose the step (s). Default: 5, or the whole run if it is shorter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub accuracy_over: Option<f64>,
     /// How loops between units are solved during initialization.
     #[serde(default)]
     pub initialization: Initialization,

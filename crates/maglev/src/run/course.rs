@@ -17,7 +17,7 @@ use master::{Setup, Simulation, SimulationState};
 use results::EventKind;
 use results::Folder;
 use results::summary::SolvedLoop;
-use results::summary::{Status, Summary};
+use results::summary::{AccuracyReport, Status, Summary};
 
 /// Time between two reports of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
@@ -35,6 +35,8 @@ pub(super) struct Course<'a> {
     pub(super) origin: Option<CheckpointOrigin>,
     pub(super) pacer: Option<Pacer<WallClock>>,
     pub(super) earlier: Earlier,
+    /// how step and algorithm were chosen
+    pub(super) accuracy: Option<AccuracyReport>,
     pub(super) progress: Progress,
 }
 

@@ -149,7 +149,12 @@ impl<'a> Course<'a> {
             rows: files.rows,
             resumed: earlier.resumed,
             real_time_factor: if run_seconds > 0.0 { simulated / run_seconds } else { 0.0 },
-            algorithm: totals::algorithm_summary(scenario, system, setup.coupling(), coupling),
+            algorithm: totals::algorithm_summary(
+                scenario,
+                system,
+                setup.coupling(),
+                (coupling, self.accuracy),
+            ),
             initial_loops: progress.loops,
             wall_time,
             master_version: env!("CARGO_PKG_VERSION").to_owned(),

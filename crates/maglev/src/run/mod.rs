@@ -24,11 +24,13 @@ mod pace;
 mod shared;
 mod totals;
 
+use std::cell::RefCell;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use in_memory::accuracy::{self, Choice};
 use in_memory::as_run;
 use indexmap::IndexSet;
 
@@ -39,6 +41,7 @@ use fmi2_import::witness;
 use journal::Journal;
 use master::Setup;
 use output::RunOutput;
+use results::summary::AccuracyReport;
 use results::{EventLog, Folder, Summary};
 use scenario::{ResultFormat, Scenario};
 use totals::Earlier;
@@ -103,11 +106,32 @@ impl Job<'_> {
     /// Whatever stops the run, see [`Error`].
     pub fn run(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
         let folder = at_start(self.folder)?;
-        let result = Job { folder: &folder, ..*self }.run_there(observer);
+        let result = Job { folder: &folder, ..*self }.chosen(observer);
         result.map_err(|error| error.with_folder(&folder, self.folder))
     }
 
-    fn run_there(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
+    /// Chooses step and algorithm first, if the scenario asks for an accuracy.
+    fn chosen(&self, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        let watched = RefCell::new(&mut *observer);
+        let choice = accuracy::choose(
+            self.scenario,
+            &mut |text| watched.borrow_mut().notice(text),
+            &mut || watched.borrow().interrupted(),
+        )?;
+        match choice {
+            None => self.run_there(None, observer),
+            Some(Choice { scenario, report }) => {
+                observer.notice(&format!("accuracy: {}", report.explanation));
+                Job { scenario: &scenario, ..*self }.run_there(Some(report), observer)
+            }
+        }
+    }
+
+    fn run_there(
+        &self,
+        accuracy: Option<AccuracyReport>,
+        observer: &mut dyn Observer,
+    ) -> Result<Summary, Error> {
         let begin = Instant::now();
         witness::rescue_with(results::write_now);
         let setup = Setup::new(self.scenario)?;
@@ -138,6 +162,7 @@ impl Job<'_> {
             origin,
             pacer: None,
             earlier: Earlier::default(),
+            accuracy,
             progress: Progress::default(),
         };
         course.note_findings()?;
@@ -185,6 +210,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
         origin: Some(origin),
         pacer: None,
         earlier,
+        accuracy: None,
         progress: Progress::default(),
     };
     course.complete(Some(&simulation))

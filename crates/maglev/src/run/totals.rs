@@ -11,7 +11,7 @@ use master::Setup;
 use master::participant::Participant;
 use master::simulation::CouplingSetup;
 use master::system::{InstanceIndex, InstanceSetup, System};
-use results::summary::{AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime};
+use results::summary::{AccuracyReport, AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime};
 use scenario::{AlgorithmName, Scenario};
 
 /// Totals of a run before it was resumed.
@@ -152,7 +152,7 @@ pub(super) fn algorithm_summary(
     scenario: &Scenario,
     system: &System,
     setup: &CouplingSetup,
-    coupling: CouplingSummary,
+    (coupling, accuracy): (CouplingSummary, Option<AccuracyReport>),
 ) -> AlgorithmSummary {
     let schedule = &setup.schedule;
     let jacobi = schedule.groups.iter().all(|group| group.name == AlgorithmName::Jacobi);
@@ -165,6 +165,7 @@ pub(super) fn algorithm_summary(
             .filter(|_| !jacobi)
             .map(|unit| system.instances[InstanceIndex::from(unit)].name.clone())
             .collect(),
+        accuracy,
         algebraic_loops: setup.loops.iter().map(|it| it.names.clone()).collect(),
         coupling,
     }

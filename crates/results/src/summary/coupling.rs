@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::AccuracyReport;
+
 /// The algorithm as it ran.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AlgorithmSummary {
@@ -14,6 +16,9 @@ pub struct AlgorithmSummary {
     /// Order of the instances, for algorithms that step them one after the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<String>,
+    /// How step and algorithm were chosen, if the scenario asks for an accuracy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyReport>,
     /// Algebraic loops by their signals. Extrapolation breaks them.
     pub algebraic_loops: Vec<String>,
     /// How the coupling went.

@@ -1,5 +1,6 @@
 //! summary.json: which scenario ran, how the run ended, how long it took, and the statistics of the signals.
 
+mod accuracy;
 mod coupling;
 mod real_time;
 mod ride;
@@ -11,6 +12,7 @@ use criteria::Verdict;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+pub use accuracy::{AccuracyReport, AccuracyTrial};
 pub use coupling::{
     AlgorithmSummary, ControlReport, CouplingSummary, Iteration, PowerReport, SolvedLoop,
 };
