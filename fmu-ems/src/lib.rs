@@ -11,6 +11,8 @@ mod conditions;
 mod gain_tests;
 mod lift;
 mod linear;
+#[cfg(test)]
+mod linear_tests;
 mod model;
 mod parameters;
 mod table;

@@ -37,6 +37,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod aside;
 mod conditions;
 mod control_law;
 mod controller;
@@ -63,6 +64,7 @@ mod step;
 mod step_map;
 mod system;
 
+pub use aside::AsideSystem;
 pub use conditions::{Condition, Conditions, SupplyFailure};
 pub use controller::{
     ControllerInputs, ControllerOutputs, ControllerParameters, ControllerRates, ControllerState,
