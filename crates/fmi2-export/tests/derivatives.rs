@@ -225,7 +225,8 @@ impl Model for Beyond {
     type State = f64;
 
     fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
-        interface.describe(Info::new("beyond", "Integrator of a quintic").experiment(0.0, 1.0, 0.1));
+        interface
+            .describe(Info::new("beyond", "Integrator of a quintic").experiment(0.0, 1.0, 0.1));
         let u = interface.real("u").input(0.0).takes(5).description("Rate").done();
         interface.real("v").input(0.0).description("Nothing").done();
         let x = interface.real("x").output().derivatives(1).interpolated(2);

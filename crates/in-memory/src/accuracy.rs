@@ -122,19 +122,17 @@ fn full_name(algorithm: &AlgorithmSettings) -> String {
 }
 
 /// The algorithms to try, and a sentence about one that is left out.
-fn algorithms(
-    scenario: &Scenario,
-    setup: &Setup,
-    wanted: f64,
-) -> (Vec<AlgorithmSettings>, String) {
+fn algorithms(scenario: &Scenario, setup: &Setup, wanted: f64) -> (Vec<AlgorithmSettings>, String) {
     let own = scenario.algorithm.clone();
     let mut iterated = own.clone();
     iterated.name = AlgorithmName::Iterated;
     let tolerance = (ITERATION * wanted).min(own.iteration.tolerance);
     iterated.iteration = IterationSettings { order: 6, tolerance, ..own.iteration };
-    let unable = setup.system().instances.iter().find(|instance| {
-        !instance.description().co_simulation.can_get_and_set_fmu_state
-    });
+    let unable = setup
+        .system()
+        .instances
+        .iter()
+        .find(|instance| !instance.description().co_simulation.can_get_and_set_fmu_state);
     let why = if let Some(unit) = unable {
         format!("{} cannot save its state (canGetAndSetFMUstate)", unit.name)
     } else if !own.groups.is_empty() {
@@ -257,10 +255,11 @@ impl<'a> Search<'a> {
         pilot.experiment.stop = pilot.experiment.start + self.over;
         pilot.experiment.step = step;
         pilot.algorithm = algorithm.clone();
-        let signals = std::mem::take(&mut pilot.record.signals).into_iter().flat_map(|it| match it {
-            Recorded::Signal(signal) => vec![signal],
-            Recorded::Group(group) => group.signals,
-        });
+        let signals =
+            std::mem::take(&mut pilot.record.signals).into_iter().flat_map(|it| match it {
+                Recorded::Signal(signal) => vec![signal],
+                Recorded::Group(group) => group.signals,
+            });
         pilot.record = Record {
             interval: Some(self.largest),
             signals: signals.map(Recorded::Signal).collect(),
@@ -293,10 +292,12 @@ impl<'a> Search<'a> {
             error(a).total_cmp(&error(b))
         });
         let tried = match (best, self.trials.last()) {
-            (Some(AccuracyTrial { algorithm, step, error: Some(error), signal, .. }), _) => format!(
-                "the best estimate is {error:.1e} ({}), with {algorithm} and steps of {step} s",
-                signal.as_deref().unwrap_or_default()
-            ),
+            (Some(AccuracyTrial { algorithm, step, error: Some(error), signal, .. }), _) => {
+                format!(
+                    "the best estimate is {error:.1e} ({}), with {algorithm} and steps of {step} s",
+                    signal.as_deref().unwrap_or_default()
+                )
+            }
             (_, Some(AccuracyTrial { failure: Some(why), .. })) => {
                 format!("all runs failed, the last because: {why}")
             }

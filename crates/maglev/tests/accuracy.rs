@@ -72,7 +72,9 @@ fn refusal_what_cannot_be_chosen_is_said() {
     bench.run(&[]).fails(2, &["accuracy is 2", "between 0 and 1"]);
     scenario["accuracy"] = json!(1e-15);
     bench.scenario(&scenario);
-    bench.run(&[]).fails(1, &["no step gives the accuracy", "the best estimate is", "larger accuracy"]);
+    bench
+        .run(&[])
+        .fails(1, &["no step gives the accuracy", "the best estimate is", "larger accuracy"]);
     scenario["accuracy"] = json!(1e-3);
     scenario["algorithm"] = json!({ "variable": { "tolerance": 1e-4 } });
     bench.scenario(&scenario);

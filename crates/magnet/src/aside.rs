@@ -30,7 +30,8 @@ impl Magnet {
         let (resistance, per_flux) = (self.electromagnet().resistance, law.reluctance(place));
         Some(AsideSystem {
             by_flux: -resistance * per_flux.value,
-            by_place: [per_flux.by_gap, per_flux.by_offset].map(|slope| -resistance * slope * total),
+            by_place: [per_flux.by_gap, per_flux.by_offset]
+                .map(|slope| -resistance * slope * total),
             // both forces are proportional to the square of the flux
             force_by_flux: 2.0 * law.force_of_flux(place, total) / total,
             lateral_by_flux: 2.0 * law.lateral_of_flux(place, total) / total,

@@ -125,7 +125,7 @@ impl Free {
 /// The bogie or the upper part (cars, tables, couplers) that a body belongs to.
 fn part(body: &str) -> &str {
     let end = body.match_indices('_').nth(2).map_or(body.len(), |(at, _)| at);
-    if body.starts_with("bogie_") { &body[..end] } else { "cars" }
+    if body.starts_with("bogie_") && !body.ends_with("_lever") { &body[..end] } else { "cars" }
 }
 
 /// Balances of all bogies and of the cars above them, and the magnets' offsets.
@@ -259,6 +259,51 @@ fn analytic_steady_curving_of_whole_vehicles_is_in_balance() {
             assert!(moving.amax() < 1e-10 && left.amax() < 1e-7 && angular.amax() < 1e-7, "{k}");
         }
     }
+}
+
+/// The train of curve-50: levers let the bogies turn, so that it takes R = 50 m with offsets well within the poles,
+/// and pass braking, to which the cars yield by m·a over the stiffness of links, rods and air springs.
+#[test]
+fn analytic_turning_bogies_take_50_metres_and_pass_braking() {
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/lines/turning-bogies.vehicle.json");
+    let description =
+        VehicleDescription::from_json(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let straight = VehicleModel::new(&description).unwrap();
+    assert!((straight.total_mass() - 38_000.0).abs() < 1.0, "{}", straight.total_mass());
+    let model = straight.clone().with_line(line(50.0, -0.0628)).unwrap();
+    let found = found(&model, 20.0 / 3.6).unwrap();
+    let offsets = model.magnets().map(|k| model.magnet(&found.state, k).displacement.y.abs());
+    let most = offsets.fold(0.0, f64::max);
+    assert!(most < 0.021, "{most}");
+    // braking at 1 m/s², on straight track, until it is steady
+    let mut work = straight.workspace();
+    let rest = straight.equilibrium(&[0.0; 64], &Holding::default(), &mut work).unwrap();
+    let (mut state, hold) = (rest.state, |value: f64| [value, 0.0, 0.0, 0.0]);
+    for _ in 0..1000 {
+        let motions: Vec<_> = straight.magnets().map(|k| straight.magnet(&state, k)).collect();
+        let up = motions.iter().zip(&rest.loads);
+        let up = up.map(|(it, load)| load - 4e5 * it.displacement.z - 2e4 * it.velocity.z);
+        let up: Vec<_> = up.map(hold).collect();
+        let left = motions.iter().map(|it| -2e5 * it.displacement.y - 5e3 * it.velocity.y);
+        let left: Vec<_> = left.map(hold).collect();
+        let magnets = multibody::LoadCourse { vertical: &up, lateral: &left };
+        let acceleration = [-1.0, 0.0, 0.0, 0.0];
+        let course = multibody::AppliedCourse { magnets, external: &[], acceleration };
+        straight.step(&mut state, 1e-3, 1e-3, course, &mut work).unwrap();
+    }
+    // the links' mean extension, where they are, with the inertia of all that is above the bogies
+    let poses = Poses { model: &straight, start: straight.initial_state(), state: &state };
+    let links: Vec<_> =
+        description.bushings.iter().filter(|it| it.name.contains("_link_")).collect();
+    let extension = links
+        .iter()
+        .map(|it| (poses.point(&it.body_b, it.position) - poses.point(&it.body_a, it.position)).x);
+    let mean = extension.sum::<f64>() / 16.0;
+    let upper = description.bodies.iter().filter(|it| !it.reference && part(&it.name) == "cars");
+    let mass: f64 = upper.map(|it| it.mass).sum();
+    let expected = mass / (8.0 * (2.0 * 8e5 + 8.0 * 5e3));
+    assert!((mean / expected - 1.0).abs() < 0.02, "{mean} {expected}");
 }
 
 #[test]

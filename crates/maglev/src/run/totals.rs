@@ -11,7 +11,9 @@ use master::Setup;
 use master::participant::Participant;
 use master::simulation::CouplingSetup;
 use master::system::{InstanceIndex, InstanceSetup, System};
-use results::summary::{AccuracyReport, AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime};
+use results::summary::{
+    AccuracyReport, AlgorithmSummary, CouplingSummary, FmuSummary, InstanceSummary, WallTime,
+};
 use scenario::{AlgorithmName, Scenario};
 
 /// Totals of a run before it was resumed.
