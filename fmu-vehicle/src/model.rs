@@ -348,7 +348,10 @@ impl Model for VehicleFmu {
             vertical: values.taylors(self.inputs.force),
             lateral: values.taylors(self.inputs.lateral_force),
         };
-        let speed = self.journey.speed_course(values);
+        let mut speed = self.journey.speed_course(values);
+        if self.motors.is_some() {
+            speed = motors::spread(speed, state.journey.speed, step.size);
+        }
         let [_, a, j, s] = speed;
         let course = AppliedCourse {
             magnets,
@@ -368,7 +371,6 @@ impl Model for VehicleFmu {
             .map(|travel| Travel { speed: speed[0], ..travel });
         let jump = speed[0] - state.journey.speed;
         if let Some(motors) = &self.motors {
-            motors::check_jump(jump, step.time)?;
             motors.follow(values, speed, &mut self.work)?;
         } else if jump != 0.0 {
             self.model.jump(&mut self.trial, jump, &mut self.work).map_err(|e| refused(&e))?;

@@ -13,8 +13,6 @@ use crate::state::State;
 
 /// Name of the resource; without it there are no motors.
 const FILE: &str = "motor.json";
-/// A change of the speed between two steps that is rounding, and no jump, m/s.
-const ROUNDING: f64 = 1e-6;
 const HERTZ: UnitOfMeasure = UnitOfMeasure::new("Hz").s(-1);
 
 /// The motors of the resources, if there are any.
@@ -337,16 +335,10 @@ impl MotorHandles {
     }
 }
 
-/// Refuses a jump of the speed, which motors cannot follow. One by rounding counts as none.
-pub(crate) fn check_jump(jump: f64, time: f64) -> Result<(), Error> {
-    if jump.abs() <= ROUNDING {
-        return Ok(());
-    }
-    Err(Error::invalid(format!(
-        "speed_change jumps by {} m/s at t = {time} s, which would be an impulse: motors ({FILE}) cannot give \
-         one; let it change continuously, from an importer that sends derivatives of inputs",
-        (jump / ROUNDING).round() * ROUNDING
-    )))
+/// The speed over a step of this size (s) that begins at the speed `from`, m/s: motors cannot give the impulse of a
+/// jump, so it is spread over the step.
+pub(crate) fn spread([v, a, j, s]: [f64; 4], from: f64, size: f64) -> [f64; 4] {
+    [from, a + (v - from) / size, j, s]
 }
 
 /// Refuses a linearisation.
