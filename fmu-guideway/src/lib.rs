@@ -15,6 +15,8 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+mod external_tests;
+#[cfg(test)]
 mod girder_tests;
 mod kinds;
 mod linear;

@@ -14,7 +14,7 @@ struct Observed {
 }
 
 /// x = (q, q̇) of all modes. For moving magnets it is the system of the instant. The chirp force, with
-/// where it acts (m), is an input too, whether it is on or not: what adds to it.
+/// where it acts (m), is an input too, whether it is on or not: what adds to it. The external force acts there as well.
 pub(crate) fn report(
     guideway: &Guideway,
     work: &mut Workspace,
@@ -68,9 +68,11 @@ pub(crate) fn report(
             of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, input, value)));
         }
     }
-    let chirp = system.input(chirp_force);
     guideway.acceleration_under(work, chirp_position, 1.0, &mut change);
-    of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, chirp, value)));
+    for force in [Some(chirp_force), inputs.external].into_iter().flatten() {
+        let input = system.input(force);
+        of_input.extend(change.iter().enumerate().map(|(i, &value)| (i, input, value)));
+    }
     for &(i, column, value) in &of_state {
         system.a(modes + i, column, value);
     }

@@ -9,7 +9,8 @@ use fmi2_export::{
     Values,
 };
 use guideway::{
-    Guideway, GuidewayDescription, Load, LoadChange, RailSurface, SpanMotion, Surface, Workspace,
+    Guideway, GuidewayDescription, Load, LoadChange, PointForce, RailSurface, SpanMotion, Surface,
+    Workspace,
 };
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +44,8 @@ struct Built {
     guideway: Guideway,
     work: Workspace,
     loads: Vec<Load>,
+    /// Of the chirp and the external force (m).
+    place: f64,
     /// Modal accelerations, and the surface at each magnet, for what `seen` holds.
     accelerations: Vec<f64>,
     surfaces: Vec<RailSurface>,
@@ -58,6 +61,7 @@ struct Seen {
     forces: Vec<f64>,
     lateral: Vec<f64>,
     positions: Vec<f64>,
+    external: Option<PointForce>,
 }
 
 /// Everything that changes while stepping.
@@ -102,7 +106,8 @@ impl GuidewayFmu {
         let key = hasher.finish();
         if self.built.as_ref().is_none_or(|built| built.key != key) {
             let guideway = Guideway::new(&description, file.as_deref()).map_err(caused)?;
-            self.built = Some(Built::new(key, guideway));
+            let place = self.parameters.chirp_position(values);
+            self.built = Some(Built::new(key, guideway, place));
         }
         self.built.as_mut().ok_or_else(|| Error::invalid("no guideway was built"))
     }
@@ -138,12 +143,13 @@ impl GuidewayFmu {
 }
 
 impl Built {
-    fn new(key: u64, guideway: Guideway) -> Self {
+    fn new(key: u64, guideway: Guideway, place: f64) -> Self {
         let (magnets, modes) = (guideway.magnets(), guideway.modes().len());
         Self {
             key,
             work: Workspace::new(&guideway),
             loads: vec![Load::default(); magnets],
+            place,
             accelerations: vec![0.0; modes],
             surfaces: vec![RailSurface::default(); magnets],
             guideway,
@@ -188,10 +194,24 @@ impl Built {
         }
     }
 
+    /// The external force, if there is any now.
+    fn external(
+        &self,
+        inputs: &InputHandles,
+        values: &Values,
+        read: impl Fn(&Values, RealVar) -> [f64; 4],
+    ) -> Option<PointForce> {
+        let force = read(values, inputs.external?);
+        let position = self.place;
+        (force != [0.0; 4]).then_some(PointForce { position, force })
+    }
+
     /// Computes the surfaces unless they are those of this state and these inputs already.
     fn refresh(&mut self, inputs: &InputHandles, state: &State, values: &Values) {
         let (forces, positions) = (values.reals(inputs.force), values.reals(inputs.position));
         let lateral = inputs.lateral.map_or(&[][..], |row| values.reals(row));
+        let external =
+            self.external(inputs, values, |values, input| [values.real(input), 0.0, 0.0, 0.0]);
         let seen = &self.seen;
         if seen.valid
             && seen.time.to_bits() == state.time.to_bits()
@@ -199,12 +219,14 @@ impl Built {
             && seen.forces == forces
             && seen.lateral == lateral
             && seen.positions == positions
+            && seen.external == external
         {
             return;
         }
         self.hold(inputs, values);
         let Self { guideway, work, loads, accelerations, surfaces, seen, .. } = self;
-        guideway.accelerations(work, &state.girders, loads, state.time, accelerations);
+        let now = (&state.girders, state.time);
+        guideway.accelerations_with(work, now, loads, external, accelerations);
         for (k, (surface, &x)) in surfaces.iter_mut().zip(positions).enumerate() {
             if guideway.rails().is_some() {
                 *surface = guideway.rail(work, &state.girders, accelerations, k, x);
@@ -212,7 +234,7 @@ impl Built {
                 surface.vertical = guideway.surface(work, &state.girders, accelerations, x);
             }
         }
-        (seen.valid, seen.time) = (true, state.time);
+        (seen.valid, seen.time, seen.external) = (true, state.time, external);
         seen.girders.clone_from(&state.girders);
         seen.forces.clear();
         seen.forces.extend_from_slice(forces);
@@ -287,7 +309,7 @@ impl Model for GuidewayFmu {
         let derived =
             DerivedHandles::declare(interface, &layout, &guideway, &prefixes, &parameters);
         outputs.declare_dependencies(interface, &inputs, &parameters);
-        let points = PointHandles::declare(interface, &guideway, &inputs).into();
+        let points: Arc<[_]> = PointHandles::declare(interface, &guideway, &inputs).into();
         // last, so that the variables before it keep their value references
         let chirp_force = parameters.declare_chirp_force(interface);
         if guideway.rails().is_some() {
@@ -296,6 +318,7 @@ impl Model for GuidewayFmu {
         }
         outputs.joints = guideway.joints().then(|| JointOutputs::declare(interface, &guideway));
         parameters.declare_rails(interface, &layout, &guideway, &prefixes, &outputs)?;
+        inputs.declare_external(interface, &outputs, &points);
         let resources = resources.path().to_path_buf();
         let built = None;
         Ok(Self {
@@ -320,9 +343,11 @@ impl Model for GuidewayFmu {
         let built = self.build(values)?;
         built.hold(&inputs, values);
         let speed = values.real(inputs.speed);
+        let external =
+            built.external(&inputs, values, |values, input| [values.real(input), 0.0, 0.0, 0.0]);
         let girders = built
             .guideway
-            .initial_state(&mut built.work, &built.loads, speed, time)
+            .initial_state_with(&mut built.work, &built.loads, external, speed, time)
             .map_err(caused)?;
         let state = State { girders, key: built.key, time, acceleration: 0.0 };
         if let Some(built) = &self.built {
@@ -386,9 +411,16 @@ impl Model for GuidewayFmu {
         let from_speed = self.parameters.position_from_speed(values);
         let built = self.built_for(state, values)?;
         built.follow(&inputs, values, from_speed);
+        let external = built.external(&inputs, values, |values, input| *values.taylor(input));
         built
             .guideway
-            .step(&mut built.work, &mut state.girders, &built.loads, step.time, step.size)
+            .step_with(
+                &mut built.work,
+                &mut state.girders,
+                &built.loads,
+                external,
+                (step.time, step.size),
+            )
             .map_err(caused)?;
         let [_, a, j, s] = *values.taylor(inputs.speed);
         state.acceleration = a + step.size * (j + 0.5 * step.size * s);
@@ -520,8 +552,12 @@ impl Model for GuidewayFmu {
         });
         // The change overwrites the accelerations, so they must be recomputed.
         built.seen.valid = false;
-        let Built { guideway, work, loads, accelerations, .. } = built;
+        let Built { guideway, work, loads, accelerations, place, .. } = built;
         guideway.acceleration_change(work, loads, changes, accelerations);
+        let external = inputs.external.map_or(0.0, |input| seed.real(input));
+        if external != 0.0 {
+            guideway.add_acceleration_under(work, *place, external, accelerations);
+        }
         for k in 0..guideway.spans().len() {
             let y = guideway.mid_span(work, &state.girders, accelerations, k);
             result.set_real(outputs.midspan_acceleration.get(k), y.acceleration);
@@ -543,11 +579,12 @@ impl Model for GuidewayFmu {
             return Ok(None);
         }
         let (inputs, outputs, points) = (self.inputs, self.outputs, self.points.clone());
-        let chirp = (self.chirp_force, self.parameters.chirp_position(values));
+        let chirp = self.chirp_force;
         let built = self.built_for(state, values)?;
         built.refresh(&inputs, state, values);
         built.hold(&inputs, values);
-        let Built { guideway, work, loads, surfaces, .. } = built;
+        let Built { guideway, work, loads, surfaces, place, .. } = built;
+        let chirp = (chirp, *place);
         if request == Motions::REQUEST {
             return linear::motions(guideway, work).map(Some);
         }

@@ -5,6 +5,7 @@ use guideway::{Guideway, GuidewayDescription};
 
 use crate::kinds::DerivedKind;
 use crate::parameters::ParameterHandles;
+use crate::points::PointHandles;
 use crate::rails::{JointOutputs, RailOutputs};
 
 /// Name, description and default experiment of the unit.
@@ -28,6 +29,8 @@ pub(crate) struct InputHandles {
     pub speed: RealVar,
     /// Of a layout with rails.
     pub lateral: Option<RealVars>,
+    /// At the place of the chirp; declared by [`InputHandles::declare_external`].
+    pub external: Option<RealVar>,
 }
 
 impl InputHandles {
@@ -58,7 +61,30 @@ impl InputHandles {
                 .description("Speed of the magnets along the track")
                 .done(),
             lateral: None,
+            external: None,
         }
+    }
+
+    /// Declares the external force, and what depends on it: as late as possible, so that the variables before it keep
+    /// their value references.
+    pub(crate) fn declare_external(
+        &mut self,
+        interface: &mut Interface,
+        outputs: &OutputHandles,
+        points: &[PointHandles],
+    ) {
+        let external = interface
+            .real("external_force")
+            .input(0.0)
+            .unit(UnitOfMeasure::NEWTON)
+            .nominal(1e4)
+            .description("External force on the girder at chirp_position, down positive; it adds to the chirp")
+            .done();
+        interface.depends(outputs.midspan_acceleration, &[external]);
+        for point in points {
+            interface.depends(point.acceleration, &[external]);
+        }
+        self.external = Some(external);
     }
 }
 

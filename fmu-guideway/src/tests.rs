@@ -14,7 +14,7 @@ fn layout(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("resources").join(name)
 }
 
-fn unit(name: &str) -> TestInstance {
+pub(crate) fn unit(name: &str) -> TestInstance {
     TestInstance::new::<GuidewayFmu>(layout(name)).unwrap()
 }
 

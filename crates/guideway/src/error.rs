@@ -77,6 +77,14 @@ pub enum Error {
         /// Largest number of sub-steps.
         limit: u32,
     },
+    /// A further force, or its position, is not a number.
+    #[error("at t = {time} s: the external force or its position is {value}; it must be finite")]
+    PointForce {
+        /// Start of the step (s).
+        time: f64,
+        /// The value that is not finite.
+        value: f64,
+    },
     /// A force or position of a load is not a number.
     #[error("at t = {time} s: {quantity} of magnet {magnet} is {value}; it must be finite")]
     Load {

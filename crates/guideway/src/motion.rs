@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::loads::{Load, LoadChange, PointForce, check_further, taylor};
 use crate::propagator::{NODES, PropagatorCache, SUBSTEP_PHASE, nodes};
 use crate::rail_motion::ComponentRows;
 use crate::shapes::{ShapeRow, sines_at_nodes};
@@ -26,65 +27,6 @@ impl Clone for State {
         self.q.clone_from(&source.q);
         self.v.clone_from(&source.v);
     }
-}
-
-/// One magnet's force and place over a step: `[u, u′, u″, u‴]` at its start, time derivatives of
-/// the Taylor polynomial that the input follows, of degree 5 at most.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Load {
-    /// Levitation force (N); positive attracts the magnet up and pushes the girder down.
-    pub force: [f64; 4],
-    /// Centre of the magnet (m along the track).
-    pub position: [f64; 4],
-    /// Lateral force on the magnet (N), left positive; it pushes the rail to the right. Without rails it has no effect.
-    pub lateral: [f64; 4],
-    /// Fourth and fifth derivatives of `force`, `position` and `lateral`.
-    pub further: [[f64; 2]; 3],
-}
-
-impl Load {
-    /// Levitation force τ after the start of the step.
-    pub(crate) fn force_at(&self, tau: f64) -> f64 {
-        taylor(&self.force, &self.further[0], tau)
-    }
-
-    /// Place τ after the start of the step.
-    pub(crate) fn position_at(&self, tau: f64) -> f64 {
-        taylor(&self.position, &self.further[1], tau)
-    }
-
-    /// Lateral force τ after the start of the step.
-    pub(crate) fn lateral_at(&self, tau: f64) -> f64 {
-        taylor(&self.lateral, &self.further[2], tau)
-    }
-
-    /// Whether it stays in its place.
-    pub fn stands(&self) -> bool {
-        self.position[1..] == [0.0; 3] && self.further[1] == [0.0; 2]
-    }
-
-    /// A constant force at a fixed place.
-    pub fn standing(force: f64, position: f64) -> Self {
-        let held = |value| [value, 0.0, 0.0, 0.0];
-        Self { force: held(force), position: held(position), ..Self::default() }
-    }
-}
-
-/// A small change of a load.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct LoadChange {
-    /// Of the levitation force (N).
-    pub force: f64,
-    /// Of the place (m).
-    pub place: f64,
-    /// Of the lateral force (N).
-    pub lateral: f64,
-}
-
-/// Value of a Taylor polynomial with these further derivatives τ after its start.
-fn taylor(u: &[f64; 4], [fourth, fifth]: &[f64; 2], tau: f64) -> f64 {
-    let third = u[3] / 6.0 + tau * (fourth / 24.0 + tau * (fifth / 120.0));
-    u[0] + tau * (u[1] + tau * (u[2] / 2.0 + tau * third))
 }
 
 /// Most sub-steps of one step.
@@ -196,7 +138,23 @@ impl Guideway {
         speed: f64,
         time: f64,
     ) -> Result<State, Error> {
+        self.initial_state_with(work, loads, None, speed, time)
+    }
+
+    /// [`initial_state`](Self::initial_state) under a further force, held.
+    ///
+    /// # Errors
+    /// As [`initial_state`](Self::initial_state).
+    pub fn initial_state_with(
+        &self,
+        work: &mut Workspace,
+        loads: &[Load],
+        further: Option<PointForce>,
+        speed: f64,
+        time: f64,
+    ) -> Result<State, Error> {
         self.check_loads(loads, time)?;
+        check_further(further, time)?;
         let zeros = vec![0.0; self.modes().len()];
         let mut state = State { q: zeros.clone(), v: zeros };
         if self.initial() == InitialDeflection::Undeformed {
@@ -216,9 +174,8 @@ impl Guideway {
                 }
             });
         }
-        if let Some(chirp) = self.chirp() {
-            let force = chirp.at(time);
-            self.under_point(chirp.position(), &mut work.row, |span, row| {
+        for (position, force) in self.point_forces(further, time) {
+            self.under_point(position, &mut work.row, |span, row| {
                 for (n, mode) in self.girders()[span.girder].vertical_modes().iter().enumerate() {
                     state.q[span.first_mode + n] -= force / mode.stiffness() * row.value[n];
                 }
@@ -245,6 +202,22 @@ impl Guideway {
         time: f64,
         step: f64,
     ) -> Result<(), Error> {
+        self.step_with(work, state, loads, None, (time, step))
+    }
+
+    /// [`step`](Self::step) under a further force, from the first time over the second.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_with(
+        &self,
+        work: &mut Workspace,
+        state: &mut State,
+        loads: &[Load],
+        further: Option<PointForce>,
+        (time, step): (f64, f64),
+    ) -> Result<(), Error> {
+        check_further(further, time)?;
         if !(step > 0.0 && step.is_finite()) {
             return Err(Error::StepSize { time, step });
         }
@@ -264,6 +237,13 @@ impl Guideway {
                 self.add_moving_loads(work, loads, begin, h);
             }
             self.add_chirp(work, time + begin, h);
+            if let Some(PointForce { position, force }) = further {
+                self.add_at(
+                    work,
+                    position,
+                    nodes().map(|node| taylor(&force, &[0.0; 2], begin + node * h)),
+                );
+            }
             let entry = work.cache.entry(propagator);
             entry.advance(self, state, &work.forces, &mut work.next);
         }
@@ -338,9 +318,13 @@ impl Guideway {
 
     fn add_chirp(&self, work: &mut Workspace, time: f64, h: f64) {
         let Some(chirp) = self.chirp() else { return };
-        let force = nodes().map(|node| chirp.at(time + node * h));
+        self.add_at(work, chirp.position(), nodes().map(|node| chirp.at(time + node * h)));
+    }
+
+    /// Adds a force at the nodes (N, down positive) at one place.
+    fn add_at(&self, work: &mut Workspace, position: f64, force: [f64; NODES]) {
         let forces = &mut work.forces;
-        self.under_point(chirp.position(), &mut work.row, |span, row| {
+        self.under_point(position, &mut work.row, |span, row| {
             for n in 0..self.girders()[span.girder].vertical_modes().len() {
                 for j in 0..NODES {
                     forces[span.first_mode + n][j] -= force[j] * row.value[n];
@@ -358,6 +342,18 @@ impl Guideway {
         time: f64,
         accelerations: &mut [f64],
     ) {
+        self.accelerations_with(work, (state, time), loads, None, accelerations);
+    }
+
+    /// [`accelerations`](Self::accelerations) of a state at a time, under a further force.
+    pub fn accelerations_with(
+        &self,
+        work: &mut Workspace,
+        (state, time): (&State, f64),
+        loads: &[Load],
+        further: Option<PointForce>,
+        accelerations: &mut [f64],
+    ) {
         accelerations.fill(0.0);
         if let Some(rails) = self.rails() {
             self.add_forces_on_rails(rails, work, loads, accelerations);
@@ -367,9 +363,8 @@ impl Guideway {
                 accelerations[i] -= load.force[0] * phi;
             });
         }
-        if let Some(chirp) = self.chirp() {
-            let force = chirp.at(time);
-            self.under_point(chirp.position(), &mut work.row, |span, row| {
+        for (position, force) in self.point_forces(further, time) {
+            self.under_point(position, &mut work.row, |span, row| {
                 for n in 0..self.girders()[span.girder].vertical_modes().len() {
                     accelerations[span.first_mode + n] -= force * row.value[n];
                 }
@@ -390,6 +385,16 @@ impl Guideway {
                 }
             }
         }
+    }
+
+    /// Place and force now of the chirp and of a further force.
+    fn point_forces(
+        &self,
+        further: Option<PointForce>,
+        time: f64,
+    ) -> impl Iterator<Item = (f64, f64)> + use<> {
+        let chirp = self.chirp().map(|chirp| (chirp.position(), chirp.at(time)));
+        chirp.into_iter().chain(further.map(|it| (it.position, it.force[0])))
     }
 
     /// The loads, if the track has no rails.
@@ -435,6 +440,18 @@ impl Guideway {
         change: &mut [f64],
     ) {
         change.fill(0.0);
+        self.add_acceleration_under(work, position, force, change);
+    }
+
+    /// Adds to `change` how the modal accelerations change with a force: see
+    /// [`acceleration_under`](Self::acceleration_under).
+    pub fn add_acceleration_under(
+        &self,
+        work: &mut Workspace,
+        position: f64,
+        force: f64,
+        change: &mut [f64],
+    ) {
         self.under_point(position, &mut work.row, |span, row| {
             for (n, mode) in self.girders()[span.girder].vertical_modes().iter().enumerate() {
                 change[span.first_mode + n] -= force * row.value[n] / mode.mass;

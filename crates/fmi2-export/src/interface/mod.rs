@@ -366,11 +366,8 @@ impl Interface {
 
     /// Checks the whole table once everything is declared.
     pub(crate) fn finish(mut self) -> Result<Self, Error> {
-        for knowns in self.depends.values_mut().chain(self.initially.values_mut()) {
-            // not unstable: they are mostly runs in order already
-            knowns.sort();
-            knowns.dedup();
-        }
+        put_in_order(&mut self.depends);
+        put_in_order(&mut self.initially);
         let mut faults = std::mem::take(&mut self.faults);
         rules::check_table(&self, &mut faults);
         if faults.is_empty() {
@@ -378,5 +375,20 @@ impl Interface {
         }
         let name = &self.info.model_identifier;
         Err(Error::invalid(format!("invalid interface of {name:?}: {}", faults.join("; "))))
+    }
+}
+
+/// Makes the lists ascending, with each variable once. Neighbours often depend on the same, so their lists are copied.
+fn put_in_order(dependencies: &mut Dependencies) {
+    let (mut declared, mut ordered) = (Vec::new(), Vec::new());
+    for knowns in dependencies.values_mut() {
+        if *knowns != declared {
+            declared.clone_from(knowns);
+            ordered.clone_from(knowns);
+            // not unstable: they are mostly runs in order already
+            ordered.sort();
+            ordered.dedup();
+        }
+        knowns.clone_from(&ordered);
     }
 }
