@@ -92,18 +92,20 @@ fn reference(case: &Case) -> Vec<f64> {
     let read = |path: &str| fs::read_to_string(root().join(path)).unwrap();
     let vehicle = read("fmu-vehicle/resources/two-car/vehicle.json");
     let guideway = read("fmu-guideway/resources/three-spans/guideway.json");
-    let mut setup = MonolithicSetup {
+    let mut guideway = guideway::GuidewayDescription::from_json(&guideway).unwrap();
+    if case.speed == 0.0 {
+        guideway.irregularity.on = false;
+        guideway.chirp.on = true;
+        guideway.chirp.position = Some(case.position);
+    }
+    let setup = MonolithicSetup {
         vehicle: multibody::VehicleDescription::from_json(&vehicle).unwrap(),
-        guideway: guideway::GuidewayDescription::from_json(&guideway).unwrap(),
+        line: None,
+        guideway: Some(guideway),
         magnet: magnet::MagnetParameters::default(),
         travel_speed: case.speed,
         initial_position: case.position,
     };
-    if case.speed == 0.0 {
-        setup.guideway.irregularity.on = false;
-        setup.guideway.chirp.on = true;
-        setup.guideway.chirp.position = Some(case.position);
-    }
     let count = (case.stop / INTERVAL).round() as u32;
     let times: Vec<f64> = (0..=count).map(|k| f64::from(k) * INTERVAL).collect();
     let solution = MonolithicSystem::new(&setup).unwrap().solve(&times, TOLERANCE).unwrap();

@@ -289,7 +289,12 @@ fn analytic_turning_bogies_take_50_metres_and_pass_braking() {
         let left: Vec<_> = left.map(hold).collect();
         let magnets = multibody::LoadCourse { vertical: &up, lateral: &left };
         let acceleration = [-1.0, 0.0, 0.0, 0.0];
-        let course = multibody::AppliedCourse { magnets, external: &[], acceleration };
+        let course = multibody::AppliedCourse {
+            magnets,
+            further: multibody::FurtherCourse::default(),
+            external: &[],
+            acceleration,
+        };
         straight.step(&mut state, 1e-3, 1e-3, course, &mut work).unwrap();
     }
     // the links' mean extension, where they are, with the inertia of all that is above the bogies
