@@ -1,6 +1,6 @@
 //! Steady curving of whole vehicles against statics written apart: the circle, the magnets' law, the air
 //! springs and the balance of each free body.
-#![allow(clippy::unwrap_used, reason = "a test program")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test program")]
 
 use std::f64::consts::FRAC_2_PI;
 
