@@ -157,8 +157,9 @@ impl SidewaysHandles {
 impl OutputHandles {
     pub(crate) fn declare(interface: &mut Interface, model: &VehicleModel) -> Self {
         let magnets = model.counts().magnets;
-        // along a line the axes of the outputs turn
-        let most = if model.line().is_some() { 1 } else { 2 };
+        // along a line the axes of the outputs turn, and motors know no second derivatives of their feed
+        let straight = model.line().is_none() && model.motor_count() == 0;
+        let most = if straight { 2 } else { 1 };
         Self {
             gap: interface
                 .reals("gap", magnets)

@@ -89,23 +89,15 @@ fn reference(case: &Case) -> Vec<f64> {
     if let Ok(text) = fs::read(&file) {
         return serde_json::from_slice(&text).unwrap();
     }
-    let read = |path: &str| fs::read_to_string(root().join(path)).unwrap();
-    let vehicle = read("fmu-vehicle/resources/two-car/vehicle.json");
-    let guideway = read("fmu-guideway/resources/three-spans/guideway.json");
-    let mut guideway = guideway::GuidewayDescription::from_json(&guideway).unwrap();
-    if case.speed == 0.0 {
-        guideway.irregularity.on = false;
-        guideway.chirp.on = true;
-        guideway.chirp.position = Some(case.position);
-    }
-    let setup = MonolithicSetup {
-        vehicle: multibody::VehicleDescription::from_json(&vehicle).unwrap(),
-        line: None,
-        guideway: Some(guideway),
-        magnet: magnet::MagnetParameters::default(),
-        travel_speed: case.speed,
-        initial_position: case.position,
+    let patch = match case.speed {
+        0.0 => json!({
+            "irregularity": { "on": false },
+            "chirp": { "on": true, "position": case.position }
+        }),
+        _ => json!({}),
     };
+    let mut setup = MonolithicSetup::of_layouts("two-car", "three-spans", &patch).unwrap();
+    (setup.travel_speed, setup.initial_position) = (case.speed, case.position);
     let count = (case.stop / INTERVAL).round() as u32;
     let times: Vec<f64> = (0..=count).map(|k| f64::from(k) * INTERVAL).collect();
     let solution = MonolithicSystem::new(&setup).unwrap().solve(&times, TOLERANCE).unwrap();
