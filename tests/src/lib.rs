@@ -2,6 +2,7 @@
 //!
 //! They run what `cargo xtask package` built: `target/fmu/*.fmu` and `target/release/maglev`.
 
+pub mod curves;
 pub mod monolithic;
 pub mod rails;
 

@@ -6,10 +6,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use magnet::{Law, MagnetParameters};
 use serde_json::{Value, json};
+use system_tests::curves::{CarOnLine, with_lift_loss, written};
 use system_tests::monolithic::{MonolithicSetup, MonolithicSystem, Quantity, Trajectory};
-use system_tests::{FinishedRun, root, scenario};
+use system_tests::rails::with_rails;
+use system_tests::{FinishedRun, scenario};
 
 /// The layouts that the units of a scenario are packed with.
 fn setup(vehicle: &str, guideway: &str) -> MonolithicSetup {
@@ -143,27 +144,6 @@ fn analytic_gaps_are_those_of_the_monolithic_model() {
     }
 }
 
-/// Signals of all magnets that are compared.
-fn recorded(magnets: usize) -> Value {
-    let row = |quantity: &Quantity| {
-        let name = quantity.signal(0);
-        name.replacen("01", &format!("[01..{magnets:02}]"), 1)
-    };
-    json!({ "signals": Quantity::ALL.iter().map(row).collect::<Vec<_>>() })
-}
-
-/// Writes a scenario into a folder.
-fn written(folder: &Path, name: &str, scenario: &Value) -> PathBuf {
-    let file = folder.join(name);
-    fs::write(&file, scenario.to_string()).unwrap();
-    file
-}
-
-/// The law of magnets in curves.
-fn with_lift_loss() -> MagnetParameters {
-    MagnetParameters { law: Law::Nonlinear, lift_loss: true, ..MagnetParameters::default() }
-}
-
 /// The train of girder-3d, over the first seconds of the run.
 fn train_on_rails(folder: &Path) -> Case {
     let text = fs::read_to_string(scenario("girder-3d.json")).unwrap();
@@ -171,12 +151,11 @@ fn train_on_rails(folder: &Path) -> Case {
     let patch = &shipped["units"]["guideway"]["resources"]["guideway.json"];
     let mut setup = MonolithicSetup::of_layouts("two-car", "three-spans-3d", patch).unwrap();
     (setup.travel_speed, setup.initial_position) = (SPEED, -14.0);
-    let variant =
-        json!({ "extends": scenario("girder-3d.json"), "plots": [], "record": recorded(64) });
+    let variant = json!({ "extends": scenario("girder-3d.json"), "plots": [], "record": Quantity::recorded(64) });
     Case {
         name: "train on rails at 5 km/h",
         setup,
-        scenario: written(folder, "girder-3d.json", &variant),
+        scenario: written(folder, "girder-3d.json", &variant).unwrap(),
         settings: &[],
         stop: 6.0,
         interval: "0.01",
@@ -195,12 +174,11 @@ fn train_in_a_curve(folder: &Path) -> Case {
     // not 0, where the curve would begin at a communication point
     (setup.travel_speed, setup.initial_position) = (FASTER, 0.003);
     setup.magnet = with_lift_loss();
-    let variant =
-        json!({ "extends": scenario("curve-200.json"), "plots": [], "record": recorded(64) });
+    let variant = json!({ "extends": scenario("curve-200.json"), "plots": [], "record": Quantity::recorded(64) });
     Case {
         name: "train into a curve of 200 m at 20 km/h",
         setup,
-        scenario: written(folder, "curve-200.json", &variant),
+        scenario: written(folder, "curve-200.json", &variant).unwrap(),
         settings: &["--set", "vehicle.initial_position=0.003"],
         stop: 6.0,
         interval: "0.01",
@@ -208,6 +186,15 @@ fn train_in_a_curve(folder: &Path) -> Case {
         limits: [5e-5, 5e-3],
         tolerance: 1e-10,
     }
+}
+
+/// The train of curve-200, started in steady motion in the circle, which it leaves.
+fn train_out_of_a_curve(folder: &Path) -> Case {
+    let mut case = train_in_a_curve(folder);
+    case.name = "train out of the curve";
+    case.setup.initial_position = 65.003;
+    case.settings = &["--set", "vehicle.initial_position=65.003"];
+    Case { stop: 4.0, ..case }
 }
 
 /// One car, at first at this place (m), on a girder from 0 to 25 m with two rails, the left one rough, that
@@ -226,65 +213,13 @@ fn car_in_a_curve(folder: &Path, place: f64) -> Case {
     });
     let rough =
         json!({ "psd": { "form": "inverse-square", "amplitude": 7e-7 }, "right_factor": 0 });
-    let patch = json!({
-        "girders": { "table_3": {
-            "lateral": { "bending_stiffness": 2.99e10 },
-            "torsion": { "torsional_stiffness": 1.44e10, "polar_inertia": 3776 },
-        } },
-        "rails": { "half_gauge": 0.95, "height": 1.2,
-            "sides": ["left", "left", "left", "left", "right", "right", "right", "right"],
-            "irregularity": { "on": true, "vertical": rough, "lateral": rough } },
-    });
-    let mut setup = MonolithicSetup::of_layouts("one-car", "one-car", &patch).unwrap();
-    setup.line = Some(track_line::LineDescription::from_json(&line.to_string()).unwrap());
-    (setup.travel_speed, setup.initial_position) = (FASTER, place);
-    setup.magnet = with_lift_loss();
-    let unit = |name: &str| root().join(format!("target/fmu/{name}.fmu"));
-    let connection = |from: &str, to: &[&str]| {
-        let ends: Vec<_> = to.iter().map(|to| format!("{to}_[01..32]")).collect();
-        json!({ "from": format!("{from}_[01..32]"), "to": ends })
-    };
-    let to_magnet = |from: &str, to: &str| json!({ "from": format!("vehicle.{from}_[01..32]"), "to": format!("ems_[01..32].{to}") });
-    let from_magnet = |from: &str| {
-        let ends = ["vehicle", "guideway"].map(|to| format!("{to}.{from}_[01..32]"));
-        json!({ "from": format!("ems_[01..32].{from}"), "to": ends })
-    };
-    let car = json!({
-        "units": {
-            "vehicle": { "fmu": unit("vehicle-one-car"), "resources": { "line.json": written(folder, "line.json", &line) } },
-            "guideway": { "fmu": unit("guideway-one-car"), "resources": { "guideway.json": patch } },
-            "ems": unit("ems"),
-        },
-        "instances": {
-            "vehicle": { "unit": "vehicle",
-                "parameters": { "travel_speed": FASTER, "initial_position": place, "lift_loss": true } },
-            "guideway": { "unit": "guideway" },
-            "ems_[01..32]": { "unit": "ems", "parameters": { "nonlinear": true, "lift_loss": true } },
-        },
-        "connections": [
-            to_magnet("gap", "gap"),
-            to_magnet("gap_rate", "gap_rate"),
-            to_magnet("acceleration", "acceleration"),
-            to_magnet("lateral_offset", "lateral_offset"),
-            to_magnet("static_load", "static_force"),
-            from_magnet("force"),
-            from_magnet("lateral_force"),
-            connection("vehicle.position", &["guideway.position"]),
-            { "from": "vehicle.speed", "to": "guideway.speed" },
-            connection("guideway.displacement", &["vehicle.track_displacement"]),
-            connection("guideway.rate", &["vehicle.track_rate"]),
-            connection("guideway.lateral_displacement", &["vehicle.track_lateral_displacement"]),
-            connection("guideway.lateral_rate", &["vehicle.track_lateral_rate"]),
-        ],
-        "experiment": { "start": 0.0, "stop": 2.0, "step": 0.001 },
-        "algorithm": { "name": "gauss-seidel", "extrapolation": 2, "derivatives": true,
-            "order": ["ems_[01..32]", "vehicle", "guideway"] },
-        "record": recorded(32),
-    });
+    let girder = with_rails(&json!({ "height": 1.2,
+        "irregularity": { "on": true, "vertical": rough, "lateral": rough } }));
+    let car = CarOnLine { line, girder: Some(girder), lift_loss: true, speed: FASTER, place };
     Case {
         name: "car on rails into a curve at 20 km/h",
-        setup,
-        scenario: written(folder, "car.json", &car),
+        setup: car.setup().unwrap(),
+        scenario: car.written(folder).unwrap(),
         settings: &[],
         stop: 1.2,
         interval: "0.01",
@@ -320,6 +255,7 @@ fn analytic_trains_on_rails_and_in_a_curve_are_those_of_the_monolithic_model() {
     let folder = tempfile::tempdir().unwrap();
     train_on_rails(folder.path()).check(&["0.001", "0.002", "0.005"]);
     train_in_a_curve(folder.path()).check(&["0.001", "0.002", "0.005"]);
+    train_out_of_a_curve(folder.path()).check(&["0.001", "0.002", "0.005"]);
     // shaken from the start, without history and with rates of inputs that no unit knows yet
     let name = "car on rails, start in motion";
     let shaken = Case { name, limits: [2e-4, 5e-3], ..car_in_a_curve(folder.path(), 12.5) };

@@ -1,5 +1,7 @@
 //! How far a co-simulated run is from the solution of the coupled equations.
 
+use serde_json::{Value, json};
+
 use super::{Instant, MonolithicSystem, Trajectory};
 use crate::FinishedRun;
 
@@ -29,6 +31,14 @@ impl Quantity {
             Self::Force => format!("ems_{:02}.force", k + 1),
             Self::LateralForce => format!("ems_{:02}.lateral_force", k + 1),
         }
+    }
+
+    /// `record` of a scenario: all of them, of `magnets` magnets.
+    #[must_use]
+    pub fn recorded(magnets: usize) -> Value {
+        let row =
+            |quantity: Self| quantity.signal(0).replacen("01", &format!("[01..{magnets:02}]"), 1);
+        json!({ "signals": Self::ALL.map(row) })
     }
 
     fn of(self, instant: &Instant) -> f64 {

@@ -49,7 +49,7 @@ impl Scratch {
 
 impl MonolithicSystem {
     /// The travelling frame at a time, on a line.
-    fn travel(&self, t: f64) -> Option<Travel> {
+    pub(super) fn travel(&self, t: f64) -> Option<Travel> {
         let place = self.initial_position + self.travel_speed * t;
         self.vehicle.line().map(|_| Travel { place, speed: self.travel_speed })
     }

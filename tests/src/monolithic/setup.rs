@@ -12,8 +12,7 @@ use crate::root;
 pub struct MonolithicSetup {
     /// The vehicle.
     pub vehicle: multibody::VehicleDescription,
-    /// The line that the vehicle follows; straight if none. Below the vehicle at the start it must be
-    /// straight, level and without cant.
+    /// The line that the vehicle follows; straight if none.
     pub line: Option<track_line::LineDescription>,
     /// The guideway, with or without rails; rigid ground if none.
     pub guideway: Option<guideway::GuidewayDescription>,

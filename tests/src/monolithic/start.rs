@@ -1,7 +1,7 @@
 //! The state from which the coupled equations start.
 
 use guideway::Load;
-use multibody::{Holding, Loads, MagnetIndex, Rails};
+use multibody::{Holding, Loads, MagnetIndex, Rails, Travel};
 
 use super::equations::Scratch;
 use super::{MonolithicSystem, told};
@@ -12,7 +12,8 @@ const SETTLED: f64 = 1e-14;
 const MOST_SWEEPS: usize = 100;
 
 impl MonolithicSystem {
-    /// Initial state and static loads (N), as in co-simulation: the vehicle in equilibrium below the track, each magnet
+    /// Initial state and static loads (N), as in co-simulation: the vehicle in equilibrium below the
+    /// track, in a curve in that of steady motion, each magnet
     /// at rest at its gap, the girders bent by the magnets' forces. Magnets on one frame cannot all
     /// be at c0 below a bent or rough track, so some start with another gap.
     pub(super) fn rest(&self, scratch: &mut Scratch) -> Result<(Vec<f64>, Vec<f64>), String> {
@@ -34,7 +35,8 @@ impl MonolithicSystem {
             let rails = Rails { height: &height, side: &side };
             let found = self
                 .vehicle
-                .railed_equilibrium(
+                .carried_equilibrium(
+                    self.curved(),
                     &rails,
                     &Holding::default(),
                     &guidance,
@@ -43,6 +45,7 @@ impl MonolithicSystem {
                 )
                 .map_err(told)?;
             scratch.bodies = found.state;
+            scratch.bodies.travel = self.travel(0.0);
             let loads = found.loads;
             self.magnets_at_rest(&rails, &loads, &still, scratch)?;
             scratch.track.rest(&scratch.places, self.travel_speed)?;
@@ -62,6 +65,14 @@ impl MonolithicSystem {
             }
         }
         Err("the static state was not found".into())
+    }
+
+    /// The travel at the start, unless the line is straight, level and without cant below the vehicle.
+    fn curved(&self) -> Option<Travel> {
+        let (line, state) = (self.vehicle.line()?, self.vehicle.initial_state());
+        let places = || self.vehicle.magnets().map(|k| self.vehicle.magnet(&state, k).position.x);
+        let (from, to) = (places().fold(0.0, f64::min), places().fold(0.0, f64::max));
+        self.travel(0.0).filter(|it| !line.is_plain(it.place + from, it.place + to))
     }
 
     /// Accelerations (m/s², down positive) of the magnets under the forces in scratch memory.
