@@ -250,7 +250,7 @@ fn analytic_a_car_runs_into_a_curve_as_in_the_monolithic_model() {
 /// The shipped trains on girders in three dimensions and in the curve of 200 m: the numbers of
 /// docs/measurements.md.
 #[test]
-#[ignore = "a minute of a release build"]
+#[ignore = "minutes"]
 fn analytic_trains_on_rails_and_in_a_curve_are_those_of_the_monolithic_model() {
     let folder = tempfile::tempdir().unwrap();
     train_on_rails(folder.path()).check(&["0.001", "0.002", "0.005"]);
