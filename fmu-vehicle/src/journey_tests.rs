@@ -150,3 +150,18 @@ fn invariant_a_restored_unit_continues_braking() {
     unit.restore().unwrap();
     assert_eq!(brake(&mut unit, 20, 40), first);
 }
+
+/// A unit that has changed its speed, been reset and started again is a fresh one: its equilibrium knows nothing of the
+/// acceleration before.
+#[test]
+fn issue_20_a_reset_unit_starts_as_a_fresh_one_after_an_acceleration() {
+    let run = |unit: &mut TestInstance| {
+        unit.initialize(0.0).unwrap();
+        step(unit, [0.0, 10.0, 0.0, 0.0], 0.0, 1e-3);
+        row(unit, "gap", 32).iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    let mut unit = unit("one-car");
+    let fresh = run(&mut unit);
+    unit.reset().unwrap();
+    assert_eq!(run(&mut unit), fresh);
+}

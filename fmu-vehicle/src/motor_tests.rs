@@ -262,3 +262,17 @@ fn refusal_motor_files_and_uses_with_their_reason() {
         "{closed}"
     );
 }
+
+/// A unit that has run, been reset and started again is a fresh one.
+#[test]
+fn invariant_a_reset_unit_with_motors_is_a_fresh_one() {
+    let run = |unit: &mut TestInstance| {
+        unit.initialize(0.0).unwrap();
+        step(unit, "speed_change", [0.01, 0.0], 0, 1e-3);
+        row(unit, "gap", 32).iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    let mut unit = unit_with(Some(MOTOR), "reset").unwrap();
+    let fresh = run(&mut unit);
+    unit.reset().unwrap();
+    assert_eq!(run(&mut unit), fresh);
+}

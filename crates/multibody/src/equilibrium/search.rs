@@ -264,6 +264,8 @@ impl Search<'_> {
         ws.lateral.copy_from_slice(&self.lateral);
         copy_external(&mut ws.external, self.external);
         model.carry(state)?;
+        // a step before may have left one
+        ws.acceleration = 0.0;
         model.set_kinematics(&state.bodies, ws);
         model.apply_forces(ws);
         check_line(state.time, ws)?;

@@ -111,6 +111,8 @@ impl Landing<'_> {
         ws.vertical.fill(0.0);
         ws.lateral.fill(0.0);
         copy_external(&mut ws.external, self.external);
+        // a step before may have left one
+        ws.acceleration = 0.0;
         ws.touch.set(Some(&self.track));
         model.set_kinematics(&state.bodies, ws);
         model.apply_forces(ws);
