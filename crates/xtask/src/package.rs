@@ -96,8 +96,10 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     // descriptions come from libraries that run here
     let others: &[&str] = &[bundles::CRATE, workspace::COMMAND];
     Target::host().build(&[&UNIT_CRATES, others, order.also].concat())?;
+    // in one call, so that what they share is compiled once
+    let command: &[&str] = if order.maglev { &[workspace::COMMAND] } else { &[] };
     for target in targets.iter().filter(|&target| *target != host[0]) {
-        target.build(&[&UNIT_CRATES[..], &[bundles::CRATE]].concat())?;
+        target.build(&[&UNIT_CRATES[..], &[bundles::CRATE], command].concat())?;
     }
     let folder = order.out.clone().unwrap_or_else(workspace::unit_dir);
     fs::create_dir_all(&folder).with_context(|| format!("creating {}", folder.display()))?;
@@ -131,7 +133,6 @@ pub fn package(order: &Order) -> Result<Vec<PathBuf>> {
     }
     if order.maglev {
         for target in targets {
-            target.build(&[workspace::COMMAND])?;
             let built = target.maglev();
             let end =
                 built.extension().map(|end| format!(".{}", end.display())).unwrap_or_default();
