@@ -24,6 +24,10 @@ pub(super) enum Limit {
 impl Limit {
     pub(super) fn sentence(&self) -> String {
         let sentence = match self {
+            Self::InputOrder(3..) => {
+                "takes derivatives of some inputs up to order 3 only (as it declares, or by \
+                 \"input_derivatives\"): the coupling through them is of order 4"
+            }
             Self::InputOrder(order) => {
                 return format!(
                     "takes derivatives of inputs up to order {order} (canInterpolateInputs declares only \
