@@ -132,6 +132,14 @@ pub struct Balanced {
 #[must_use]
 pub fn balanced(matrix: &Mat<f64>) -> Balanced {
     let n = matrix.nrows();
+    let scale = scales(matrix, SWEEPS);
+    let matrix = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[j] / scale[i]);
+    Balanced { matrix, scale }
+}
+
+/// D of [`balanced`], after so many sweeps.
+pub(crate) fn scales(matrix: &Mat<f64>, sweeps: usize) -> Vec<f64> {
+    let n = matrix.nrows();
     let (mut columns, mut rows) = (vec![Vec::new(); n], vec![Vec::new(); n]);
     for (j, column) in matrix.col_iter().enumerate() {
         for (i, value) in column.iter().enumerate().filter(|&(i, value)| i != j && *value != 0.0) {
@@ -140,7 +148,7 @@ pub fn balanced(matrix: &Mat<f64>) -> Balanced {
         }
     }
     let mut scale = vec![1.0_f64; n];
-    for _ in 0..SWEEPS {
+    for _ in 0..sweeps {
         let mut balanced = true;
         for k in 0..n {
             let column = columns[k].iter().map(|&(i, x)| x / scale[i]).sum::<f64>() * scale[k];
@@ -158,8 +166,7 @@ pub fn balanced(matrix: &Mat<f64>) -> Balanced {
             break;
         }
     }
-    let matrix = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[j] / scale[i]);
-    Balanced { matrix, scale }
+    scale
 }
 
 #[cfg(test)]

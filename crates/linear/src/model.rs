@@ -192,10 +192,10 @@ impl LinearUnit {
     /// # Errors
     /// The unit is too fast for the step.
     pub fn steps(&self, step: f64) -> Result<StateSpace, LinearError> {
-        let map = super::unit_map::UnitMap::new(self, [3, 0], step, true)?;
+        let map = super::unit_map::UnitMap::new(self, 3, &[], step, true)?;
         let StateSpace { states, inputs, outputs, c, d, .. } = self.dense();
-        let b = map.by_input.into_iter().next().unwrap_or_else(Mat::new);
-        let a = map.by_state;
+        let b = map.by_input.into_iter().next().map_or_else(Mat::new, |it| it.matrix);
+        let a = map.by_state.matrix;
         let (shown, fed) = (&c * &a, &c * &b + &d);
         Ok(StateSpace { states, inputs, outputs, a, b, c: shown, d: fed })
     }

@@ -20,8 +20,8 @@ use indexmap::IndexMap;
 use master::Setup;
 use results::modes::{CoupledMode, CoupledModes, CoupledParts, Eigenvalue, ModeShapes};
 
-use super::eigen::{self, eigen};
 use super::error::LinearError;
+use super::lanes::{Lanes, Motion};
 use super::matching::{Matched, matched};
 use super::stepped::Stepped;
 use super::system::Linearised;
@@ -67,9 +67,10 @@ pub fn with_shapes(linearised: &Linearised) -> Result<(CoupledModes, ModeShapes)
     let Linearised { system, stepping, motions, .. } = linearised;
     let units = &system.units;
     let matrix: Mat<f64> = system.matrix()?;
-    // the two are independent, and take about equally long
+    let lanes = Lanes::of(system);
+    // the two are independent
     let (found, multipliers) = std::thread::scope(|scope| {
-        let found = scope.spawn(|| eigen(&matrix));
+        let found = scope.spawn(|| lanes.eigen(&matrix));
         let multipliers = Stepped::new(units, stepping).and_then(|it| it.multipliers());
         (found.join().unwrap_or(Err(LinearError::Eigenvalues)), multipliers)
     });
@@ -118,12 +119,13 @@ pub fn with_shapes(linearised: &Linearised) -> Result<(CoupledModes, ModeShapes)
 pub fn continuous(linearised: &Linearised) -> Result<Continuous, LinearError> {
     let units = &linearised.system.units;
     let matrix = linearised.system.matrix()?;
-    let mode = |eigen: eigen::Eigen| CoupledMode {
+    let mode = |eigen: Motion| CoupledMode {
         continuous: eigenvalue(eigen.value),
         participation: participation(units, &eigen.shares),
         ..CoupledMode::default()
     };
-    let mut modes: Vec<CoupledMode> = eigen(&matrix)?.into_iter().map(mode).collect();
+    let mut modes: Vec<CoupledMode> =
+        Lanes::of(&linearised.system).eigen(&matrix)?.into_iter().map(mode).collect();
     let damping = |mode: &CoupledMode| mode.continuous.damping_ratio;
     modes.sort_by(|a, b| damping(a).total_cmp(&damping(b)));
     let parts = structure::parts(units, &structure::apart(&matrix, units));

@@ -12,8 +12,8 @@ use faer::prelude::c64;
 use indexmap::IndexMap;
 
 use super::coupled::StateSpace;
-use super::eigen::eigenvalues;
 use super::error::LinearError;
+use super::lanes::{self, Lanes};
 use super::stepped_unit::SteppedUnit;
 use super::system::{LinearSystem, Port, Stepping};
 use super::unit::LinearUnit;
@@ -94,17 +94,16 @@ impl<'a> Stepped<'a> {
         let Stepping { degree, schedule, step, .. } = stepping;
         let (mut maps, mut kind, mut different) = (Vec::new(), Vec::new(), Vec::new());
         for (unit, links) in units.iter().zip(&links) {
-            let order = links.offered.iter().copied().max().unwrap_or(0);
+            let offered = links.offered.as_slice();
             let degree = if links.reals.iter().any(|link| link.limit > 3) { 5 } else { 3 };
-            let orders = [degree, order];
-            let alike = |&(other, known): &(&LinearUnit, [usize; 2])| {
-                known == orders && unit.steps_like(other)
+            let alike = |&(other, known): &(&LinearUnit, (usize, &[usize]))| {
+                known == (degree, offered) && unit.steps_like(other)
             };
             kind.push(match different.iter().position(alike) {
                 Some(place) => place,
                 None => {
-                    maps.push(UnitMap::new(unit, orders, *step, free)?);
-                    different.push((unit, orders));
+                    maps.push(UnitMap::new(unit, degree, offered, *step, free)?);
+                    different.push((unit, (degree, offered)));
                     maps.len() - 1
                 }
             });
@@ -143,18 +142,12 @@ impl<'a> Stepped<'a> {
         found
     }
 
-    /// Everything that the system may remember. Of earlier points only what an algorithm uses.
-    fn memories(&self, machine: &mut Machine) -> Vec<Memory> {
+    /// Everything that the system may remember. Of earlier points only what an algorithm uses; of the latest
+    /// too, unless `all` are wanted.
+    fn memories(&self, machine: &mut Machine, all: bool) -> Vec<Memory> {
         let mut memories = Vec::new();
         for (unit, linear) in self.units.iter().enumerate() {
             memories.extend((0..linear.states.len()).map(|state| Memory::State { unit, state }));
-        }
-        for (unit, links) in self.links.iter().enumerate() {
-            for (output, &offered) in links.offered.iter().enumerate() {
-                let latest = machine.determined[unit][output]..=offered;
-                let point = |order| Memory::Point { unit, output, point: 0, order };
-                memories.extend(latest.map(point));
-            }
         }
         for mut family in self.families() {
             // a point that is used later is needed before
@@ -166,6 +159,11 @@ impl<'a> Stepped<'a> {
                     memories.extend(family.iter().map(|it| Memory::from(it.0)));
                 }
             }
+            family.iter_mut().for_each(|memory| memory.0.point = 0);
+            family.retain(|(it, _)| it.order >= machine.determined[it.unit][it.output]);
+            if all || needed || machine.acts(&family) {
+                memories.extend(family.iter().map(|it| Memory::from(it.0)));
+            }
         }
         memories
     }
@@ -173,7 +171,6 @@ impl<'a> Stepped<'a> {
     /// The derivatives of outputs that are alike: of one order, in units and variables whose names differ in
     /// their numbers only. Each with a value of its own, so that no sum of them vanishes.
     fn families(&self) -> Vec<Vec<(Remembered, f64)>> {
-        let stem = |name: &str| name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
         let mut families: IndexMap<_, Vec<(Remembered, f64)>> = IndexMap::new();
         let mut value: f64 = 0.0;
         for (unit, links) in self.links.iter().enumerate() {
@@ -196,16 +193,42 @@ impl<'a> Stepped<'a> {
     /// # Errors
     /// A step gives values that are not finite.
     pub fn map(&self) -> Result<Mat<f64>, LinearError> {
+        Ok(self.map_with_lanes()?.0)
+    }
+
+    /// The map, and which of its coordinates belong to units that step alike.
+    fn map_with_lanes(&self) -> Result<(Mat<f64>, Lanes), LinearError> {
         let determined = self.determined();
         let mut machine = Machine::new(self, &determined);
-        let memories = self.memories(&mut machine);
+        let memories = self.memories(&mut machine, false);
         let columns: Vec<Vec<f64>> = memories
             .iter()
             .map(|memory| machine.step_from(&[(*memory, 1.0)], None, &memories))
             .collect();
         self.check(&columns, &memories)?;
         let used = used(&columns, &[], &[]);
-        Ok(Mat::from_fn(used.len(), used.len(), |i, j| columns[used[j]][used[i]]))
+        let map = Mat::from_fn(used.len(), used.len(), |i, j| columns[used[j]][used[i]]);
+        Ok((map, self.lanes(used.iter().map(|&k| memories[k]))))
+    }
+
+    /// The states of units that step alike, and outputs of which there are as many.
+    fn lanes(&self, memories: impl Iterator<Item = Memory>) -> Lanes {
+        let alike = lanes::most_alike(self.units);
+        let mut families: IndexMap<(String, String, usize, usize), Vec<usize>> = IndexMap::new();
+        for (k, memory) in memories.enumerate() {
+            let key = match memory {
+                Memory::State { unit, state } if alike.contains(&unit) => {
+                    (String::new(), String::new(), state, 0)
+                }
+                Memory::State { .. } => continue,
+                Memory::Point { unit, output, point, order } => {
+                    let LinearUnit { name, outputs, .. } = &self.units[unit];
+                    (stem(name), stem(&outputs[output].name), point, order)
+                }
+            };
+            families.entry(key).or_default().push(k);
+        }
+        Lanes::new(alike.len(), families.into_values())
     }
 
     fn check(&self, columns: &[Vec<f64>], memories: &[Memory]) -> Result<(), LinearError> {
@@ -229,7 +252,7 @@ impl<'a> Stepped<'a> {
     ) -> Result<StateSpace, LinearError> {
         let determined = self.determined();
         let mut machine = Machine::new(self, &determined);
-        let memories = self.memories(&mut machine);
+        let memories = self.memories(&mut machine, true);
         let seen = |machine: &Machine| -> Vec<f64> {
             outputs.iter().map(|port| machine.output(*port)).collect()
         };
@@ -277,12 +300,17 @@ impl<'a> Stepped<'a> {
 
     /// Multipliers z of the map: a mode's signals grow by z from one communication point to the next.
     ///
-    ///
     /// # Errors
     /// They cannot be found.
     pub fn multipliers(&self) -> Result<Vec<c64>, LinearError> {
-        eigenvalues(&self.map()?)
+        let (map, lanes) = self.map_with_lanes()?;
+        lanes.eigenvalues(&map)
     }
+}
+
+/// A name without the number at its end.
+fn stem(name: &str) -> String {
+    name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned()
 }
 
 /// Memories that are both read and written, found by repeatedly leaving out the others. `outputs` read each of
@@ -308,6 +336,8 @@ struct Machine<'a> {
     stepped: &'a Stepped<'a>,
     determined: &'a [Vec<usize>],
     units: Vec<SteppedUnit<'a>>,
+    /// Outputs of each unit at the latest points.
+    past: Vec<Vec<Vec<Taylor>>>,
     exchange: Exchange,
     coupling: Coupling<SteppedUnit<'a>>,
 }
@@ -316,7 +346,9 @@ impl<'a> Machine<'a> {
     fn new(stepped: &'a Stepped<'a>, determined: &'a [Vec<usize>]) -> Self {
         let exchange = Exchange::new(stepped.links.clone(), stepped.degree);
         let coupling = Coupling::new(stepped.schedule, &exchange, &Arc::default());
-        Self { stepped, determined, units: stepped.units_at_rest(), exchange, coupling }
+        let nothing = determined.iter().map(|outputs| vec![Taylor::ZERO; outputs.len()]).collect();
+        let past = vec![nothing; POINTS];
+        Self { stepped, determined, units: stepped.units_at_rest(), past, exchange, coupling }
     }
 
     /// An output now, connected or not.
@@ -345,9 +377,8 @@ impl<'a> Machine<'a> {
         all: &[Memory],
     ) -> Vec<f64> {
         self.units.iter_mut().for_each(SteppedUnit::clear);
-        let nothing: Vec<Vec<Taylor>> =
-            self.determined.iter().map(|outputs| vec![Taylor::ZERO; outputs.len()]).collect();
-        let mut past = vec![nothing; POINTS];
+        let past = &mut self.past;
+        past.iter_mut().flatten().for_each(|outputs| outputs.fill(Taylor::ZERO));
         for &(memory, value) in start {
             match memory {
                 Memory::State { unit, state } => {
@@ -367,7 +398,8 @@ impl<'a> Machine<'a> {
         let size = self.stepped.size;
         for (point, outputs) in past.iter().enumerate().rev() {
             for (unit, outputs) in self.units.iter_mut().zip(outputs) {
-                unit.preset_outputs = Some(outputs.clone());
+                unit.preset.copy_from_slice(outputs);
+                unit.is_preset = true;
             }
             let Ok(()) = if point == POINTS - 1 {
                 self.exchange.start(0.0, &mut self.units)
@@ -375,7 +407,7 @@ impl<'a> Machine<'a> {
                 self.exchange.read_outputs(0.0, &mut self.units, size)
             };
         }
-        self.units.iter_mut().for_each(|unit| unit.preset_outputs = None);
+        self.units.iter_mut().for_each(|unit| unit.is_preset = false);
         if let Some(Port { unit, index }) = held {
             self.units[unit].held = Some((index, 1.0));
         }

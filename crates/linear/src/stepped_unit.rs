@@ -2,8 +2,6 @@
 
 use std::convert::Infallible;
 
-use faer::Mat;
-
 use super::unit_map::UnitMap;
 use coupling::{Capabilities, InputIndex, PLACES, Taylor, Unit, UnitValues};
 
@@ -20,15 +18,18 @@ pub struct SteppedUnit<'a> {
     inputs: Vec<Taylor>,
     /// An input to which a constant is added, and that constant.
     pub held: Option<(usize, f64)>,
-    /// What [`Unit::receive`] returns instead of the outputs, if set.
-    pub preset_outputs: Option<Vec<Taylor>>,
+    /// What [`Unit::receive`] returns instead of the outputs while [`Self::is_preset`].
+    pub preset: Vec<Taylor>,
+    pub is_preset: bool,
+    /// Scratch memory.
+    next: Vec<f64>,
     saved: [(Vec<f64>, Vec<Taylor>); PLACES],
 }
 
 impl<'a> SteppedUnit<'a> {
     /// At rest.
     pub fn new(map: &'a UnitMap, offered: &'a [usize]) -> Self {
-        let (states, inputs) = (map.by_state.nrows(), map.by_input[1].ncols());
+        let (states, inputs) = (map.by_state.matrix.nrows(), map.by_input[1].matrix.ncols());
         let nothing = || (vec![0.0; states], vec![Taylor::ZERO; inputs]);
         let (states, inputs) = nothing();
         Self {
@@ -37,7 +38,9 @@ impl<'a> SteppedUnit<'a> {
             states,
             inputs,
             held: None,
-            preset_outputs: None,
+            preset: vec![Taylor::ZERO; offered.len()],
+            is_preset: false,
+            next: Vec::new(),
             saved: std::array::from_fn(|_| nothing()),
         }
     }
@@ -47,7 +50,7 @@ impl<'a> SteppedUnit<'a> {
         self.states.fill(0.0);
         self.inputs.fill(Taylor::ZERO);
         self.held = None;
-        self.preset_outputs = None;
+        self.is_preset = false;
     }
 
     /// Derivative `order` of an input now.
@@ -62,44 +65,36 @@ impl<'a> SteppedUnit<'a> {
     }
 
     fn advance(&mut self, size: f64) {
-        let mut next = vec![0.0; self.states.len()];
-        add(&mut next, &self.map.by_state, |j| self.states[j]);
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        next.resize(self.states.len(), 0.0);
+        self.map.by_state.add(|j| self.states[j], &mut next);
         for (k, by_input) in self.map.by_input.iter().enumerate() {
-            add(&mut next, by_input, |j| self.input(j, k));
+            by_input.add(|j| self.input(j, k), &mut next);
         }
-        self.states = next;
+        self.next = std::mem::replace(&mut self.states, next);
         self.inputs.iter_mut().for_each(|u| *u = u.shifted(size));
     }
 
     /// All outputs with the derivatives that are provided: y⁽ᵏ⁾ = C Aᵏ x + D u⁽ᵏ⁾ + C B u⁽ᵏ⁻¹⁾ + …
     pub fn outputs(&self) -> Vec<Taylor> {
         let mut outputs = vec![Taylor::ZERO; self.offered.len()];
-        let mut values = vec![0.0; self.offered.len()];
-        for (k, by_state) in self.map.outputs_by_state.iter().enumerate() {
-            values.fill(0.0);
-            add(&mut values, by_state, |j| self.states[j]);
-            for (d, by_input) in self.map.outputs_by_input[..=k].iter().enumerate() {
-                add(&mut values, by_input, |j| self.input(j, k - d));
-            }
-            for ((output, value), &offered) in outputs.iter_mut().zip(&values).zip(self.offered) {
-                if k <= offered {
-                    output[k] = *value;
-                }
-            }
-        }
+        self.write_outputs(&mut outputs);
         outputs
     }
-}
 
-/// Adds matrix · x. Most elements of x are zero.
-fn add(sum: &mut [f64], matrix: &Mat<f64>, x: impl Fn(usize) -> f64) {
-    for (j, column) in matrix.col_iter().enumerate() {
-        let x = x(j);
-        if x == 0.0 {
-            continue;
-        }
-        if let Some(column) = column.try_as_col_major() {
-            sum.iter_mut().zip(column.as_slice()).for_each(|(sum, value)| *sum += x * value);
+    fn write_outputs(&self, outputs: &mut [Taylor]) {
+        outputs.fill(Taylor::ZERO);
+        let UnitMap { providing, outputs_by_state, outputs_by_input, .. } = self.map;
+        let mut values = vec![0.0; outputs.len()];
+        for (k, rows) in providing.iter().enumerate() {
+            let values = &mut values[..rows.len()];
+            values.fill(0.0);
+            outputs_by_state[k].add(|j| self.states[j], values);
+            for (d, by_input) in outputs_by_input[k].iter().enumerate() {
+                by_input.add(|j| self.input(j, k - d), values);
+            }
+            rows.iter().zip(values).for_each(|(&row, value)| outputs[row][k] = *value);
         }
     }
 }
@@ -122,9 +117,10 @@ impl Unit for SteppedUnit<'_> {
     }
 
     fn receive(&mut self, _: f64, outputs: &mut UnitValues) -> Result<(), Infallible> {
-        match &self.preset_outputs {
-            Some(preset) => outputs.reals.copy_from_slice(preset),
-            None => outputs.reals.copy_from_slice(&self.outputs()),
+        if self.is_preset {
+            outputs.reals.copy_from_slice(&self.preset);
+        } else {
+            self.write_outputs(&mut outputs.reals);
         }
         Ok(())
     }
@@ -140,7 +136,7 @@ impl Unit for SteppedUnit<'_> {
     }
 
     fn directional(&mut self, input: InputIndex, column: &mut [f64]) -> Result<(), Infallible> {
-        let by_input = &self.map.outputs_by_input[0];
+        let by_input = &self.map.outputs_by_input[0][0].matrix;
         for (i, value) in column.iter_mut().enumerate() {
             *value = by_input[(i, input.0)];
         }

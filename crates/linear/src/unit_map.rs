@@ -25,24 +25,27 @@ const INVERSE_FACTORIALS: [f64; 7] =
 #[derive(Debug, Clone)]
 pub struct UnitMap {
     /// x(h) by x.
-    pub by_state: Mat<f64>,
+    pub by_state: Columns,
     /// x(h) by u⁽ᵏ⁾, up to the degree of the inputs.
-    pub by_input: Vec<Mat<f64>>,
-    /// y⁽ᵏ⁾ by x: C Aᵏ, up to the highest derivative that an output provides.
-    pub outputs_by_state: Vec<Mat<f64>>,
-    /// y⁽ᵏ⁾ by u⁽ᵏ⁻ᵈ⁾, for d = 0, 1 …: D, C B, C A B …
-    pub outputs_by_input: Vec<Mat<f64>>,
+    pub by_input: Vec<Columns>,
+    /// Which outputs provide derivative k; all have a value (k = 0).
+    pub providing: Vec<Vec<usize>>,
+    /// y⁽ᵏ⁾ of these outputs by x: C Aᵏ, up to the highest derivative that an output provides.
+    pub outputs_by_state: Vec<Columns>,
+    /// y⁽ᵏ⁾ of these outputs by u⁽ᵏ⁻ᵈ⁾, for d = 0 … k: D, C B, C A B …
+    pub outputs_by_input: Vec<Vec<Columns>>,
 }
 
 impl UnitMap {
-    /// The step of `size` of a unit whose inputs are polynomials of a `degree` up to 5 and whose outputs provide
-    /// derivatives up to `order`, with all inputs or the connected ones only.
+    /// The step of `size` of a unit whose inputs are polynomials of a `degree` up to 5 and whose connected outputs
+    /// provide derivatives up to those orders (without: values only), with all inputs or the connected ones only.
     ///
     /// # Errors
     /// The unit is too fast for the step, or its eigenvalues cannot be found.
     pub fn new(
         unit: &LinearUnit,
-        [degree, order]: [usize; 2],
+        degree: usize,
+        offered: &[usize],
         size: f64,
         all: bool,
     ) -> Result<Self, LinearError> {
@@ -59,16 +62,66 @@ impl UnitMap {
         let by_input = phi.map(|phi| {
             let columns = if factor == 1.0 { m } else { connected };
             factor *= size;
-            (&phi * b.subcols(0, columns)) * faer::Scale(factor)
+            Columns::from((&phi * b.subcols(0, columns)) * faer::Scale(factor))
         });
-        let by_input = by_input.collect();
-        let mut outputs_by_state = vec![c];
-        let mut outputs_by_input = vec![d];
+        let by_input: Vec<Columns> = by_input.collect();
+        let order = offered.iter().copied().max().unwrap_or(0);
+        let (mut by_states, mut by_inputs) = (vec![c], vec![d]);
         for k in 0..order {
-            outputs_by_input.push(&outputs_by_state[k] * &b);
-            outputs_by_state.push(times_rows(&outputs_by_state[k], &unit.a));
+            by_inputs.push(&by_states[k] * &b);
+            by_states.push(&by_states[k] * dense(&unit.a, unit.states.len()));
         }
-        Ok(Self { by_state, by_input, outputs_by_state, outputs_by_input })
+        let provides =
+            |output: usize, k: usize| k == 0 || offered.get(output).is_some_and(|it| k <= *it);
+        let providing: Vec<Vec<usize>> =
+            (0..=order).map(|k| (0..p).filter(|&output| provides(output, k)).collect()).collect();
+        let chosen = |k: usize, matrix: &Mat<f64>| {
+            let rows = &providing[k];
+            Columns::from(Mat::from_fn(rows.len(), matrix.ncols(), |i, j| matrix[(rows[i], j)]))
+        };
+        let outputs_by_state = by_states.iter().enumerate().map(|(k, it)| chosen(k, it)).collect();
+        let outputs_by_input =
+            (0..=order).map(|k| by_inputs[..=k].iter().map(|it| chosen(k, it)).collect()).collect();
+        let by_state = Columns::from(by_state);
+        Ok(Self { by_state, by_input, providing, outputs_by_state, outputs_by_input })
+    }
+}
+
+/// A matrix that is multiplied by vectors with few nonzero elements, and may itself have few.
+#[derive(Debug, Clone)]
+pub struct Columns {
+    /// All of it.
+    pub matrix: Mat<f64>,
+    /// The nonzero elements of columns that have few.
+    sparse: Vec<Option<Vec<(usize, f64)>>>,
+}
+
+impl From<Mat<f64>> for Columns {
+    fn from(matrix: Mat<f64>) -> Self {
+        let column = |j: usize| {
+            let all = matrix.col(j).iter().copied().enumerate();
+            let nonzero: Vec<(usize, f64)> = all.filter(|(_, x)| *x != 0.0).collect();
+            (4 * nonzero.len() < matrix.nrows()).then_some(nonzero)
+        };
+        let sparse = (0..matrix.ncols()).map(column).collect();
+        Self { matrix, sparse }
+    }
+}
+
+impl Columns {
+    /// Adds matrix · x to a vector.
+    pub fn add(&self, x: impl Fn(usize) -> f64, sum: &mut [f64]) {
+        for (j, sparse) in self.sparse.iter().enumerate() {
+            let x = x(j);
+            if x == 0.0 {
+                continue;
+            }
+            if let Some(sparse) = sparse {
+                sparse.iter().for_each(|&(i, value)| sum[i] += x * value);
+            } else if let Some(column) = self.matrix.col(j).try_as_col_major() {
+                sum.iter_mut().zip(column.as_slice()).for_each(|(sum, value)| *sum += x * value);
+            }
+        }
     }
 }
 
@@ -90,12 +143,13 @@ fn parts(unit: &LinearUnit, size: f64) -> Result<f64, LinearError> {
 /// The first `count` of the functions φ₀, φ₁ … of A h.
 fn functions(a: &Rows, size: f64, count: usize) -> Vec<Mat<f64>> {
     let (n, last) = (a.len(), count - 1);
+    let a = dense(a, n);
     // of the last, φₖ(z) = Σ zʲ/(j + k)!, until three terms in a row no longer change the sum
     let mut term = identity(n, INVERSE_FACTORIALS[last]);
     let mut sum = term.clone();
     let mut small = 0;
     for j in 1..MOST_TERMS {
-        term = rows_times(a, &term, size / (j as f64 + last as f64));
+        term = (&a * &term) * faer::Scale(size / (j as f64 + last as f64));
         let mut counts = false;
         for (sum, term) in sum.col_iter_mut().zip(term.col_iter()) {
             for (sum, term) in sum.iter_mut().zip(term.iter()) {
@@ -112,7 +166,7 @@ fn functions(a: &Rows, size: f64, count: usize) -> Vec<Mat<f64>> {
     let mut all = vec![Mat::new(); count];
     all[last] = sum;
     for k in (0..last).rev() {
-        all[k] = rows_times(a, &all[k + 1], size);
+        all[k] = (&a * &all[k + 1]) * faer::Scale(size);
         for i in 0..n {
             all[k][(i, i)] += INVERSE_FACTORIALS[k];
         }
@@ -137,22 +191,6 @@ fn doubled(mut phi: Vec<Mat<f64>>, times: usize) -> Vec<Mat<f64>> {
 
 fn identity(n: usize, value: f64) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| if i == j { value } else { 0.0 })
-}
-
-/// factor · rows · matrix.
-fn rows_times(rows: &Rows, matrix: &Mat<f64>, factor: f64) -> Mat<f64> {
-    let mut product = Mat::zeros(rows.len(), matrix.ncols());
-    for (into, from) in product.col_iter_mut().zip(matrix.col_iter()) {
-        for (i, sum) in into.iter_mut().enumerate() {
-            *sum = factor * rows.times(i, |j| from[j]);
-        }
-    }
-    product
-}
-
-/// matrix · rows.
-fn times_rows(matrix: &Mat<f64>, rows: &Rows) -> Mat<f64> {
-    matrix * dense(rows, matrix.ncols())
 }
 
 /// As a dense matrix with so many columns. Entries of others are left out.
