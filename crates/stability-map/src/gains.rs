@@ -2,6 +2,7 @@
 
 use faer::prelude::c64;
 
+use crate::elimination::solve;
 use crate::system::{Controller, Controllers};
 
 /// Transfer functions from each channel to the output, and their derivatives by s.
@@ -34,7 +35,7 @@ impl Gains {
                 value.push(sum + controller.d[i]);
             }
             if slopes {
-                let squared = solve(controller, s, &left, &mut space);
+                let squared = solve_row(controller, s, &left, &mut space);
                 for (i, slope) in slope.iter_mut().enumerate() {
                     let sum: c64 =
                         squared.iter().enumerate().map(|(j, y)| *y * controller.b[(j, i)]).sum();
@@ -124,11 +125,11 @@ impl Rational {
 /// C (sI − A)⁻¹.
 fn row(controller: &Controller, s: c64, space: &mut Vec<c64>) -> Vec<c64> {
     let c: Vec<c64> = controller.c.iter().map(|&x| c64::new(x, 0.0)).collect();
-    solve(controller, s, &c, space)
+    solve_row(controller, s, &c, space)
 }
 
-/// The row y (sI − A)⁻¹, by elimination with pivots.
-fn solve(controller: &Controller, s: c64, y: &[c64], m: &mut Vec<c64>) -> Vec<c64> {
+/// The row y (sI − A)⁻¹.
+fn solve_row(controller: &Controller, s: c64, y: &[c64], m: &mut Vec<c64>) -> Vec<c64> {
     let n = y.len();
     m.clear();
     // the transposed matrix by rows
@@ -139,35 +140,6 @@ fn solve(controller: &Controller, s: c64, y: &[c64], m: &mut Vec<c64>) -> Vec<c6
         }
     }
     let mut x = y.to_vec();
-    for k in 0..n {
-        let size = |i: usize| m[i * n + k].l1_norm();
-        let pivot = (k..n).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(k);
-        if pivot != k {
-            for j in 0..n {
-                m.swap(k * n + j, pivot * n + j);
-            }
-            x.swap(k, pivot);
-        }
-        let inverse = m[k * n + k].inv();
-        for i in k + 1..n {
-            if m[i * n + k] == c64::new(0.0, 0.0) {
-                continue;
-            }
-            let factor = m[i * n + k] * inverse;
-            for j in k + 1..n {
-                let above = m[k * n + j];
-                m[i * n + j] -= factor * above;
-            }
-            let above = x[k];
-            x[i] -= factor * above;
-        }
-    }
-    for k in (0..n).rev() {
-        let mut sum = x[k];
-        for j in k + 1..n {
-            sum -= m[k * n + j] * x[j];
-        }
-        x[k] = sum / m[k * n + k];
-    }
+    solve(m, &mut x);
     x
 }

@@ -16,6 +16,7 @@
 
 mod branch;
 mod contour;
+mod elimination;
 mod error;
 mod explore;
 mod gains;

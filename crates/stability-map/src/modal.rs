@@ -4,6 +4,7 @@ use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::prelude::c64;
 
+use crate::elimination::solve;
 use crate::error::MapError;
 
 /// Largest relative error of the response at the check.
@@ -210,7 +211,10 @@ impl Modal {
                         let entry = if sign > 0.0 { t[(i, j)] } else { t[(j, i)] };
                         if i == j { s - entry } else { c64::new(-entry, 0.0) }
                     };
-                    solve_small(pencil, h);
+                    let size = h.len();
+                    let mut rows: Vec<c64> =
+                        (0..size * size).map(|k| pencil(k / size, k % size)).collect();
+                    solve(&mut rows, h);
                 }
             }
             k += block.len();
@@ -292,31 +296,4 @@ fn balanced(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
         }
     }
     (a, scale)
-}
-
-/// x ← M⁻¹ x, by elimination with pivots.
-fn solve_small(m: impl Fn(usize, usize) -> c64, x: &mut [c64]) {
-    let n = x.len();
-    let mut rows: Vec<c64> = (0..n * n).map(|k| m(k / n, k % n)).collect();
-    for k in 0..n {
-        let size = |i: usize| rows[i * n + k].l1_norm();
-        let pivot = (k..n).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(k);
-        if pivot != k {
-            (0..n).for_each(|j| rows.swap(k * n + j, pivot * n + j));
-            x.swap(k, pivot);
-        }
-        for i in k + 1..n {
-            let factor = rows[i * n + k] / rows[k * n + k];
-            for j in k + 1..n {
-                let above = rows[k * n + j];
-                rows[i * n + j] -= factor * above;
-            }
-            let above = x[k];
-            x[i] -= factor * above;
-        }
-    }
-    for k in (0..n).rev() {
-        let below: c64 = (k + 1..n).map(|j| rows[k * n + j] * x[j]).sum();
-        x[k] = (x[k] - below) / rows[k * n + k];
-    }
 }
