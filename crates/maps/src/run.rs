@@ -139,17 +139,32 @@ pub fn map(
             }
             Err(reason) => {
                 watch.stage("computing all eigenvalues at every point");
-                if number == 0 {
-                    notes.push(format!("All eigenvalues were computed at every point: {reason}."));
-                }
+                let (begin, mut computed) = (Instant::now(), 0_u32);
+                let each = |computed: u32| begin.elapsed().as_secs_f64() / f64::from(computed);
                 for row in (0..rows).filter(|row| !done.contains(row)) {
                     let points: Vec<(usize, usize)> = (0..columns).map(|c| (c, row)).collect();
                     let mut cells = Vec::new();
                     system_at(setup_here, scene_here, &plan, &points, false, |_, system| {
                         cells.push(by_eigenvalues(system, request.below)?.0);
+                        computed += 1;
+                        if computed == 1 {
+                            watch.stage(&format!(
+                                "computing all eigenvalues at every point, {:.2} s each",
+                                each(computed)
+                            ));
+                        }
                         Ok(())
                     })?;
                     finished(row, cells)?;
+                }
+                if number == 0 {
+                    let cost = match computed {
+                        0 => String::new(),
+                        some => format!(" That took {:.2} s a point.", each(some)),
+                    };
+                    notes.push(format!(
+                        "All eigenvalues were computed at every point: {reason}.{cost}"
+                    ));
                 }
             }
         }

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use faer::Mat;
 use faer::prelude::c64;
-use linear::{LinearSystem, LinearUnit, Linearised};
+use linear::{Lanes, LinearSystem, LinearUnit, Linearised};
 use master::Setup;
 use master::graph::Graph;
 use master::system::VariableIndex;
@@ -510,7 +510,7 @@ pub(crate) fn by_eigenvalues(
         kept = (0..n).collect();
     }
     let small = Mat::from_fn(kept.len(), kept.len(), |i, j| matrix[(kept[i], kept[j])]);
-    let values = linear::eigenvalues(&small)?;
+    let values = Lanes::of(system).within(&kept).eigenvalues(&small)?;
     let upper = || values.iter().filter(|s| s.im >= 0.0 && s.norm() > 0.0 && s.norm() <= below);
     let least = upper().min_by(|a, b| damping(**a).total_cmp(&damping(**b))).copied();
     let s = least.unwrap_or(c64::new(-1.0, 0.0));
