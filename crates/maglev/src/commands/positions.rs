@@ -80,10 +80,12 @@ pub fn run(
     folder: Option<&Path>,
     as_json: bool,
 ) -> Result<ExitCode, Error> {
+    let setup = Setup::new(scenario)?;
     let target = match &positions.target {
         Some(target) => target.clone(),
-        None => standing(&Setup::new(scenario)?)?,
+        None => standing(&setup)?,
     };
+    let measured = measured(&setup, &target);
     let overrides = scenario.overrides.clone();
     let progress = ProgressBar::new(positions.values.len() as u64);
     let mut all = Vec::new();
@@ -98,7 +100,7 @@ pub fn run(
     progress.finish_and_clear();
     let text = serde_json::to_string_pretty(&to_json(&target, &all)).unwrap_or_default() + "\n";
     if let Some(folder) = folder {
-        let picture = picture(&target, &all)?;
+        let picture = picture(&measured, &all)?;
         write_files(folder, &[("positions.json", text.clone()), ("positions.svg", picture)])?;
     }
     super::print(&if as_json { text } else { page(&target, &all) })?;
@@ -118,6 +120,16 @@ fn standing(setup: &Setup) -> Result<String, Error> {
         [] => Err(Error::NoPosition { found: "no unit has".to_owned() }),
         all => Err(Error::NoPosition { found: format!("{} have", all.join(", ")) }),
     }
+}
+
+/// The name of a parameter with its unit of measure, if it has one.
+fn measured(setup: &Setup, target: &str) -> String {
+    let unit = setup.system().instances.iter().find_map(|it| {
+        let variable = target.strip_prefix(it.name.as_str())?.strip_prefix('.')?;
+        let all = &it.package.description().variables;
+        all.iter().find(|known| known.name == variable)?.unit.clone()
+    });
+    unit.map_or_else(|| target.to_owned(), |unit| format!("{target} ({unit})"))
 }
 
 fn found(position: f64, Continuous { modes, parts }: Continuous) -> Option<Found> {
@@ -187,7 +199,7 @@ fn to_json(target: &str, all: &[Found]) -> Value {
 }
 
 /// The curve of damping over position.
-fn picture(target: &str, all: &[Found]) -> Result<String, Error> {
+fn picture(measured: &str, all: &[Found]) -> Result<String, Error> {
     let curve = |label: &str, value: &dyn Fn(&Found) -> Option<f64>| FigureLine {
         label: label.to_owned(),
         points: all.iter().filter_map(|it| Some((it.position, value(it)?))).collect(),
@@ -208,7 +220,7 @@ fn picture(target: &str, all: &[Found]) -> Result<String, Error> {
         })],
     };
     let title = "Least damping over position";
-    figure::draw_over(title, target, &[damping, frequency])
+    figure::draw_over(title, measured, &[damping, frequency])
         .map_err(|source| Error::Plot { file: "positions.svg".to_owned(), source })
 }
 
