@@ -58,15 +58,42 @@ fn issue_18_a_map_has_a_picture_and_all_points() {
     // a girder of half the stiffness has 1/√2 of the frequency
     let frequency = |k: usize| points[k][0]["frequency_hz"].as_f64().unwrap();
     assert!((frequency(0) / frequency(1) - 0.5_f64.sqrt()).abs() < 0.03, "{text}");
-    // the points are kept only until all are there
+    let picture = std::fs::read_to_string(folder.path().join("floquet.svg")).unwrap();
+    assert!(picture.contains("guideway.stiffness_factor") && picture.contains("speed (m/s)"));
+}
+
+/// A map that could not be written is not computed again: its points are taken from the journal, which another map
+/// refuses.
+#[test]
+fn issue_18_an_interrupted_map_continues() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().display().to_string();
+    let result = folder.path().join("floquet.json");
+    std::fs::create_dir(&result).unwrap();
+    let arguments = [MAGNET, "--speeds", "5,20", "--out", &out];
+    assert_eq!(floquet(&arguments).status.code(), Some(1));
     let journal = folder.path().join("floquet-points.jsonl");
-    assert!(!journal.exists());
-    std::fs::write(&journal, "another map\n").unwrap();
+    let kept = std::fs::read_to_string(&journal).unwrap();
+    assert_eq!(kept.lines().count(), 3);
     let other = floquet(&[MAGNET, "--speeds", "2,20", "--out", &out]);
     assert_eq!(other.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&other.stderr).contains("belongs to another map"));
-    let picture = std::fs::read_to_string(folder.path().join("floquet.svg")).unwrap();
-    assert!(picture.contains("guideway.stiffness_factor") && picture.contains("speed (m/s)"));
+    // a mark shows that a point is read; the other is lost
+    let lines: Vec<&str> = kept.lines().collect();
+    let mut point: Value = serde_json::from_str(lines[1]).unwrap();
+    point["motion"]["error"] = 0.125.into();
+    std::fs::write(&journal, format!("{}\n{point}\n{}", lines[0], &lines[2][..40])).unwrap();
+    std::fs::remove_dir(&result).unwrap();
+    assert!(floquet(&arguments).status.success());
+    let report: Value = serde_json::from_str(&std::fs::read_to_string(result).unwrap()).unwrap();
+    let errors: Vec<f64> = report["points"][0]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|it| it["error"].as_f64().unwrap())
+        .collect();
+    assert_eq!(errors.iter().filter(|it| **it == 0.125).count(), 1, "{errors:?}");
+    assert!(errors.iter().all(|it| it.is_finite()) && !journal.exists());
 }
 
 #[test]

@@ -207,9 +207,12 @@ struct Check {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
     scenario.overrides.clone_from(&arguments.set);
-    let (report, trains) = super::at_home(|| compute(&scenario, arguments))?;
+    let (report, trains, journal) = super::at_home(|| compute(&scenario, arguments))?;
     if let Some(folder) = &arguments.out {
         write(&report, arguments, folder)?;
+    }
+    if let Some(journal) = journal {
+        journal.remove();
     }
     if arguments.json {
         super::print(&as_json(&report))?;
@@ -224,7 +227,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 fn compute(
     scenario: &Scenario,
     arguments: &Arguments,
-) -> Result<(Report, Vec<MovingTrain>), Error> {
+) -> Result<(Report, Vec<MovingTrain>, Option<Journal>), Error> {
     let accuracy = Accuracy {
         tolerance: arguments.tolerance,
         reduction: arguments.reduction,
@@ -260,7 +263,7 @@ fn compute(
         }
     }
     let speeds = &arguments.speeds.0;
-    let found = survey(&trains, scenario, arguments)?;
+    let (found, journal) = survey(&trains, scenario, arguments)?;
     let check = check(&trains, &found, arguments)?;
     let first = &trains[0];
     let left_out =
@@ -293,7 +296,7 @@ fn compute(
             .collect(),
         check,
     };
-    Ok((report, trains))
+    Ok((report, trains, journal))
 }
 
 /// A point of the map in its journal.
@@ -306,12 +309,16 @@ struct Known {
 /// The file with the points of a map in progress.
 const JOURNAL: &str = "floquet-points.jsonl";
 
-/// All points. With a folder, those of an interrupted map are taken from there.
+/// By train, then by speed.
+type Motions = Vec<Vec<Result<Motion, FloquetError>>>;
+
+/// All points, and where they are kept until the files are written. With a folder, those of an interrupted map are taken
+/// from there.
 fn survey(
     trains: &[MovingTrain],
     scenario: &Scenario,
     arguments: &Arguments,
-) -> Result<Vec<Vec<Result<Motion, FloquetError>>>, Error> {
+) -> Result<(Motions, Option<Journal>), Error> {
     let speeds = &arguments.speeds.0;
     let mut known = HashMap::new();
     let mut journal = None;
@@ -338,10 +345,7 @@ fn survey(
     if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(error.into());
     }
-    if let Some(journal) = journal {
-        journal.remove();
-    }
-    Ok(found)
+    Ok((found, journal))
 }
 
 /// What is computed, in one line.
