@@ -27,13 +27,15 @@ fn started(place: f64, speed: f64, name: &str) -> TestInstance {
 pub(crate) fn hold(unit: &mut TestInstance) {
     let [loads, gaps, rates] = ["static_load", "gap", "gap_rate"].map(|name| row(unit, name));
     let offsets = row(unit, "lateral_offset");
+    // read before anything is set: each value set makes the outputs be computed anew
+    let aside: Vec<f64> = (1..=32)
+        .map(|k| unit.output_derivative(&format!("lateral_offset_{k:02}"), 1).unwrap_or(0.0))
+        .collect();
     for k in 0..32 {
-        let name = format!("lateral_offset_{:02}", k + 1);
-        let aside = unit.output_derivative(&name, 1).unwrap_or(0.0);
         let [pull, _] = magnet::lateral_force_with_loss(loads[k], gaps[k], offsets[k], 0.028);
         let lift = loads[k] + 4e5 * (gaps[k] - 0.008) + 2e4 * rates[k];
         unit.set_real(&format!("force_{:02}", k + 1), lift).unwrap();
-        unit.set_real(&format!("lateral_force_{:02}", k + 1), pull - 2e3 * aside).unwrap();
+        unit.set_real(&format!("lateral_force_{:02}", k + 1), pull - 2e3 * aside[k]).unwrap();
     }
 }
 
