@@ -50,8 +50,11 @@ def step_between(begin, end):
     return size
 
 
-def simulate(path, signals, stop=None, step=None):
-    """Steps the scenario and returns (times, one row of `signals` per communication point)."""
+def simulate(path, signals, stop=None, step=None, settled=0.0):
+    """Steps the scenario and returns (times, one row of `signals` per communication point).
+
+    `settled` is the relative change of initial values that counts as none.
+    """
     scenario = Scenario(path, stop, step)
     start, step = scenario.start, scenario.step
     loaded, units = {}, {}
@@ -81,7 +84,7 @@ def simulate(path, signals, stop=None, step=None):
     known = None
     for _ in range(100):
         values = exchange(reads)
-        if values == known:
+        if known and all(abs(x - known[k]) <= settled * abs(x) for k, x in values.items()):
             break
         known = values
         for target in units:
