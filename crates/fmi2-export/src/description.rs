@@ -211,16 +211,16 @@ impl Printer {
                 (name, (exponent != 0).then(|| Value::Integer(exponent.into())))
             })
             .collect();
-        base.push(("factor", (unit.factor != 1.0).then(|| Value::Number(unit.factor))));
-        base.push(("offset", (unit.offset != 0.0).then(|| Value::Number(unit.offset))));
+        base.push(("factor", (unit.factor != 1.0).then_some(Value::Number(unit.factor))));
+        base.push(("offset", (unit.offset != 0.0).then_some(Value::Number(unit.offset))));
         self.empty("BaseUnit", &base);
         for display in unit.displays {
             self.empty(
                 "DisplayUnit",
                 &[
                     ("name", text(display.name)),
-                    ("factor", (display.factor != 1.0).then(|| Value::Number(display.factor))),
-                    ("offset", (display.offset != 0.0).then(|| Value::Number(display.offset))),
+                    ("factor", (display.factor != 1.0).then_some(Value::Number(display.factor))),
+                    ("offset", (display.offset != 0.0).then_some(Value::Number(display.offset))),
                 ],
             );
         }

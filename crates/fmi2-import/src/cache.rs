@@ -78,7 +78,7 @@ impl Cache {
         linked: bool,
     ) -> io::Result<Option<Slot<'_>>> {
         let size: u64 = entries.iter().map(|entry| entry.size).sum();
-        if size < SMALLEST || size > MOST / 2 {
+        if !(SMALLEST..=MOST / 2).contains(&size) {
             return Ok(None);
         }
         let mut digest = Sha256::new();
