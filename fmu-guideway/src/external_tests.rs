@@ -50,8 +50,8 @@ fn analytic_21_a_chirp_from_outside_is_that_of_the_unit() {
         let t = f64::from(n) * h;
         let force = chirp(t);
         sent.set_real("external_force", force[0]).unwrap();
-        for order in 1..=3 {
-            sent.set_input_derivative("external_force", order as i32, force[order]).unwrap();
+        for (order, value) in (1..).zip(&force[1..]) {
+            sent.set_input_derivative("external_force", order, *value).unwrap();
         }
         own.step(t, h).unwrap();
         sent.step(t, h).unwrap();

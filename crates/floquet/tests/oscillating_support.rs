@@ -119,9 +119,9 @@ impl Case {
             let three = rate(0.5, &y, &w);
             let (y, w) = moved(1.0, &three);
             let four = rate(1.0, &y, &w);
-            for i in 0..N {
-                x[i] += h / 6.0 * (one.0[i] + 2.0 * (two.0[i] + three.0[i]) + four.0[i]);
-            }
+            x = std::array::from_fn(|i| {
+                x[i] + h / 6.0 * (one.0[i] + 2.0 * (two.0[i] + three.0[i]) + four.0[i])
+            });
             m += faer::Scale(h / 6.0) * (one.1 + faer::Scale(2.0) * (two.1 + three.1) + four.1);
             all.push(x);
         }

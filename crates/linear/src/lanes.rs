@@ -352,7 +352,7 @@ fn solve(m: &mut [c64], x: &mut [c64]) {
         for i in k + 1..n {
             let factor = m[i * n + k] * inverse;
             if factor != c64::ZERO {
-                (k + 1..n).for_each(|j| m[i * n + j] = m[i * n + j] - factor * m[k * n + j]);
+                (k + 1..n).for_each(|j| m[i * n + j] -= factor * m[k * n + j]);
                 x[i] -= factor * x[k];
             }
         }

@@ -9,6 +9,7 @@ use crate::split::Law;
 
 /// The laws of all loops.
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "one for each condition")]
 pub(crate) enum Laws {
     /// The same in all.
     Equal(Law),
