@@ -84,7 +84,7 @@ def simulate(path, signals, stop=None, step=None, settled=0.0):
     known = None
     for _ in range(100):
         values = exchange(reads)
-        if known and all(abs(x - known[k]) <= settled * abs(x) for k, x in values.items()):
+        if known is not None and all(abs(x - known[k]) <= settled * abs(x) for k, x in values.items()):
             break
         known = values
         for target in units:

@@ -10,7 +10,7 @@ from conftest import ROOT, maglev
 FOLDER = ROOT / "scenarios"
 SCHEMA = json.loads((FOLDER / "schema.json").read_text())
 # folders of resources that scenarios use
-RESOURCES = ["girders", "lines"]
+RESOURCES = ["girders", "lines", "motors"]
 SCENARIOS = sorted(
     path.relative_to(FOLDER).as_posix()
     for path in FOLDER.rglob("*.json")
