@@ -124,8 +124,8 @@ impl Jerks {
         self.bent = self.bent && self.known && self.bends == state.rates.bends;
     }
 
-    /// The rates of all magnets, and their second derivatives if they are `bent`, computed if necessary.
-    pub fn all(
+    /// Computes the rates of all magnets, and their second derivatives if they are `bent`, if necessary.
+    pub fn find(
         &mut self,
         model: &VehicleModel,
         state: &State,
@@ -133,7 +133,7 @@ impl Jerks {
         track: Option<&TrackContact>,
         [work, probe]: [&mut Workspace; 2],
         bent: bool,
-    ) -> Result<&[f64], Error> {
+    ) -> Result<(), Error> {
         self.wanted |= bent;
         if !self.known || (bent && !self.bent) {
             let bent = self.wanted && state.vehicle.travel.is_none();
@@ -173,7 +173,12 @@ impl Jerks {
             self.remember(state, forces);
             self.rail.remember(track, rails);
         }
-        Ok(&self.jerk)
+        Ok(())
+    }
+
+    /// Rate of the acceleration of magnet k (down positive).
+    pub fn jerk(&self, k: usize) -> f64 {
+        self.jerk[k]
     }
 
     /// Second derivative of the acceleration of magnet k (down positive).

@@ -435,22 +435,8 @@ impl Model for VehicleFmu {
             return Ok(Some(bend(k)));
         }
         if let Some(k) = find(acceleration, output) {
-            if let Some(motors) = &mut self.motors {
-                motors.hold(state, values, &mut [&mut self.work, &mut self.probe])?;
-            }
-            let Self {
-                model, inputs, sideways, contact, external, loads, work, probe, jerks, ..
-            } = self;
-            let forces = AppliedForces {
-                magnets: inputs.loads(values),
-                external: loads.hold(external, values),
-                acceleration: state.journey.acceleration,
-            };
-            let track = contact.track(values, (inputs, &*sideways), state.journey.speed);
-            let jerks = jerks
-                .all(model, state, &forces, track.as_ref(), [work, probe], false)
-                .map_err(|e| Error::caused(&e))?;
-            return Ok(Some(jerks[k]));
+            self.differentiate(state, values, false)?;
+            return Ok(Some(self.jerks.jerk(k)));
         }
         if let Some(k) = find(self.contact.force, output) {
             let rail =

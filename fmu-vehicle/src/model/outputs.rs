@@ -45,6 +45,30 @@ impl VehicleFmu {
             }
         }
     }
+
+    /// Finds the rates of the magnets' accelerations, and their second derivatives if they are `bent`.
+    pub(super) fn differentiate(
+        &mut self,
+        state: &State,
+        values: &Values,
+        bent: bool,
+    ) -> Result<(), Error> {
+        if let Some(motors) = &mut self.motors {
+            motors.hold(state, values, &mut [&mut self.work, &mut self.probe])?;
+        }
+        let Self { model, inputs, sideways, contact, external, loads, work, probe, jerks, .. } =
+            self;
+        let forces = AppliedForces {
+            magnets: inputs.loads(values),
+            external: loads.hold(external, values),
+            acceleration: state.journey.acceleration,
+        };
+        let track = contact.track(values, (inputs, &*sideways), state.journey.speed);
+        jerks
+            .find(model, state, &forces, track.as_ref(), [work, probe], bent)
+            .map_err(|e| Error::caused(&e))
+    }
+
     /// Second derivatives on a straight track, of outputs that have them for interpolation.
     pub(super) fn second_derivative(
         &mut self,
@@ -52,25 +76,11 @@ impl VehicleFmu {
         values: &Values,
         output: RealVar,
     ) -> Result<Option<f64>, Error> {
-        let outputs = &self.outputs;
-        if let Some(k) = find(outputs.acceleration, output) {
-            if let Some(motors) = &mut self.motors {
-                motors.hold(state, values, &mut [&mut self.work, &mut self.probe])?;
-            }
-            let Self {
-                model, inputs, sideways, contact, external, loads, work, probe, jerks, ..
-            } = self;
-            let forces = AppliedForces {
-                magnets: inputs.loads(values),
-                external: loads.hold(external, values),
-                acceleration: state.journey.acceleration,
-            };
-            let track = contact.track(values, (inputs, &*sideways), state.journey.speed);
-            jerks
-                .all(model, state, &forces, track.as_ref(), [work, probe], true)
-                .map_err(|e| Error::caused(&e))?;
-            return Ok(Some(jerks.snap(k)));
+        if let Some(k) = find(self.outputs.acceleration, output) {
+            self.differentiate(state, values, true)?;
+            return Ok(Some(self.jerks.snap(k)));
         }
+        let outputs = &self.outputs;
         if find(outputs.static_load, output).is_some() {
             return Ok(Some(0.0));
         }
