@@ -34,7 +34,8 @@ struct State {
 pub(crate) enum Loss {
     /// By its own fault.
     Crashed,
-    /// By a signal from outside.
+    /// By a signal from outside, which only Unix tells.
+    #[cfg_attr(not(unix), expect(dead_code, reason = "see above"))]
     Killed,
 }
 
