@@ -117,17 +117,17 @@ pub fn run() -> Result<()> {
     let bundle = units.join(format!("{name}.fmu"));
     let what = [bundle.into(), "--stop".into(), stop.into()];
     lines.push(compare(&wine, &folder, name, &what, allowed)?);
+    println!("Units, bundles and command for Windows work under wine. Beside those for Linux:");
+    lines.iter().for_each(|line| println!("  {line}"));
+    println!("The units for both systems are in {}.", units.display());
     let left = wine.left_behind();
     if let Some(first) = left.first() {
-        bail!(
+        println!(
             "{} folders of unpacked units were not removed, such as {}",
             left.len(),
             first.display()
         );
     }
-    println!("Units, bundles and command for Windows work under wine. Beside those for Linux:");
-    lines.iter().for_each(|line| println!("  {line}"));
-    println!("The units for both systems are in {}.", units.display());
     Ok(())
 }
 
