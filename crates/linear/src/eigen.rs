@@ -49,20 +49,31 @@ pub fn eigen(matrix: &Mat<f64>) -> Result<Vec<Eigen>, LinearError> {
         let vector = |matrix: &Mat<f64>| column(matrix, &values, k);
         let Some(value) = upper(*value) else { continue };
         let (mut left, mut shape) = (vector(&left), vector(&right));
-        let mut shares: Vec<f64> = left.iter().zip(&shape).map(|(w, v)| (w * v).norm()).collect();
-        let sum: f64 = shares.iter().sum();
-        shares.iter_mut().for_each(|share| *share /= sum);
-        shape.iter_mut().zip(&scale).for_each(|(v, scale)| *v *= *scale);
-        let largest = shape.iter().max_by(|a, b| a.norm().total_cmp(&b.norm())).copied();
-        if let Some(largest) = largest.filter(|it| it.norm() > 0.0) {
-            shape.iter_mut().for_each(|v| *v /= largest);
-        }
+        let shares = shares(&left, &shape);
+        unscale(&mut shape, &scale);
         left.iter_mut().zip(&scale).for_each(|(w, scale)| *w /= *scale);
         let product: c64 = left.iter().zip(&shape).map(|(w, v)| w.conj() * v).sum();
         left.iter_mut().for_each(|w| *w /= product.conj());
         found.push(Eigen { value, shares, shape, left });
     }
     Ok(found)
+}
+
+/// Share of each state in a mode, |wᵢvᵢ| of the left and the right eigenvector; their sum is 1.
+pub(crate) fn shares(left: &[c64], shape: &[c64]) -> Vec<f64> {
+    let mut shares: Vec<f64> = left.iter().zip(shape).map(|(w, v)| (w * v).norm()).collect();
+    let sum: f64 = shares.iter().sum();
+    shares.iter_mut().for_each(|share| *share /= sum);
+    shares
+}
+
+/// Takes the balancing out of a right eigenvector, whose largest element becomes 1.
+pub(crate) fn unscale(shape: &mut [c64], scale: &[f64]) {
+    shape.iter_mut().zip(scale).for_each(|(v, scale)| *v *= *scale);
+    let largest = shape.iter().max_by(|a, b| a.norm().total_cmp(&b.norm())).copied();
+    if let Some(largest) = largest.filter(|it| it.norm() > 0.0) {
+        shape.iter_mut().for_each(|v| *v /= largest);
+    }
 }
 
 /// The eigenvector of eigenvalue k. A conjugate pair has its real and imaginary parts in two columns.

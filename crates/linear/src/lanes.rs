@@ -18,7 +18,7 @@ use faer::prelude::c64;
 use indexmap::IndexMap;
 use master::graph::Graph;
 
-use super::eigen::{Eigen, eigen, eigenvalues, scales};
+use super::eigen::{Eigen, eigen, eigenvalues, scales, shares, unscale};
 use super::error::LinearError;
 use super::system::LinearSystem;
 use super::unit::LinearUnit;
@@ -138,15 +138,8 @@ impl Lanes {
             self.back(&patterns, &mut by);
             for (mode, value) in values.into_iter().enumerate() {
                 let mut shape = motions.column(mode);
-                let mut shares: Vec<f64> =
-                    by.column(mode).iter().zip(&shape).map(|(w, v)| (w * v).norm()).collect();
-                let sum: f64 = shares.iter().sum();
-                shares.iter_mut().for_each(|share| *share /= sum);
-                shape.iter_mut().zip(&scale).for_each(|(v, scale)| *v *= *scale);
-                let largest = shape.iter().max_by(|a, b| a.norm().total_cmp(&b.norm())).copied();
-                if let Some(largest) = largest.filter(|it| it.norm() > 0.0) {
-                    shape.iter_mut().for_each(|v| *v /= largest);
-                }
+                let shares = shares(&by.column(mode), &shape);
+                unscale(&mut shape, &scale);
                 found.push(Motion { value, shares, shape });
             }
         }
