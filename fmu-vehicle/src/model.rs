@@ -63,6 +63,19 @@ pub struct VehicleFmu {
     jerks: Jerks,
 }
 
+/// Internal steps above this keep factors over stages, s: those of 1 ms, the default, do not.
+const FACTORS_KEPT_ABOVE: f64 = 1.5e-3;
+
+/// The vehicle on its line and with its motors, as this unit steps it.
+fn ready(
+    model: VehicleModel,
+    line: Option<&Line>,
+    motors: Option<&MotorDescription>,
+) -> Result<VehicleModel, Error> {
+    let model = motors::place(line::place(model, line)?, motors)?;
+    Ok(model.with_factors_kept_above(FACTORS_KEPT_ABOVE))
+}
+
 /// Only a step whose joints cannot be closed may succeed with a smaller size.
 fn refused(error: &multibody::Error) -> Error {
     match error {
@@ -77,8 +90,8 @@ impl VehicleFmu {
         if self.key == key {
             return Ok(());
         }
-        let model = line::place(self.adjustments.build(values)?, self.line.as_ref())?;
-        let model = motors::place(model, self.motor_file.as_ref())?;
+        let model = self.adjustments.build(values)?;
+        let model = ready(model, self.line.as_ref(), self.motor_file.as_ref())?;
         self.work = model.workspace();
         self.probe = model.workspace();
         self.trial = model.initial_state();
@@ -215,9 +228,8 @@ impl Model for VehicleFmu {
         let layout = VehicleDescription::from_json(&text).map_err(failed)?;
         let line = line::read(resources)?;
         let model = VehicleModel::new(&layout).map_err(failed)?;
-        let model = line::place(model, line.as_ref())?;
         let motor_file = motors::read(resources)?;
-        let model = motors::place(model, motor_file.as_ref())?;
+        let model = ready(model, line.as_ref(), motor_file.as_ref())?;
         interface.describe(table::info(&model));
         let parameters = ParameterHandles::declare(interface);
         let inputs = InputHandles::declare(interface, model.counts().magnets);

@@ -71,6 +71,7 @@ impl VehicleModel {
             total_mass: description.bodies.iter().filter(|b| !b.reference).map(|b| b.mass).sum(),
             tolerances: Tolerances::default(),
             scheme: Scheme::default(),
+            keeps_above: f64::INFINITY,
             line: None,
             motors: None,
             composites: merged.composites,

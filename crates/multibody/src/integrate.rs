@@ -7,6 +7,8 @@
 //! the factors of the last stage, whose pose differs from the corrected one by O(h²) of a step:
 //! each correction gains several digits. Where it does not, the matrix is factored again. So the
 //! violation stays below the tolerances after every step and does not accumulate.
+//!
+//! In long internal steps, stages may keep the factors of an earlier stage: see `kept`.
 
 use crate::contact::TrackCourse;
 use crate::error::Error;
@@ -98,8 +100,8 @@ impl VehicleModel {
         ws: &mut Workspace,
     ) -> Result<(), Error> {
         let InternalStep { begin, offset, h } = *step;
-        let AppliedCourse { magnets, further, external, acceleration } = &course.forces;
         let stages = self.scheme.stages();
+        let keeps = h > self.keeps_above;
         ws.start.copy_from_slice(bodies);
         // taken out so that the evaluation may borrow the workspace; returned below
         let mut stage = std::mem::take(&mut ws.stage);
@@ -107,26 +109,20 @@ impl VehicleModel {
         let mut outcome = Ok(());
         for (s, &(node, weight)) in stages.iter().enumerate() {
             let t = offset + node * h;
-            for k in 0..self.magnets.len() {
-                ws.vertical[k] = polynomial(&magnets.vertical[k], t);
-                ws.lateral[k] = polynomial(&magnets.lateral[k], t);
+            // the outputs at the end of the last step often are those of the first stage
+            if !(s == 0 && offset == 0.0 && ws.begins(&stage, course)) {
+                self.follow_course(course, t, ws);
+                outcome = if keeps && s > 0 && Self::is_beside(&stage, ws) {
+                    self.evaluate_beside(&stage, begin + t, ws)
+                } else {
+                    self.evaluate(&stage, begin + t, ws)
+                };
+                if outcome.is_err() {
+                    break;
+                }
             }
-            further.add(&mut ws.vertical, &mut ws.lateral, t);
-            ws.acceleration = polynomial(acceleration, t);
-            self.feed_motors(t, ws);
-            self.follow_line(course.travel.map(|travel| travel.after(acceleration, t)), ws);
-            if external.is_empty() {
-                ws.external.fill([0.0; 6]);
-            }
-            for (load, course) in ws.external.iter_mut().zip(*external) {
-                *load = course.map(|component| polynomial(&component, t));
-            }
-            if let Some(track) = &course.track {
-                ws.touch.follow(track, t);
-            }
-            outcome = self.evaluate(&stage, begin + t, ws);
-            if outcome.is_err() {
-                break;
+            if keeps && ws.evaluated {
+                self.keep(ws);
             }
             let ahead = stages.get(s + 1).map_or(0.0, |(next, _)| next * h);
             for (k, body) in stage.iter_mut().enumerate() {
@@ -149,6 +145,28 @@ impl VehicleModel {
             body.attitude = normalised(body.attitude);
         }
         Ok(())
+    }
+
+    /// Loads, rail and frame at a time after the start of the step.
+    fn follow_course(&self, course: &Course, t: f64, ws: &mut Workspace) {
+        let AppliedCourse { magnets, further, external, acceleration } = &course.forces;
+        for k in 0..self.magnets.len() {
+            ws.vertical[k] = polynomial(&magnets.vertical[k], t);
+            ws.lateral[k] = polynomial(&magnets.lateral[k], t);
+        }
+        further.add(&mut ws.vertical, &mut ws.lateral, t);
+        ws.acceleration = polynomial(acceleration, t);
+        self.feed_motors(t, ws);
+        self.follow_line(course.travel.map(|travel| travel.after(acceleration, t)), ws);
+        if external.is_empty() {
+            ws.external.fill([0.0; 6]);
+        }
+        for (load, course) in ws.external.iter_mut().zip(*external) {
+            *load = course.map(|component| polynomial(&component, t));
+        }
+        if let Some(track) = &course.track {
+            ws.touch.follow(track, t);
+        }
     }
 
     /// Closes the joints in position and velocity, with the factors that the workspace holds.

@@ -199,50 +199,13 @@ impl VehicleModel {
         self.jacobians(probe);
         self.apply_forces(probe);
         self.right_hand_side(probe);
-        let ground = self.ground();
-        let (forces, bends) = probe.solution.split_at_mut(6 * ground.0);
-        let (forces, _) = forces.as_chunks_mut::<6>();
-        let (accelerations, _) = ws.solution[..6 * ground.0].as_chunks::<6>();
-        if let Some(rates) = rates {
-            // separate, so that the rates themselves keep their bits
-            let (changes, _) = rates[..6 * ground.0].as_chunks::<6>();
-            let multipliers = ws.multipliers().iter().zip(&rates[6 * ground.0..]);
-            for (row, (lambda, change)) in multipliers.enumerate() {
-                probe.residual[row] = lambda + change * dt;
-            }
-            for joint in &self.joints {
-                let rows = joint.row..joint.row + joint.equations();
-                for (body, jacobian) in [(joint.a, &probe.rows_a), (joint.b, &probe.rows_b)] {
-                    if body == ground {
-                        continue;
-                    }
-                    let force = &mut forces[body];
-                    let a: [f64; 6] =
-                        std::array::from_fn(|i| accelerations[body][i] + changes[body][i] * dt);
-                    for row in rows.clone() {
-                        let (phi, lambda) = (&jacobian[row], probe.residual[row]);
-                        bends[row] -= (0..6).map(|i| phi[i] * a[i]).sum::<f64>();
-                        *force = std::array::from_fn(|i| force[i] - phi[i] * lambda);
-                    }
-                }
-            }
-            return;
+        let Some(rates) = rates else { return self.take_away(&ws.solution, probe) };
+        let mut known = std::mem::take(&mut probe.spare);
+        for ((known, value), rate) in known.iter_mut().zip(&ws.solution).zip(rates) {
+            *known = value + rate * dt;
         }
-        for joint in &self.joints {
-            let rows = joint.row..joint.row + joint.equations();
-            for (body, jacobian) in [(joint.a, &probe.rows_a), (joint.b, &probe.rows_b)] {
-                if body == ground {
-                    continue;
-                }
-                let (force, a) = (&mut forces[body], &accelerations[body]);
-                let known = bends[rows.clone()].iter_mut().zip(&ws.multipliers()[rows.clone()]);
-                for (row, (bend, lambda)) in jacobian[rows.clone()].iter().zip(known) {
-                    *bend -= (row[0] * a[0] + row[1] * a[1] + row[2] * a[2])
-                        + (row[3] * a[3] + row[4] * a[4] + row[5] * a[5]);
-                    *force = std::array::from_fn(|i| force[i] - row[i] * lambda);
-                }
-            }
-        }
+        self.take_away(&known, probe);
+        probe.spare = known;
     }
 
     /// Rate of the acceleration of magnet k after [`VehicleModel::jerks`] with these two workspaces, m/s³.

@@ -76,6 +76,7 @@ mod index;
 mod integrate;
 mod jerk;
 mod joint;
+mod kept;
 mod kernels;
 mod layout;
 mod linearisation;

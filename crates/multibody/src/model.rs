@@ -61,6 +61,8 @@ pub struct VehicleModel {
     pub(crate) total_mass: f64,
     pub(crate) tolerances: Tolerances,
     pub(crate) scheme: Scheme,
+    /// Internal step above which stages may keep factors, s.
+    pub(crate) keeps_above: f64,
     /// The line that it travels along; none on a straight track.
     pub(crate) line: Option<Line>,
     /// Its linear motors; none without a motor file.

@@ -7,8 +7,9 @@ use track_line::Meeting;
 use crate::contact::{ContactScratch, TrackContact};
 use crate::equilibrium::{Holding, Statics};
 use crate::index::BodyIndex;
+use crate::integrate::Course;
 use crate::joint::JacobianRow;
-use crate::loads::{AppliedForces, ExternalLoad};
+use crate::loads::{AppliedCourse, AppliedForces, ExternalLoad};
 use crate::math::{Quat, Vec3};
 use crate::motors::MotorScratch;
 use crate::rate::BodyRate;
@@ -34,6 +35,8 @@ pub struct Workspace {
     pub(crate) wrenches: Vec<Wrench>,
     /// Right-hand side, then accelerations (v̇, ω̇ by body) and multipliers.
     pub(crate) solution: Vec<f64>,
+    /// The solution of the last stage that was factored.
+    pub(crate) kept: Vec<f64>,
     /// As long as the solution, for differences of right-hand sides.
     pub(crate) spare: Vec<f64>,
     /// Second derivatives of the accelerations and multipliers, and memory for their computation.
@@ -118,6 +121,31 @@ impl Workspace {
             return self.external.as_flattened().iter().all(|u| *u == 0.0);
         }
         same_bits(external.as_flattened(), self.external.as_flattened())
+    }
+
+    /// Whether the accelerations at the start of a step are remembered: exactly this motion under exactly the loads
+    /// with which the step begins. Only for vehicles whose forces follow from these alone.
+    pub(crate) fn begins(&self, bodies: &[BodyState], course: &Course) -> bool {
+        let AppliedCourse { magnets, external, acceleration, .. } = &course.forces;
+        let same = |courses: &[[f64; 4]], values: &[f64]| {
+            courses.iter().zip(values).all(|(u, value)| u[0].to_bits() == value.to_bits())
+        };
+        self.evaluated
+            && course.track.is_none()
+            && course.travel.is_none()
+            && self.motors.is_none()
+            && self.touch.same(None)
+            && same(magnets.vertical, &self.vertical)
+            && same(magnets.lateral, &self.lateral)
+            && if external.is_empty() {
+                self.has_external(&[])
+            } else {
+                same(external.as_flattened(), self.external.as_flattened())
+            }
+            && acceleration[0].to_bits() == self.acceleration.to_bits()
+            && self.travel.is_none()
+            && self.has_factors(bodies)
+            && self.has_motion(bodies)
     }
 
     /// Whether accelerations of exactly this state under exactly these loads are remembered.
