@@ -35,8 +35,6 @@ pub struct VehicleFmu {
     model: VehicleModel,
     /// Fingerprint of the parameters' values that `model` was built for.
     key: u64,
-    /// |λ| of the vehicle's fastest motion at its last start, 1/s; 0 before.
-    fastest: f64,
     /// The last equilibrium, with what it was found for.
     resting: Resting,
     adjustments: Adjustments,
@@ -263,7 +261,6 @@ impl Model for VehicleFmu {
             loads: external.memory(),
             model,
             key: AS_IN_FILE,
-            fastest: 0.0,
             resting: Resting::default(),
             adjustments,
             inputs,
@@ -298,11 +295,11 @@ impl Model for VehicleFmu {
         line::check_start(&self.model, travel, landed)?;
         let equilibrium = self.equilibrium(values, travel, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
-        self.fastest = match self.resting.fastest {
+        let fastest = match self.resting.fastest {
             Some(fastest) => fastest,
             None => start::fastest(&self.model, &equilibrium, &mut self.probe)?,
         };
-        self.resting.fastest = Some(self.fastest);
+        self.resting.fastest = Some(fastest);
         let mut vehicle = if landed {
             self.landed(values, &contact, &equilibrium)?
         } else {
@@ -312,7 +309,7 @@ impl Model for VehicleFmu {
         vehicle.travel = travel;
         let mut rates = LoadRates::zero(equilibrium.loads.len(), self.loads.now.len());
         rates.motors = vec![0.0; self.motors.as_ref().map_or(0, MotorHandles::rate_count)];
-        Ok(State { vehicle, journey, key, rates, loads: equilibrium.loads })
+        Ok(State { vehicle, journey, key, fastest, rates, loads: equilibrium.loads })
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {
@@ -375,8 +372,8 @@ impl Model for VehicleFmu {
             acceleration: [a, j, s, 0.0],
         };
         let track = self.contact.course(values, (&self.inputs, &self.sideways), speed);
-        let max_step = values.real(self.parameters.max_step);
-        start::check_step(self.fastest, step.size.min(max_step))?;
+        let max_step =
+            values.real(self.parameters.max_step).min(start::longest_step(state.fastest));
         self.trial.clone_from(&state.vehicle);
         self.trial.time = step.time;
         self.trial.travel = line::travel(&self.model, &state.journey, step.time)

@@ -1,6 +1,4 @@
-//! Checks of the equilibrium in which a vehicle starts, and of the internal step.
-
-use std::f64::consts::TAU;
+//! Checks of the equilibrium in which a vehicle starts, and the internal step that it allows.
 
 use fmi2_export::Error;
 use multibody::{Equilibrium, Loads, ObservedIndex, State, VehicleModel, Workspace};
@@ -11,6 +9,8 @@ const MOST_TURN: f64 = 0.1;
 const MOST_SHIFT: f64 = 0.2;
 /// The classical Runge-Kutta scheme is stable up to |λ| h = 2.78 for decay and 2.83 for vibration.
 const STABLE: f64 = 2.78;
+/// Fraction of the longest stable step that a vehicle takes.
+const MARGIN: f64 = 0.7;
 
 /// Refuses an equilibrium in which a car body lies far from its place: it satisfies the equations, but is
 /// not one that the vehicle is built for.
@@ -59,14 +59,7 @@ pub(crate) fn fastest(
         .map_err(|e| Error::caused(&e).context("the fastest motion of the vehicle"))
 }
 
-/// Refuses an internal step (s) that the fastest motion does not allow.
-pub(crate) fn check_step(fastest: f64, step: f64) -> Result<(), Error> {
-    if fastest * step <= STABLE {
-        return Ok(());
-    }
-    let (frequency, most) = (fastest / TAU, 0.5 * STABLE / fastest);
-    Err(Error::invalid(format!(
-        "internal steps of {step} s are too long for the stiffest part of the vehicle ({frequency:.0} Hz): \
-         rounding would grow without bound; set max_step to {most:.1e} s or less, or reduce the stiffness"
-    )))
+/// The longest internal step (s) that a vehicle with this fastest motion (1/s) takes.
+pub(crate) fn longest_step(fastest: f64) -> f64 {
+    MARGIN * STABLE / fastest
 }

@@ -16,6 +16,8 @@ pub struct State {
     pub(crate) journey: Journey,
     /// Fingerprint of the parameters that the vehicle was built with.
     pub(crate) key: u64,
+    /// |λ| of the vehicle's fastest motion at the start, 1/s.
+    pub(crate) fastest: f64,
     /// Static load of each magnet, N.
     pub(crate) loads: Vec<f64>,
     /// Rates of the inputs at the end of the last step.
@@ -131,6 +133,7 @@ impl Clone for State {
             vehicle: self.vehicle.clone(),
             journey: self.journey,
             key: self.key,
+            fastest: self.fastest,
             loads: self.loads.clone(),
             rates: LoadRates {
                 force: force.clone(),
@@ -149,6 +152,7 @@ impl Clone for State {
         self.vehicle.clone_from(&source.vehicle);
         self.journey = source.journey;
         self.key = source.key;
+        self.fastest = source.fastest;
         self.loads.clone_from(&source.loads);
         self.rates.force.clone_from(&source.rates.force);
         self.rates.lateral_force.clone_from(&source.rates.lateral_force);

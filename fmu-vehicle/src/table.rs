@@ -356,13 +356,14 @@ impl ParameterHandles {
                 .done(),
             max_step: interface
                 .real("max_step")
-                .parameter(1e-3)
+                .parameter(5e-3)
                 .unit(UnitOfMeasure::SECOND)
                 .display("ms")
                 .min(1e-7)
                 .max(0.1)
                 .description(
-                    "Largest internal step; a communication step is split in equal internal steps",
+                    "Largest internal step; a communication step is split in equal internal steps, \
+                     which are shorter where the stiffest part of the vehicle needs it",
                 )
                 .done(),
             holding_stiffness: interface
