@@ -91,7 +91,7 @@ fn issue_an_entry_that_leaves_the_folder_is_refused() {
         [("modelDescription.xml", DESCRIPTION.as_bytes()), ("resources/../../evil", b"x")];
     bench.pack("unit.fmu", &files);
     bench.scenario(&ring());
-    bench.run(&[]).fails(2, &["resources/../../evil", "outside of the unit's folder", "help:"]);
+    bench.run(&[]).fails(2, &["resources/../../evil", "outside of the archive's folder", "help:"]);
 }
 
 #[test]

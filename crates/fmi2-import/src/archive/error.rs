@@ -27,7 +27,7 @@ pub enum ArchiveError {
         source: io::Error,
     },
     /// An entry's name points outside the folder that it is unpacked to.
-    #[error("entry \"{name}\" would be written outside of the unit's folder ({why})")]
+    #[error("entry \"{name}\" would be written outside of the archive's folder ({why})")]
     UnsafeName {
         /// Name of the entry as in the archive.
         name: String,
@@ -35,7 +35,7 @@ pub enum ArchiveError {
         why: &'static str,
     },
     /// An entry is a symbolic link.
-    #[error("entry \"{name}\" is a symbolic link, which an FMU must not contain")]
+    #[error("entry \"{name}\" is a symbolic link, which is not accepted")]
     Link {
         /// Name of the entry as in the archive.
         name: String,
