@@ -43,7 +43,8 @@ pub use index::{InputIndex, OutputIndex, SignalIndex, UnitIndex};
 pub use iterated::Iterated;
 pub use jacobi::Jacobi;
 pub use links::{
-    HeldLink, Input, IntegerLink, Links, RealLink, Size, UnitValues, Whole, WholeLink, WholeOutput,
+    BooleanLink, HeldLink, Input, IntegerLink, Links, RealLink, Size, UnitValues, Whole, WholeLink,
+    WholeOutput,
 };
 pub use mark::Mark;
 pub use newton::Newton;

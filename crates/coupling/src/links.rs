@@ -91,17 +91,33 @@ pub struct WholeLink {
 pub struct IntegerLink {
     /// Source of the value.
     pub from: WholeOutput,
-    /// Pairs of an Enumeration's values, from source to target, sorted. Without it, values are not
-    /// changed.
+    /// Pairs of values, from source to target, sorted. Without it, values are not changed.
     pub items: Option<Arc<[(i32, i32)]>>,
 }
 
 impl IntegerLink {
-    /// The value for the input. A value without an item is not changed: the unit that returns it is
-    /// checked when it is read.
+    /// The value for the input. A value without a pair is not changed. Where it is not allowed, the unit that returns it
+    /// is checked when it is read.
     pub(super) fn convert(&self, value: i32) -> i32 {
         let Some(items) = &self.items else { return value };
         items.binary_search_by_key(&value, |item| item.0).map_or(value, |k| items[k].1)
+    }
+}
+
+/// The source of a Boolean input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BooleanLink {
+    /// Source of the value.
+    pub from: HeldLink,
+    /// What false and true become. Without it, values are not changed.
+    pub map: Option<[i32; 2]>,
+}
+
+impl BooleanLink {
+    /// The value for the input.
+    pub(super) fn value(&self, outputs: &[UnitValues]) -> i32 {
+        let value = outputs[self.from.unit].booleans[self.from.output];
+        self.map.map_or(value, |map| map[usize::from(value != 0)])
     }
 }
 
@@ -152,7 +168,7 @@ pub struct Links {
     /// One source per Integer input.
     pub integers: Vec<IntegerLink>,
     /// One source per Boolean input.
-    pub booleans: Vec<HeldLink>,
+    pub booleans: Vec<BooleanLink>,
     /// One source per String input.
     pub strings: Vec<HeldLink>,
     /// Real inputs that follow functions of time instead of outputs.
@@ -202,7 +218,8 @@ impl Links {
     pub(super) fn units(&self) -> impl Iterator<Item = UnitIndex> + '_ {
         let wholes = self.wholes.iter().map(|link| link.from.unit);
         let integers = self.integers.iter().map(|link| link.from.unit);
-        let held = self.booleans.iter().chain(&self.strings).map(|link| link.unit);
+        let booleans = self.booleans.iter().map(|link| &link.from);
+        let held = booleans.chain(&self.strings).map(|link| link.unit);
         self.reals.iter().map(|link| link.unit).chain(wholes).chain(integers).chain(held)
     }
 

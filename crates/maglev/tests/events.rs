@@ -206,6 +206,44 @@ fn analytic_enumerations_pass_by_their_items() {
     assert_eq!(modes, [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }
 
+/// Tables replace values from the initialization on; what they do not list passes as without them.
+#[test]
+fn analytic_tables_replace_values() {
+    let bench = bench("Other");
+    let mut scenario = scenario(
+        json!([
+            { "from": "f.mode", "to": "e.mode_in", "map": { "slow": "off", "off": "fast" } },
+            { "from": "f.count", "to": "a.n", "map": { "7": 100, "8": 9 } },
+            { "from": "f.on", "to": "a.b", "map": { "false": true, "true": false } },
+            { "from": "f.on", "to": "b.b", "map": { "true": false } }
+        ]),
+        json!(["e.mode_out", "a.m", "a.c", "b.c"]),
+    );
+    scenario["instances"]["f"] = json!({ "unit": "events" });
+    scenario["algorithm"]["order"] = json!(["f", "e", "a", "b", "c"]);
+    bench.scenario(&scenario);
+    for algorithm in ALGORITHMS {
+        bench.run(&["--quiet", "--algorithm", algorithm]).succeeds();
+        let rows = bench.rows();
+        assert_eq!(rows[0][1..], [0.0, 0.0, 1.0, 0.0], "after initialization: off has become fast");
+        // fast is 5 there and 0 here
+        assert_eq!(rows[10][1..], [0.0, 100.0, 0.0, 0.0], "{algorithm}");
+    }
+    for (to, table, parts) in [
+        ("a.n", json!({ "7": "on" }), ["\"on\" is not a value of the input", "Integer"]),
+        ("e.mode_in", json!({ "7": 2 }), ["2 is not a value", "\"fast\" (0), \"off\" (1)"]),
+        ("a.u", json!({ "7": 2 }), ["f.count to a.u", "not for Integer to Real"]),
+    ] {
+        scenario["connections"] = json!([{ "from": "f.count", "to": to, "map": table }]);
+        bench.scenario(&scenario);
+        bench.run(&["--quiet"]).fails(2, &parts);
+    }
+    scenario["connections"][0] =
+        json!({ "from": "f.count", "to": "a.n", "map": { "7": 2 }, "factor": 2.0 });
+    bench.scenario(&scenario);
+    bench.run(&["--quiet"]).fails(2, &["factor, offset and sums need a Real input"]);
+}
+
 /// A number that is no item stops the run where it arises; Enumerations without a common item, and what
 /// would need rounding, do not connect.
 #[test]

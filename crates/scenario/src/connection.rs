@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::table::Table;
+
 /// A connection from outputs to inputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -26,6 +28,10 @@ pub struct Connection {
     /// Added to the input, in its unit of measurement. For Real inputs only. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<f64>,
+    /// Values that the input receives instead of others, from Boolean to Boolean or between Integers and Enumerations:
+    /// `{ "off": "standby" }`, `{ "1": 3 }`, `{ "true": false, "false": true }`. Other values pass as without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<Table>,
     /// Pass values on without converting or comparing their units of measurement.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ignore_units: bool,

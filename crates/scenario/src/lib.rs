@@ -28,6 +28,7 @@ mod record;
 mod ride;
 mod schema;
 mod suggestions;
+pub mod table;
 mod units;
 
 use std::path::PathBuf;

@@ -86,6 +86,12 @@ impl<'a> Solver<'a> {
                         }
                     };
                 }
+                (Transfer::Table(_), Transported::Boolean(it)) => {
+                    return Ok(Transported::Boolean(link.transfer.replace(i32::from(*it != 0))));
+                }
+                (_, Transported::Integer(it)) => {
+                    return Ok(Transported::Integer(link.transfer.replace(*it)));
+                }
                 (_, value) => return Ok(value.clone()),
             }
         }

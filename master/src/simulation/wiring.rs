@@ -10,8 +10,8 @@ use super::story::DrivenInput;
 use crate::participant::{ExchangedVariables, ItemCheck};
 use crate::system::{InstanceSetup, Link, Port, System, Transfer, VariableIndex};
 use coupling::{
-    HeldLink, Input, InputIndex, IntegerLink, Links, OutputIndex, RealLink, Whole, WholeLink,
-    WholeOutput,
+    BooleanLink, HeldLink, Input, InputIndex, IntegerLink, Links, OutputIndex, RealLink, Whole,
+    WholeLink, WholeOutput,
 };
 use fmi2_import::description::{Conversion, Type};
 use scenario::Scenario;
@@ -74,12 +74,16 @@ impl<'a> Wiring<'a> {
                 let link = WholeLink { input, from, factor: *factor, offset: *offset };
                 self.links[to.instance].wholes.push(link);
             }
-            Transfer::Whole => self.connect_integers(link, None),
-            Transfer::Items(items) => self.connect_integers(link, Some(items)),
-            Transfer::Same if self.system.variable(from).kind == Type::Boolean => {
+            table if self.system.variable(to).kind == Type::Boolean => {
                 let WholeOutput { unit, output, .. } = self.whole_output(from);
                 self.variables[to.instance].inputs.booleans.push(to.variable);
-                self.links[to.instance].booleans.push(HeldLink { unit, output });
+                let map = Some([table.replace(0), table.replace(1)]).filter(|it| *it != [0, 1]);
+                let link = BooleanLink { from: HeldLink { unit, output }, map };
+                self.links[to.instance].booleans.push(link);
+            }
+            Transfer::Whole => self.connect_integers(link, None),
+            Transfer::Items(items) | Transfer::Table(items) => {
+                self.connect_integers(link, Some(items));
             }
             Transfer::Same => {
                 let outputs = &mut self.variables[from.instance].outputs.strings;
@@ -169,7 +173,7 @@ impl<'a> Wiring<'a> {
     fn connect_integers(&mut self, link: &Link, items: Option<&Arc<[(i32, i32)]>>) {
         let to = link.to;
         let from = self.whole_output(link.from);
-        if let Some(items) = items {
+        if let (Some(items), Transfer::Items(_)) = (items, &link.transfer) {
             self.variables[link.from.instance].items.push(ItemCheck {
                 output: from.output.0,
                 variable: link.from.variable,

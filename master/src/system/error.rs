@@ -11,6 +11,7 @@ use fmi2_import::archive::ArchiveError;
 use fmi2_import::description::{Causality, Type, UnitMismatch};
 use fmi2_import::package::PackageError;
 use patterns::PatternError;
+use scenario::table::TableError;
 use sources::SourceError;
 
 /// A kind of thing that a scenario names.
@@ -181,22 +182,17 @@ pub enum SystemError {
         /// `instance.variable`
         to: String,
     },
-    /// Two Enumerations without a common item.
-    #[error(
-        "{place}: {from} and {to} have no item in common: {} and {}",
-        from_items.join(", "), to_items.join(", ")
-    )]
-    NoCommonItem {
-        /// JSON path.
+    /// Enumerations or a table that do not fit.
+    #[error("{place}: from {from} to {to}: {source}")]
+    Map {
+        /// JSON path of the connection.
         place: String,
         /// `instance.variable`
         from: String,
-        /// Names of the source's items, in order of their values.
-        from_items: Vec<String>,
         /// `instance.variable`
         to: String,
-        /// Names of the target's items, in order of their values.
-        to_items: Vec<String>,
+        /// What does not fit.
+        source: TableError,
     },
     /// An input without a source and without a start value.
     #[error("{input} is not connected and has no start value")]
@@ -359,10 +355,7 @@ impl SystemError {
             }
             Self::NoKinks { .. } => "leave it out: other values jump, and are held over each step",
             Self::NotLinear { .. } => "leave them out, or compute the value in a unit in between",
-            Self::NoCommonItem { .. } => {
-                "Enumerations are connected by the names of their items; check that these two belong \
-                 together"
-            }
+            Self::Map { source, .. } => return source.help(),
             Self::Causality { .. } => "connections go from an output to an input",
             Self::Pattern { .. } => {
                 "both sides of a connection must match the same number of signals, or the source one"

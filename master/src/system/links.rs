@@ -72,7 +72,12 @@ impl System {
         let added = connection.offset.filter(|_| term == 0).unwrap_or(0.0);
         let linear =
             Conversion { factor: all * converted.factor, offset: all * converted.offset + added };
-        let transfer = self.transfer(place, from, to, linear)?;
+        let transfer = match &connection.map {
+            Some(table) if linear == Conversion::IDENTITY || target.kind == Type::Real => {
+                self.items(place, from, to, Some(table))?
+            }
+            _ => self.transfer(place, from, to, linear)?,
+        };
         let Connection { extrapolation, kinks, .. } = *connection;
         if kinks && !both_real {
             let (place, to) = (place.to_owned(), self.port_name(to));

@@ -8,13 +8,15 @@
 //! | Boolean | linear, of 0 or 1 | 0 or 1 | | unchanged | |
 //! | String | | | | | unchanged |
 //!
-//! Other pairs are errors. They would need rounding or a threshold, which a connection cannot guess
+//! A table of the connection (`map`) replaces values between Booleans, and between Integers and Enumerations.
+//! Other pairs of types are errors. They would need rounding or a threshold, which a connection cannot guess
 //! and a unit in between can compute.
 
 use std::sync::Arc;
 
 use super::{Port, Result, System, SystemError};
 use fmi2_import::description::{Conversion, Enumeration, Type};
+use scenario::table::{self, Table};
 
 /// The conversion of a value by a connection.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +27,18 @@ pub enum Transfer {
     Whole,
     /// To an Enumeration: pairs of values of its items, from source to target, sorted.
     Items(Arc<[(i32, i32)]>),
+    /// To an Integer or Boolean: pairs of values, from source to target, sorted. Others are unchanged.
+    Table(Arc<[(i32, i32)]>),
     /// To a Boolean or a String, unchanged.
     Same,
+}
+
+impl Transfer {
+    /// The value that becomes of another by a table; all others stay.
+    pub(crate) fn replace(&self, value: i32) -> i32 {
+        let Self::Table(pairs) = self else { return value };
+        pairs.iter().find(|pair| pair.0 == value).map_or(value, |pair| pair.1)
+    }
 }
 
 impl System {
@@ -45,7 +57,7 @@ impl System {
             }
             (Type::Integer | Type::Enumeration | Type::Boolean, Type::Integer) => Transfer::Whole,
             (Type::Integer | Type::Enumeration, Type::Enumeration) => {
-                self.items(place, from, to)?
+                self.items(place, from, to, None)?
             }
             (a, b) if a == b => Transfer::Same,
             (from_type, to_type) => {
@@ -72,45 +84,29 @@ impl System {
         self.instances[port.instance].description().enumeration_of(port.variable.0)
     }
 
-    /// The items of both ends. If the target defines none, values are not changed.
-    fn items(&mut self, place: &str, from: Port, to: Port) -> Result<Transfer> {
-        let Some(target) = self.enumeration(to) else { return Ok(Transfer::Whole) };
-        let Some(source) = self.enumeration(from) else {
-            let mut items: Vec<_> = target.items.iter().map(|&(_, value)| (value, value)).collect();
-            items.sort_unstable();
-            return Ok(Transfer::Items(items.into()));
-        };
-        let known = |name: &str| target.items.iter().find(|(it, _)| it == name).map(|it| it.1);
-        let mut items = Vec::with_capacity(source.items.len());
-        let mut unknown = Vec::new();
-        for (name, value) in &source.items {
-            match known(name) {
-                Some(other) => items.push((*value, other)),
-                None => unknown.push(format!("\"{name}\" ({value})")),
+    /// The values of an Enumeration, or those of a table. If the target defines no items, others are not changed.
+    pub(super) fn items(
+        &mut self,
+        place: &str,
+        from: Port,
+        to: Port,
+        table: Option<&Table>,
+    ) -> Result<Transfer> {
+        let end = |port| (self.variable(port).kind, self.enumeration(port));
+        let (found, is_complete) = (table::pairs(table, end(from), end(to)), end(to).1.is_some());
+        let (from, to) = (self.port_name(from), self.port_name(to));
+        let (pairs, unknown) = match found {
+            Ok(found) => found,
+            Err(source) => {
+                return Err(SystemError::Map { place: place.to_owned(), from, to, source });
             }
-        }
-        let names = (self.port_name(from), self.port_name(to));
-        if items.is_empty() {
-            let listed = |it: &Enumeration| {
-                it.items.iter().map(|(name, value)| format!("\"{name}\" ({value})")).collect()
-            };
-            return Err(SystemError::NoCommonItem {
-                place: place.to_owned(),
-                from: names.0,
-                from_items: listed(source),
-                to: names.1,
-                to_items: listed(target),
-            });
-        }
+        };
         if !unknown.is_empty() {
             self.notes.push(format!(
-                "{} has no item {} of {}: the run fails if the connection has to pass one of these",
-                names.1,
+                "{to} has no item {} of {from}: the run fails if the connection has to pass one of these",
                 unknown.join(", "),
-                names.0
             ));
         }
-        items.sort_unstable();
-        Ok(Transfer::Items(items.into()))
+        Ok(if is_complete { Transfer::Items(pairs.into()) } else { Transfer::Table(pairs.into()) })
     }
 }

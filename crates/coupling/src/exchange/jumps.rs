@@ -7,7 +7,7 @@
 use super::Exchange;
 use super::layout::Source;
 use crate::index::{InputIndex, UnitIndex};
-use crate::links::{Input, Links, UnitValues, WholeOutput};
+use crate::links::{Input, Links, WholeOutput};
 use crate::signal::Effect;
 
 /// Whether jumps can reach each unit: those with held inputs, and all that they feed in turn.
@@ -43,7 +43,7 @@ impl Exchange {
             *input = link.convert(link.from.value(begin));
         }
         for (input, link) in inputs.booleans.iter_mut().zip(&links.booleans) {
-            *input = begin[link.unit].booleans[link.output];
+            *input = link.value(begin);
         }
         for (input, link) in inputs.strings.iter_mut().zip(&links.strings) {
             input.clone_from(&begin[link.unit].strings[link.output]);
@@ -66,8 +66,7 @@ impl Exchange {
             jumped.push((Input::Integer(InputIndex(k)), whole(link.from)));
         }
         for (k, link) in links.booleans.iter().enumerate() {
-            let value = |values: &[UnitValues]| values[link.unit].booleans[link.output];
-            let changed = value(begin) != value(before);
+            let changed = link.value(begin) != link.value(before);
             jumped.push((Input::Boolean(InputIndex(k)), Effect::jump_if(changed)));
         }
         for (k, link) in links.strings.iter().enumerate() {
