@@ -29,6 +29,10 @@ pub(crate) struct Annotation {
     pub(crate) kind: String,
     /// The element that has it.
     pub(crate) place: String,
+    /// Position of its file among those of the description.
+    pub(crate) origin: usize,
+    /// Path of the system that this file describes, with a slash; empty for the outermost.
+    pub(crate) within: String,
     /// What it says, if that is known.
     pub(crate) meaning: Meaning,
 }
@@ -60,7 +64,7 @@ impl Annotation {
                     OSP => step(it, "FixedStepAlgorithm", "baseStepSize"),
                     _ => Meaning::Unused,
                 };
-                Self { kind, place: place.to_owned(), meaning }
+                Self { kind, place: place.to_owned(), origin: 0, within: String::new(), meaning }
             })
             .collect()
     }

@@ -259,9 +259,13 @@ fn refusal_errors_name_the_element() {
         ),
         (source, "source=\"/etc/u.fmu\"", ["Component \"a\"", "not a relative URI"]),
         (source, "source=\"file:///etc/u.fmu\"", ["Component \"a\"", "only relative URIs"]),
-        (source, "source=\"#other\"", ["Component \"a\"", "references"]),
+        (source, "source=\"#other\"", ["Component \"a\"", "no System has the id \"other\""]),
         (source, "source=\"resources/v.fmu\"", ["Component \"a\"", "no file \"resources/v.fmu\""]),
-        (source, "source=\"resources/in.ssp\"", ["Component \"a\"", "system in a file of its own"]),
+        (
+            source,
+            "source=\"resources/in.ssp\"",
+            ["Component \"a\"", "no file \"resources/in.ssp\""],
+        ),
         (
             source,
             "implementation=\"ModelExchange\" source=\"resources/u.fmu\"",
@@ -270,7 +274,7 @@ fn refusal_errors_name_the_element() {
         (
             source,
             "type=\"application/x-ssp-package\" source=\"resources/u.fmu\"",
-            ["Component \"a\"", "file of its own"],
+            ["Component \"a\"", "no file \"resources/u.fmu/SystemStructure.ssd\""],
         ),
         (source, "type=\"text/x\" source=\"resources/u.fmu\"", ["Component \"a\"", "text/x"]),
         (source, "source=\"v3.fmu\"", ["component \"a\"", "3.0"]),
@@ -291,7 +295,7 @@ fn refusal_errors_name_the_element() {
         (
             "endConnector=\"u\"/>",
             "endConnector=\"u\"><ssc:BooleanMappingTransformation><ssc:MapEntry source=\"true\" target=\"false\"/></ssc:BooleanMappingTransformation></ssd:Connection>",
-            ["from a.y to b.u", "mapping tables"],
+            ["from a.y to b.u", "for Booleans, but a.y is of type Real"],
         ),
         (
             "endConnector=\"u\"/>",
@@ -299,14 +303,14 @@ fn refusal_errors_name_the_element() {
             ["from a.y to b.u", "factor=\"x\" is not a number"],
         ),
         (
-            "kind=\"input\"/>",
-            "kind=\"input\"><ssc:Binary/></ssd:Connector>",
-            ["Connector \"u\" of Component \"a\"", "Binary"],
+            "kind=\"output\"/>",
+            "kind=\"output\"><ssc:Binary/></ssd:Connector>",
+            ["from a.y to b.u: connector \"y\"", "Binary"],
         ),
         (
-            "kind=\"input\"/>",
-            "kind=\"input\"><ssc:Real/><ssc:Dimension size=\"2\"/></ssd:Connector>",
-            ["Connector \"u\"", "arrays"],
+            "kind=\"output\"/>",
+            "kind=\"output\"><ssc:Real/><ssc:Dimension size=\"2\"/></ssd:Connector>",
+            ["from a.y to b.u: connector \"y\"", "arrays"],
         ),
         (
             "</ssd:System>",

@@ -3,9 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::io;
 
-use fmi2_import::description::{BaseUnit, Causality, Type, Value};
+use fmi2_import::description::{BaseUnit, Causality, Enumeration, Type, Value};
 use indexmap::IndexMap;
-use master::system::{InstanceIndex, System, VariableIndex};
+use master::system::{InstanceIndex, Link, Port, System, Transfer, VariableIndex};
 use scenario::Scenario;
 use serde_json::{Map, Value as Json};
 
@@ -302,7 +302,13 @@ impl Writer<'_> {
         if wire.connection.kinks {
             settings.insert("kinks".to_owned(), true.into());
         }
-        if !linear && settings.is_empty() {
+        let table = match &wire.link.transfer {
+            Transfer::Table(pairs) => Some((pairs, false)),
+            Transfer::Items(pairs) => Some((pairs, true)),
+            _ => None,
+        };
+        let table = table.filter(|_| wire.connection.map.is_some());
+        if !linear && table.is_none() && settings.is_empty() {
             return out.empty("ssd:Connection", &attributes);
         }
         out.open("ssd:Connection", &attributes)?;
@@ -310,12 +316,50 @@ impl Writer<'_> {
             let numbers = [("factor", number(wire.factor)), ("offset", number(offset))];
             out.empty("ssc:LinearTransformation", &numbers)?;
         }
+        if let Some((pairs, to_items)) = table {
+            self.table(out, wire.link, pairs, to_items)?;
+        }
         if !settings.is_empty() {
             out.open("ssd:Annotations", &[])?;
             annotation(out, &Json::from(settings).to_string())?;
             out.close("ssd:Annotations")?;
         }
         out.close("ssd:Connection")
+    }
+
+    /// A mapping table: by the names of items if both ends have them.
+    fn table(
+        &self,
+        out: &mut Printer,
+        link: &Link,
+        pairs: &[(i32, i32)],
+        to_items: bool,
+    ) -> io::Result<()> {
+        let enumeration = |port: Port| {
+            let description = self.parts.system.instances[port.instance].description();
+            description.enumeration_of(port.variable.0)
+        };
+        let (from, to) = (enumeration(link.from), enumeration(link.to));
+        let (kind, by_name) = match self.parts.system.variable(link.to).kind {
+            Type::Boolean => ("Boolean", false),
+            _ if to_items && from.is_some() => ("Enumeration", true),
+            _ => ("Integer", false),
+        };
+        let text = |value: i32, items: Option<&Enumeration>| {
+            let item = items.and_then(|it| it.items.iter().find(|(_, it)| *it == value));
+            attribute(match item {
+                Some((name, _)) if by_name => name.clone(),
+                _ if kind == "Boolean" => (value != 0).to_string(),
+                _ => value.to_string(),
+            })
+        };
+        let element = format!("ssc:{kind}MappingTransformation");
+        out.open(&element, &[])?;
+        for &(source, target) in pairs {
+            let entry = [("source", text(source, from)), ("target", text(target, to))];
+            out.empty("ssc:MapEntry", &entry)?;
+        }
+        out.close(&element)
     }
 
     fn definitions(&self, out: &mut Printer) -> io::Result<()> {

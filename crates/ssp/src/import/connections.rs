@@ -3,12 +3,11 @@
 use fmi2_import::description::Causality;
 use serde_json::{Map, Value, json};
 
-use super::outer_connectors;
 use super::ports::{Course, Edge, Port, Ports};
+use super::{outer_connectors, tables};
 use crate::SspError;
 use crate::annotation::Meaning;
 use crate::read::{Kind, Linear};
-use crate::xml::At;
 
 /// What the connections of a description become.
 pub(super) struct Links {
@@ -20,19 +19,19 @@ pub(super) struct Links {
 }
 
 impl Links {
-    pub(super) fn new(ports: &Ports<'_, '_>, file: &str) -> Result<Self, SspError> {
+    pub(super) fn new(ports: &Ports<'_, '_>) -> Result<Self, SspError> {
         let mut links = Self { connections: Vec::new(), outputs: None, notes: Vec::new() };
         let tree = ports.tree;
         let mut inputs: Vec<(&str, Vec<String>)> =
             outer_connectors(tree, Kind::Input).map(|(_, name)| (name, Vec::new())).collect();
         for edge in &ports.edges {
             let Port::Component(component, name) = &edge.to else { continue };
-            let edges = ports.trace(&edge.to, file)?;
+            let edges = ports.trace(&edge.to)?;
             let Some(origin) = edges.last().map(|it| &it.from) else { continue };
             let target = format!("{}.{name}", tree.components[*component].instance);
             match origin {
                 Port::Component(source, output) => {
-                    let at = At { file, place: &edge.place };
+                    let at = edge.at();
                     let description = tree.description(*component);
                     let causality =
                         description.find(name).map(|it| description.variables[it].causality);
@@ -42,7 +41,7 @@ impl Links {
                         )));
                     }
                     let source = format!("{}.{output}", tree.components[*source].instance);
-                    links.connections.push(connection(ports, &edges, source, target, file)?);
+                    links.connections.push(connection(ports, &edges, source, target)?);
                 }
                 Port::System(0, input) => {
                     if let Some((_, fed)) = inputs.iter_mut().find(|(name, _)| name == input) {
@@ -66,7 +65,7 @@ impl Links {
         }
         let mut outputs = Vec::new();
         for (port, name) in outer_connectors(tree, Kind::Output) {
-            let edges = ports.trace(&port, file)?;
+            let edges = ports.trace(&port)?;
             if let Some(Port::Component(component, output)) = edges.last().map(|it| &it.from) {
                 let signal = format!("{}.{output}", tree.components[*component].instance);
                 links
@@ -88,7 +87,6 @@ fn connection(
     edges: &[&Edge<'_>],
     from: String,
     to: String,
-    file: &str,
 ) -> Result<Value, SspError> {
     let mut connection = Map::new();
     connection.insert("from".to_owned(), from.into());
@@ -102,8 +100,13 @@ fn connection(
     let (linear, keeps_unit) = match edges {
         [only] if agree => (only.hop.linear, only.hop.keeps_unit),
         _ if agree && plain => (None, false),
+        // tables are for values without units of measurement
+        _ if edges.iter().any(|it| it.table.is_some()) => (None, false),
         _ => (Some(along(ports, edges)?), true),
     };
+    if let Some(table) = tables::along(ports, edges)? {
+        connection.insert("map".to_owned(), table.into());
+    }
     let linear = linear.unwrap_or(Linear { factor: 1.0, offset: 0.0 });
     for (key, value, default) in [("factor", linear.factor, 1.0), ("offset", linear.offset, 0.0)] {
         if value.to_bits() != f64::to_bits(default) {
@@ -115,7 +118,7 @@ fn connection(
     }
     for annotation in last.annotations {
         let Meaning::Ours(text) = &annotation.meaning else { continue };
-        let at = At { file, place: &last.place };
+        let at = last.at();
         let settings: Map<String, Value> = serde_json::from_str(text)
             .map_err(|error| at.invalid(format!("its annotation is not a JSON object: {error}")))?;
         for (key, value) in settings {

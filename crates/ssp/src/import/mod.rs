@@ -3,10 +3,11 @@
 mod connections;
 mod ours;
 mod ports;
+mod tables;
 mod tree;
 mod values;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use fmi2_import::description::{Causality, Type};
@@ -44,17 +45,21 @@ pub struct Imported {
 /// The files cannot be read, break the standard, or contain something that is not supported; or `folder` cannot be
 /// written.
 pub fn import(path: &Path, folder: &Path) -> Result<Imported, SspError> {
-    let mut files = Files::open(path)?;
-    let file = files.description().to_owned();
-    let text = files.text(&file, "the archive")?;
-    let description = Description::parse(&text, &file)?;
-    let tree = Tree::new(&description.system, &mut files, folder)?;
-    let ports = Ports::new(&tree, &file)?;
-    let mut ours = Ours::read(&description, &tree, &file)?;
-    ours.place_files(&mut files, folder)?;
-    let links = Links::new(&ports, &file)?;
-    let mut notes = files.warnings().to_vec();
-    let assigned = Assigned::new(&ports, &mut files, &description.definitions)?;
+    let (mut files, file) = Files::open(path)?;
+    let description = Description::load(&mut files, file)?;
+    let tree = Tree::new(&description, &mut files, folder)?;
+    let ports = Ports::new(&tree)?;
+    let mut ours = Ours::read(&description, &tree, &mut files, folder)?;
+    let links = Links::new(&ports)?;
+    let mut notes: Vec<String> = files.warnings().cloned().collect();
+    let variants = files.variants();
+    if !variants.is_empty() {
+        notes.push(format!(
+            "variants are not used: {}; unpack the archive and give the path of one to use it",
+            variants.join(", ")
+        ));
+    }
+    let assigned = Assigned::new(&ports, &mut files)?;
 
     let mut scenario = Map::new();
     scenario.insert("title".to_owned(), description.name.clone().into());
@@ -79,10 +84,12 @@ pub fn import(path: &Path, folder: &Path) -> Result<Imported, SspError> {
     let mut text = serde_json::to_string_pretty(&scenario).unwrap_or_default();
     text.push('\n');
     write(&path, text.as_bytes())?;
+    notes.append(&mut ours.notes);
     notes.extend(tree.notes.iter().cloned());
     notes.extend(assigned.notes);
     notes.extend(links.notes);
-    let undefined = description.definitions.undefined.take();
+    let undefined: BTreeSet<String> =
+        description.origins.iter().flat_map(|it| it.definitions.undefined.take()).collect();
     if !undefined.is_empty() {
         let names: Vec<String> = undefined.into_iter().collect();
         notes.push(format!(
@@ -154,7 +161,7 @@ fn experiment(description: &Description, ours: &mut Ours, notes: &mut Vec<String
     }
     if !experiment.contains_key("step") {
         let step = description.annotations.iter().find_map(|it| match it.meaning {
-            Meaning::Step(step) => Some((step, it)),
+            Meaning::Step(step) if it.within.is_empty() => Some((step, it)),
             _ => None,
         });
         if let Some((step, annotation)) = step {

@@ -24,6 +24,7 @@ pub(super) struct Ours {
     pub(super) instances: Map<String, Value>,
     /// Connections with several sources.
     sums: Vec<Sum>,
+    pub(super) notes: Vec<String>,
 }
 
 /// A connection with several sources, which SSP does not have.
@@ -36,68 +37,74 @@ struct Sum {
 }
 
 impl Ours {
-    /// Reads the annotation, if there is one.
+    /// Reads the annotations: that of the description, and of those that it takes systems from. Of the latter only
+    /// settings of instances and sums are used.
     pub(super) fn read(
         description: &Description,
         tree: &Tree<'_>,
-        file: &str,
+        files: &mut Files,
+        folder: &Path,
     ) -> Result<Self, SspError> {
         let mut ours = Self::default();
         for annotation in &description.annotations {
             let Meaning::Ours(text) = &annotation.meaning else { continue };
             let place = format!("annotation {TYPE} of {}", annotation.place);
-            let at = At { file, place: &place };
+            let at = At { file: tree.file(annotation.origin), place: &place };
             let invalid =
                 |error: serde_json::Error| at.invalid(format!("it is not as expected: {error}"));
-            ours.scenario = serde_json::from_str(text).map_err(invalid)?;
+            let mut part: Map<String, Value> = serde_json::from_str(text).map_err(invalid)?;
             for key in FORBIDDEN {
-                if ours.scenario.contains_key(key) {
+                if part.contains_key(key) {
                     return Err(at.invalid(format!("the member \"{key}\" is not allowed there")));
                 }
             }
-            if let Some(instances) = ours.scenario.shift_remove("instances") {
-                ours.instances = serde_json::from_value(instances).map_err(invalid)?;
+            let within = |name: &str| format!("{}{name}", annotation.within);
+            let mut instances = Map::new();
+            if let Some(found) = part.shift_remove("instances") {
+                let found: Map<String, Value> = serde_json::from_value(found).map_err(invalid)?;
+                instances.extend(found.into_iter().map(|(name, it)| (within(&name), it)));
             }
-            if let Some(sums) = ours.scenario.shift_remove("sums") {
-                ours.sums = serde_json::from_value(sums).map_err(invalid)?;
+            let mut sums: Vec<Sum> = Vec::new();
+            if let Some(found) = part.shift_remove("sums") {
+                sums = serde_json::from_value(found).map_err(invalid)?;
             }
             let known = |name: &String| tree.components.iter().any(|it| it.instance == *name);
-            if let Some(name) = ours.instances.keys().find(|name| !known(name)) {
+            if let Some(name) = instances.keys().find(|name| !known(name)) {
                 return Err(at.invalid(format!("there is no component \"{name}\"")));
             }
-            if ours.instances.values().any(|it| it.get("unit").is_some()) {
+            if instances.values().any(|it| it.get("unit").is_some()) {
                 return Err(at.invalid("the member \"unit\" is not allowed in instances"));
+            }
+            let base = &tree.origins[annotation.origin].file;
+            let mut move_file = |path: &mut Value| -> Result<(), SspError> {
+                let Some(text) = path.as_str() else { return Ok(()) };
+                let name = files.resolve(base, text, &place)?;
+                *path = files.place(&name, folder, &place)?.to_string_lossy().into_owned().into();
+                Ok(())
+            };
+            place_values(&mut instances, &mut move_file)?;
+            ours.instances.append(&mut instances);
+            if annotation.within.is_empty() {
+                place_inputs(&mut part, &mut move_file)?;
+                ours.scenario = part;
+                ours.sums.append(&mut sums);
+                continue;
+            }
+            for mut sum in sums {
+                rename(&mut sum.connection, &within);
+                ours.sums.push(Sum { after: usize::MAX, ..sum });
+            }
+            part.shift_remove("experiment");
+            if !part.is_empty() {
+                let keys: Vec<&str> = part.keys().map(String::as_str).collect();
+                ours.notes.push(format!(
+                    "{}: settings of the system that is used here as a part are not used: {}",
+                    at.file,
+                    keys.join(", ")
+                ));
             }
         }
         Ok(ours)
-    }
-
-    /// Puts the files that values and inputs over time name into `folder`, and corrects their paths.
-    pub(super) fn place_files(&mut self, files: &mut Files, folder: &Path) -> Result<(), SspError> {
-        let place = format!("annotation {TYPE}");
-        let mut move_file = |path: &mut Value| -> Result<(), SspError> {
-            let Some(text) = path.as_str() else { return Ok(()) };
-            let name = files.resolve(files.description(), text, &place)?;
-            *path = files.place(&name, folder, &place)?.to_string_lossy().into_owned().into();
-            Ok(())
-        };
-        for settings in self.instances.values_mut() {
-            for list in ["parameters", "start"] {
-                let values = settings.get_mut(list).and_then(Value::as_object_mut);
-                for value in values.into_iter().flat_map(Map::values_mut) {
-                    if let Some(path) = value.get_mut("path") {
-                        move_file(path)?;
-                    }
-                }
-            }
-        }
-        let inputs = self.scenario.get_mut("inputs").and_then(Value::as_array_mut);
-        for input in inputs.into_iter().flatten() {
-            if let Some(path) = input.get_mut("signal").and_then(|it| it.get_mut("file")) {
-                move_file(path)?;
-            }
-        }
-        Ok(())
     }
 
     /// The connections of the description, with the sums at their places between them.
@@ -109,5 +116,56 @@ impl Ours {
             connections.insert(at, sum.connection);
         }
         connections
+    }
+}
+
+/// Puts the files that values name into their folder.
+fn place_values(
+    instances: &mut Map<String, Value>,
+    move_file: &mut impl FnMut(&mut Value) -> Result<(), SspError>,
+) -> Result<(), SspError> {
+    for settings in instances.values_mut() {
+        for list in ["parameters", "start"] {
+            let values = settings.get_mut(list).and_then(Value::as_object_mut);
+            for value in values.into_iter().flat_map(Map::values_mut) {
+                if let Some(path) = value.get_mut("path") {
+                    move_file(path)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Puts the files of inputs over time into their folder.
+fn place_inputs(
+    scenario: &mut Map<String, Value>,
+    move_file: &mut impl FnMut(&mut Value) -> Result<(), SspError>,
+) -> Result<(), SspError> {
+    let inputs = scenario.get_mut("inputs").and_then(Value::as_array_mut);
+    for input in inputs.into_iter().flatten() {
+        if let Some(path) = input.get_mut("signal").and_then(|it| it.get_mut("file")) {
+            move_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Renames the ends of a connection with several sources.
+fn rename(connection: &mut Value, within: &impl Fn(&str) -> String) {
+    let change = |it: &mut Value| {
+        if let Some(name) = it.as_str() {
+            *it = within(name).into();
+        }
+    };
+    if let Some(to) = connection.get_mut("to") {
+        change(to);
+    }
+    let terms = connection.get_mut("from").and_then(Value::as_array_mut);
+    for term in terms.into_iter().flatten() {
+        match term.get_mut("signal") {
+            Some(signal) => change(signal),
+            None => change(term),
+        }
     }
 }

@@ -7,7 +7,7 @@ use fmi2_import::description::{BaseUnit, Causality, Conversion, UnitMismatch};
 use super::tree::{Child, Tree};
 use crate::SspError;
 use crate::annotation::Annotation;
-use crate::read::{Connection, Connector, End, Kind, Linear, Transformation};
+use crate::read::{Connection, Connector, End, Items, Kind, Linear, SignalType, Transformation};
 use crate::xml::At;
 
 /// A connector.
@@ -25,16 +25,23 @@ pub(super) struct Edge<'d> {
     pub(super) from: Port,
     pub(super) to: Port,
     pub(super) hop: Hop,
-    /// For messages.
+    /// A mapping table.
+    pub(super) table: Option<&'d Transformation>,
+    /// For messages: file and element.
+    pub(super) file: &'d str,
     pub(super) place: String,
     pub(super) annotations: &'d [Annotation],
 }
 
 impl Edge<'_> {
+    /// Where it is, for messages.
+    pub(super) fn at(&self) -> At<'_> {
+        At { file: self.file, place: &self.place }
+    }
+
     /// The connection is one of a cycle without a component, in which values have no origin.
-    pub(super) fn cycle(&self, file: &str) -> SspError {
-        let at = At { file, place: &self.place };
-        at.invalid("connections form a cycle without a component")
+    pub(super) fn cycle(&self) -> SspError {
+        self.at().invalid("connections form a cycle without a component")
     }
 }
 
@@ -67,10 +74,11 @@ enum Role {
 }
 
 impl<'t, 'd> Ports<'t, 'd> {
-    pub(super) fn new(tree: &'t Tree<'d>, file: &str) -> Result<Self, SspError> {
+    pub(super) fn new(tree: &'t Tree<'d>) -> Result<Self, SspError> {
         let mut ports =
             Self { tree, edges: Vec::new(), into: HashMap::new(), from: HashMap::new() };
         for (system, node) in tree.systems.iter().enumerate() {
+            let file = tree.file(node.element.origin);
             for connection in &node.element.connections {
                 let within = match node.path.as_str() {
                     "" => String::new(),
@@ -89,7 +97,7 @@ impl<'t, 'd> Ports<'t, 'd> {
         system: usize,
         connection: &'d Connection,
         place: String,
-        file: &str,
+        file: &'d str,
     ) -> Result<(), SspError> {
         let at = At { file, place: &place };
         let (start, start_role) = self.end(system, &connection.start, at)?;
@@ -104,7 +112,8 @@ impl<'t, 'd> Ports<'t, 'd> {
             Some(Transformation::Linear(linear)) => Some(linear),
             _ => None,
         };
-        if backwards && linear.is_some() {
+        let table = connection.transformation.as_ref().filter(|_| linear.is_none());
+        if backwards && connection.transformation.is_some() {
             return Err(at.invalid(
                 "it begins at the target of values, so the direction of its transformation is unknown",
             ));
@@ -117,7 +126,8 @@ impl<'t, 'd> Ports<'t, 'd> {
         }
         self.from.entry(from.clone()).or_default().push(index);
         let hop = Hop { linear, keeps_unit: connection.keeps_unit };
-        self.edges.push(Edge { from, to, hop, place, annotations: &connection.annotations });
+        let annotations = &connection.annotations;
+        self.edges.push(Edge { from, to, hop, table, file, place, annotations });
         Ok(())
     }
 
@@ -127,9 +137,9 @@ impl<'t, 'd> Ports<'t, 'd> {
         let node = &self.tree.systems[system];
         let Some(element) = &end.element else {
             // an input of the system is a source inside of it
-            let role = match kind_of(&node.element.connectors, &name) {
+            let role = match kind_of(&node.element.connectors, &name, at)? {
                 Some(Kind::Input | Kind::Parameter) => Role::Source,
-                Some(Kind::Output) => Role::Sink,
+                Some(Kind::Output | Kind::Internal) => Role::Sink,
                 Some(Kind::Other) => Role::Either,
                 None => {
                     return Err(at.invalid(format!("this system has no connector \"{name}\"")));
@@ -142,9 +152,10 @@ impl<'t, 'd> Ports<'t, 'd> {
         };
         match *child {
             Child::System(inner) => {
-                let role = match kind_of(&self.tree.systems[inner].element.connectors, &name) {
+                let connectors = &self.tree.systems[inner].element.connectors;
+                let role = match kind_of(connectors, &name, at)? {
                     Some(Kind::Input | Kind::Parameter) => Role::Sink,
-                    Some(Kind::Output) => Role::Source,
+                    Some(Kind::Output | Kind::Internal) => Role::Source,
                     Some(Kind::Other) => Role::Either,
                     None => {
                         return Err(at.invalid(format!(
@@ -155,14 +166,21 @@ impl<'t, 'd> Ports<'t, 'd> {
                 Ok((Port::System(inner, name), role))
             }
             Child::Dictionary(dictionary) => {
-                if !self.tree.dictionaries[dictionary].entries.contains_key(&name) {
-                    return Err(at.invalid(format!(
-                        "the dictionary behind \"{element}\" has no entry \"{name}\""
-                    )));
+                match self.tree.dictionaries[dictionary].entries.get(&name) {
+                    Some(Some(SignalType { refused: Some(why), .. })) => {
+                        return Err(at.unsupported(format!("entry \"{name}\": {why}")));
+                    }
+                    Some(_) => {}
+                    None => {
+                        return Err(at.invalid(format!(
+                            "the dictionary behind \"{element}\" has no entry \"{name}\""
+                        )));
+                    }
                 }
                 Ok((Port::Signal(dictionary, name), Role::Either))
             }
             Child::Component(component) => {
+                kind_of(&self.tree.components[component].element.connectors, &name, at)?;
                 let description = self.tree.description(component);
                 let Some(variable) = description.find(&name) else {
                     return Err(
@@ -179,13 +197,13 @@ impl<'t, 'd> Ports<'t, 'd> {
     }
 
     /// The connections from a port back to where its values come from, last one first.
-    pub(super) fn trace(&self, port: &Port, file: &str) -> Result<Vec<&Edge<'d>>, SspError> {
+    pub(super) fn trace(&self, port: &Port) -> Result<Vec<&Edge<'d>>, SspError> {
         let mut edges: Vec<&Edge<'d>> = Vec::new();
         let mut place = port;
         while let Some(&index) = self.into.get(place) {
             let edge = &self.edges[index];
             if edges.len() > self.edges.len() {
-                return Err(edge.cycle(file));
+                return Err(edge.cycle());
             }
             edges.push(edge);
             place = &edge.from;
@@ -225,6 +243,12 @@ impl<'t, 'd> Ports<'t, 'd> {
         }
     }
 
+    /// The items that the type of a component's connector has in the description.
+    pub(super) fn items(&self, component: usize, name: &str) -> Option<&'d Items> {
+        let connectors = &self.tree.components[component].element.connectors;
+        connectors.iter().find(|it| it.name == name)?.signal.as_ref()?.items.as_ref()
+    }
+
     /// The unit of measurement of a variable as its unit defines it.
     pub(super) fn own_unit(&self, component: usize, name: &str) -> Option<UnitName> {
         let description = self.tree.description(component);
@@ -246,8 +270,13 @@ impl<'t, 'd> Ports<'t, 'd> {
     }
 }
 
-fn kind_of(connectors: &[Connector], name: &str) -> Option<Kind> {
-    connectors.iter().find(|it| it.name == name).map(|it| it.kind)
+/// The kind of a connector, if there is one and its type is supported.
+fn kind_of(connectors: &[Connector], name: &str, at: At<'_>) -> Result<Option<Kind>, SspError> {
+    let Some(it) = connectors.iter().find(|it| it.name == name) else { return Ok(None) };
+    match it.signal.as_ref().and_then(|it| it.refused.as_deref()) {
+        Some(why) => Err(at.unsupported(format!("connector \"{name}\": {why}"))),
+        None => Ok(Some(it.kind)),
+    }
 }
 
 /// A linear map on its way along connections, with the unit of measurement that its values have. A constant is a map

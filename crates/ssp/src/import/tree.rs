@@ -7,8 +7,10 @@ use fmi2_import::description::ModelDescription;
 use fmi2_import::package::Package;
 
 use crate::SspError;
-use crate::files::Files;
-use crate::read::{Base, Component, Contents, Element, SignalDictionary, System};
+use crate::files::{Files, Name};
+use crate::read::{
+    Base, Component, Contents, Description, Element, Origin, SignalDictionary, System,
+};
 use crate::xml::{At, SSB, document};
 
 /// All systems and components.
@@ -21,6 +23,7 @@ pub(super) struct Tree<'d> {
     pub(super) dictionaries: Vec<SignalDictionary>,
     /// Remarks on names that had to change.
     pub(super) notes: Vec<String>,
+    pub(super) origins: &'d [Origin],
 }
 
 /// A system.
@@ -54,8 +57,8 @@ pub(super) struct ComponentNode<'d> {
 pub(super) struct Unit {
     /// Key in the scenario's `units`.
     pub(super) key: String,
-    /// Name of its file in the archive.
-    pub(super) name: String,
+    /// Its file in the archive.
+    pub(super) name: Name,
     /// Its path for the scenario: absolute, or relative to the scenario's folder.
     pub(super) path: PathBuf,
     /// The file.
@@ -66,7 +69,7 @@ pub(super) struct Unit {
 impl<'d> Tree<'d> {
     /// Lists a description, and puts its units into `folder`.
     pub(super) fn new(
-        root: &'d System,
+        description: &'d Description,
         files: &mut Files,
         folder: &Path,
     ) -> Result<Self, SspError> {
@@ -76,10 +79,16 @@ impl<'d> Tree<'d> {
             units: Vec::new(),
             dictionaries: Vec::new(),
             notes: Vec::new(),
+            origins: &description.origins,
         };
         let mut builder = Builder { tree: &mut tree, files, folder, taken: HashSet::new() };
-        builder.system(root, "", &HashMap::new())?;
+        builder.system(&description.system, "", &HashMap::new())?;
         Ok(tree)
+    }
+
+    /// The name of a description's file, for messages.
+    pub(super) fn file(&self, origin: usize) -> &'d str {
+        self.origins.get(origin).map_or("", |it| it.file.label())
     }
 
     /// The description of a component's unit.
@@ -109,7 +118,8 @@ impl<'d> Builder<'_, 'd, '_> {
         // names are looked up here, then in the systems around
         let mut known = outer.clone();
         for dictionary in &system.dictionaries {
-            let contents = self.dictionary(&dictionary.name, &dictionary.contents)?;
+            let contents =
+                self.dictionary(&dictionary.name, &dictionary.contents, system.origin)?;
             known.insert(&dictionary.name, self.tree.dictionaries.len());
             self.tree.dictionaries.push(contents);
         }
@@ -121,10 +131,12 @@ impl<'d> Builder<'_, 'd, '_> {
             };
             let child = match element {
                 Element::System(inner) => Child::System(self.system(inner, &path, &known)?),
-                Element::Component(component) => Child::Component(self.component(component, path)?),
+                Element::Component(component) => {
+                    Child::Component(self.component(component, path, system.origin)?)
+                }
                 Element::Reference { name, dictionary } => {
                     let place = format!("SignalDictionaryReference \"{name}\"");
-                    let at = At { file: self.files.description(), place: &place };
+                    let at = At { file: self.tree.file(system.origin), place: &place };
                     let found = known.get(dictionary.as_str()).copied();
                     Child::Dictionary(found.ok_or_else(|| {
                         at.invalid(format!("there is no signal dictionary \"{dictionary}\""))
@@ -141,24 +153,32 @@ impl<'d> Builder<'_, 'd, '_> {
         &mut self,
         name: &str,
         contents: &Contents<SignalDictionary>,
+        origin: usize,
     ) -> Result<SignalDictionary, SspError> {
         let (uri, base) = match contents {
             Contents::Inline(dictionary) => return Ok(dictionary.clone()),
             Contents::File { uri, base } => (uri, base),
         };
         let place = format!("SignalDictionary \"{name}\"");
-        if *base == Base::Component {
-            let at = At { file: self.files.description(), place: &place };
+        if *base != Base::Description {
+            let at = At { file: self.tree.file(origin), place: &place };
             return Err(at.invalid("sourceBase=\"component\" has no meaning here"));
         }
-        let file = self.files.resolve(self.files.description(), uri, &place)?;
+        let file = self.files.resolve(&self.tree.origins[origin].file, uri, &place)?;
         let text = self.files.text(&file, &place)?;
-        document(&text, &file, (SSB, "SignalDictionary"), |it| SignalDictionary::read(it, &file))
+        let file = file.label();
+        document(&text, file, (SSB, "SignalDictionary"), |it| SignalDictionary::read(it, file))
     }
 
-    fn component(&mut self, component: &'d Component, path: String) -> Result<usize, SspError> {
+    fn component(
+        &mut self,
+        component: &'d Component,
+        path: String,
+        origin: usize,
+    ) -> Result<usize, SspError> {
         let place = format!("Component \"{path}\"");
-        let name = self.files.resolve(self.files.description(), &component.source, &place)?;
+        let base = &self.tree.origins[origin].file;
+        let name = self.files.resolve(base, &component.source, &place)?;
         let unit = match self.tree.units.iter().position(|unit| unit.name == name) {
             Some(unit) => unit,
             None => self.open(name, &path, &place)?,
@@ -171,12 +191,12 @@ impl<'d> Builder<'_, 'd, '_> {
         Ok(self.tree.components.len() - 1)
     }
 
-    fn open(&mut self, name: String, component: &str, place: &str) -> Result<usize, SspError> {
+    fn open(&mut self, name: Name, component: &str, place: &str) -> Result<usize, SspError> {
         let path = self.files.place(&name, self.folder, place)?;
         let file = self.folder.join(&path);
         let description = Package::describe(&file)
             .map_err(|source| SspError::Unit { component: component.to_owned(), source })?;
-        let last = name.rsplit('/').next().unwrap_or(&name);
+        let last = name.last();
         let stem = last.rsplit_once('.').map_or(last, |(stem, _)| stem);
         let is_taken = |key: &str| self.tree.units.iter().any(|unit| unit.key == key);
         let key = unique(stem.to_owned(), is_taken);

@@ -6,12 +6,13 @@ use indexmap::IndexMap;
 use serde_json::Value;
 
 use super::ports::{Course, Hop, Port, Ports};
+use super::tables;
 use super::tree::Child;
 use crate::SspError;
 use crate::files::{Files, xml_text};
 use crate::read::{
-    Base, Binding, Contents, Definitions, Linear, Number, ParameterMapping, ParameterSet,
-    ParameterValue, Transformation,
+    Base, Binding, Contents, Linear, Number, ParameterMapping, ParameterSet, ParameterValue,
+    Transformation,
 };
 use crate::xml::{At, SSM, SSV, document};
 
@@ -22,7 +23,6 @@ pub(super) type Values = IndexMap<String, Value>;
 pub(super) struct Assigned<'p, 't, 'd> {
     ports: &'p Ports<'t, 'd>,
     files: &'p mut Files,
-    definitions: &'p Definitions,
     /// Values of each component.
     pub(super) values: Vec<Values>,
     /// Remarks on values that set nothing.
@@ -31,7 +31,9 @@ pub(super) struct Assigned<'p, 't, 'd> {
 
 /// A value on its way to its variables.
 #[derive(Clone)]
-struct Given {
+struct Given<'d> {
+    /// File with the binding, for messages.
+    file: &'d str,
     value: ParameterValue,
     /// What happens to it at its target.
     hop: Hop,
@@ -41,14 +43,10 @@ struct Given {
 
 impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
     /// Applies all bindings. Those of an outer system replace those inside, and later ones replace earlier ones.
-    pub(super) fn new(
-        ports: &'p Ports<'t, 'd>,
-        files: &'p mut Files,
-        definitions: &'p Definitions,
-    ) -> Result<Self, SspError> {
+    pub(super) fn new(ports: &'p Ports<'t, 'd>, files: &'p mut Files) -> Result<Self, SspError> {
         let tree = ports.tree;
         let values = vec![Values::new(); tree.components.len()];
-        let mut assigned = Self { ports, files, definitions, values, notes: Vec::new() };
+        let mut assigned = Self { ports, files, values, notes: Vec::new() };
         for (component, node) in tree.components.iter().enumerate() {
             for (k, binding) in node.element.bindings.iter().enumerate() {
                 let place = format!("ParameterBinding {} of Component \"{}\"", k + 1, node.path);
@@ -66,11 +64,13 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
     }
 
     fn bind(&mut self, target: Child, binding: &Binding, place: &str) -> Result<(), SspError> {
-        let definitions = self.definitions;
+        let tree = self.ports.tree;
+        let own = tree.file(binding.origin);
+        let definitions = &tree.origins[binding.origin].definitions;
         let set = match &binding.values {
             Contents::Inline(set) => set.clone(),
             Contents::File { uri, base } => {
-                let (text, file) = self.text(target, uri, *base, place)?;
+                let (text, file) = self.text(target, binding.origin, uri, *base, place)?;
                 document(&text, &file, (SSV, "ParameterSet"), |it| {
                     ParameterSet::read(it, &file, definitions)
                 })?
@@ -80,7 +80,7 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
             None => None,
             Some(Contents::Inline(mapping)) => Some(mapping.clone()),
             Some(Contents::File { uri, base }) => {
-                let (text, file) = self.text(target, uri, *base, place)?;
+                let (text, file) = self.text(target, binding.origin, uri, *base, place)?;
                 Some(document(&text, &file, (SSM, "ParameterMapping"), |it| {
                     ParameterMapping::read(it, &file)
                 })?)
@@ -91,7 +91,7 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
             let name = format!("{}{}", binding.prefix, parameter.name);
             let Some(mapping) = &mapping else {
                 let hop = Hop { linear: None, keeps_unit: false };
-                let given = Given { value: parameter.value, hop, passed: 0 };
+                let given = Given { file: own, value: parameter.value, hop, passed: 0 };
                 if !self.set(target, &name, &given, place)? {
                     unmatched.push(name);
                 }
@@ -100,10 +100,11 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
             let entries = mapping.entries.iter().filter(|entry| entry.source == name);
             for entry in entries {
                 let place = format!("{place}, MappingEntry to {}", entry.target);
-                let at = At { file: self.files.description(), place: &place };
-                let given = transformed(&parameter.value, &entry.transformation, at)?;
-                let hop = Hop { keeps_unit: entry.keeps_unit, ..given.hop };
-                if !self.set(target, &entry.target, &Given { hop, ..given }, &place)? {
+                let at = At { file: own, place: &place };
+                let (value, hop) = transformed(&parameter.value, &entry.transformation, at)?;
+                let hop = Hop { keeps_unit: entry.keeps_unit, ..hop };
+                let given = Given { file: own, value, hop, passed: 0 };
+                if !self.set(target, &entry.target, &given, &place)? {
                     unmatched.push(entry.target.clone());
                 }
             }
@@ -123,22 +124,24 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
     fn text(
         &mut self,
         target: Child,
+        origin: usize,
         uri: &str,
         base: Base,
         place: &str,
     ) -> Result<(String, String), SspError> {
-        if base == Base::Description {
-            let file = self.files.resolve(self.files.description(), uri, place)?;
-            return Ok((self.files.text(&file, place)?, file));
+        let tree = self.ports.tree;
+        if base != Base::Component {
+            let beside = if let Base::Inside(origin) = base { origin } else { origin };
+            let file = self.files.resolve(&tree.origins[beside].file, uri, place)?;
+            return Ok((self.files.text(&file, place)?, file.to_string()));
         }
         let Child::Component(component) = target else {
-            let at = At { file: self.files.description(), place };
+            let at = At { file: tree.file(origin), place };
             return Err(at.invalid("sourceBase=\"component\" has no meaning at a system"));
         };
-        let tree = self.ports.tree;
         let unit = &tree.units[tree.components[component].unit];
         // inside the archive of the unit, whose root is the base
-        let name = self.files.resolve("", uri, place)?;
+        let name = self.files.resolve_inside(uri, place)?;
         let file = format!("{}/{name}", unit.name);
         let failed = |source| SspError::Archive { path: unit.file.clone(), source };
         let mut archive = FmuArchive::open(&unit.file).map_err(failed)?;
@@ -154,7 +157,7 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
         &mut self,
         target: Child,
         name: &str,
-        given: &Given,
+        given: &Given<'d>,
         place: &str,
     ) -> Result<bool, SspError> {
         let tree = self.ports.tree;
@@ -166,24 +169,27 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
                 self.reach(&Port::Component(component, name.to_owned()), given, place)
             }
             Child::System(system) => {
+                // names need not be unique: a value is for all that have its name
                 let node = &tree.systems[system];
+                let mut reached = false;
                 if node.element.connectors.iter().any(|it| it.name == name) {
-                    return self.reach(&Port::System(system, name.to_owned()), given, place);
+                    reached = self.reach(&Port::System(system, name.to_owned()), given, place)?;
                 }
-                let inner = node.children.iter().filter_map(|(child, &it)| {
-                    Some((child.len(), it, name.strip_prefix(child)?.strip_prefix('.')?))
-                });
-                match inner.max_by_key(|(length, ..)| *length) {
-                    Some((_, child, rest)) => self.set(child, rest, given, place),
-                    None => Ok(false),
+                for (child, &it) in &node.children {
+                    if let Some(rest) =
+                        name.strip_prefix(child).and_then(|rest| rest.strip_prefix('.'))
+                    {
+                        reached |= self.set(it, rest, given, place)?;
+                    }
                 }
+                Ok(reached)
             }
             Child::Dictionary(_) => Ok(false),
         }
     }
 
     /// Sets a connector and all that it is connected to. False if that reaches no variable.
-    fn reach(&mut self, port: &Port, given: &Given, place: &str) -> Result<bool, SspError> {
+    fn reach(&mut self, port: &Port, given: &Given<'d>, place: &str) -> Result<bool, SspError> {
         let unit = self.ports.unit(port);
         let mut given = given.clone();
         if let ParameterValue::Real(number) = &mut given.value {
@@ -197,7 +203,8 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
             number.unit = course.unit.and_then(|(name, base)| Some((name, base?)));
         }
         if let Port::Component(component, name) = port {
-            let value = self.setting(*component, name, &given.value, place)?;
+            let at = At { file: given.file, place };
+            let value = self.setting(*component, name, &given.value, at)?;
             // the last value counts
             self.values[*component].shift_remove(name);
             self.values[*component].insert(name.clone(), value);
@@ -206,15 +213,18 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
         let ports = self.ports;
         let mut reached = false;
         for edge in ports.onward(port) {
-            let at = At { file: self.files.description(), place: &edge.place };
+            let at = edge.at();
             if edge.hop.linear.is_some() && !matches!(given.value, ParameterValue::Real(_)) {
                 return Err(at.invalid("LinearTransformation is for Reals only"));
             }
             if given.passed > ports.edges.len() {
-                return Err(edge.cycle(self.files.description()));
+                return Err(edge.cycle());
             }
-            let (value, passed) = (given.value.clone(), given.passed + 1);
-            let onward = Given { value, hop: edge.hop, passed };
+            let value = match edge.table {
+                None => given.value.clone(),
+                Some(table) => tables::value(table, &given.value).ok_or_else(|| misfit(at))?,
+            };
+            let onward = Given { value, hop: edge.hop, passed: given.passed + 1, ..given };
             reached |= self.reach(&edge.to, &onward, place)?;
         }
         Ok(reached)
@@ -226,12 +236,11 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
         component: usize,
         name: &str,
         value: &ParameterValue,
-        place: &str,
+        at: At<'_>,
     ) -> Result<Value, SspError> {
         let description = self.ports.tree.description(component);
         let Some(index) = description.find(name) else { return Ok(Value::Null) };
         let kind = description.variables[index].kind;
-        let at = At { file: self.files.description(), place };
         let wrong = |shown: &dyn std::fmt::Display| {
             at.invalid(format!("{shown} is not valid for {name}, which is of type {kind}"))
         };
@@ -273,11 +282,8 @@ fn transformed(
     value: &ParameterValue,
     transformation: &Option<Transformation>,
     at: At<'_>,
-) -> Result<Given, SspError> {
+) -> Result<(ParameterValue, Hop), SspError> {
     let mut hop = Hop { linear: None, keeps_unit: false };
-    let no_entry = |value: &dyn std::fmt::Display| {
-        at.invalid(format!("the transformation has no MapEntry for {value}"))
-    };
     let value = match (transformation, value) {
         (None, value) => value.clone(),
         (Some(Transformation::Linear(linear)), ParameterValue::Real(_)) => {
@@ -289,19 +295,11 @@ fn transformed(
             hop.linear = Some(*linear);
             ParameterValue::Real(Number { value: *it as f64, unit: None })
         }
-        (Some(Transformation::Numbers(pairs)), ParameterValue::Integer(it)) => {
-            let found = pairs.iter().find(|(from, _)| from == it).ok_or_else(|| no_entry(it))?;
-            ParameterValue::Integer(found.1)
-        }
-        (Some(Transformation::Numbers(pairs)), ParameterValue::Boolean(it)) => {
-            let found = pairs.iter().find(|(from, _)| *from == i64::from(*it));
-            ParameterValue::Boolean(found.ok_or_else(|| no_entry(it))?.1 != 0)
-        }
-        (Some(Transformation::Items(pairs)), ParameterValue::Item(it, _)) => {
-            let found = pairs.iter().find(|(from, _)| from == it).ok_or_else(|| no_entry(it))?;
-            ParameterValue::Item(found.1.clone(), None)
-        }
-        _ => return Err(at.invalid("the transformation does not fit the type of the value")),
+        (Some(table), value) => tables::value(table, value).ok_or_else(|| misfit(at))?,
     };
-    Ok(Given { value, hop, passed: 0 })
+    Ok((value, hop))
+}
+
+fn misfit(at: At<'_>) -> SspError {
+    at.invalid("the transformation does not fit the type of the value")
 }

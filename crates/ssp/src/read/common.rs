@@ -8,7 +8,10 @@ use fmi2_import::xml::Plain as _;
 use roxmltree::Node;
 
 use crate::SspError;
-use crate::xml::{At, SSC, boolean, child, children, is, listed};
+use crate::xml::{At, SSC, boolean, child, children, listed};
+
+/// Names and values of an enumeration's items.
+pub(crate) type Items = Vec<(String, i64)>;
 
 /// Units of measurement and enumerations that a file defines.
 #[derive(Debug, Clone, Default)]
@@ -16,7 +19,7 @@ pub(crate) struct Definitions {
     /// Units of measurement by name.
     pub(crate) units: HashMap<String, BaseUnit>,
     /// Items of the enumerations by name.
-    pub(crate) enumerations: HashMap<String, Vec<(String, i32)>>,
+    pub(crate) enumerations: HashMap<String, Items>,
     /// Names of units of measurement that are used but not defined.
     pub(crate) undefined: RefCell<BTreeSet<String>>,
 }
@@ -78,6 +81,10 @@ impl Definitions {
 pub(crate) struct SignalType {
     /// Unit of measurement of a Real: its name and definition.
     pub(crate) unit: Option<(String, BaseUnit)>,
+    /// The items of an Enumeration.
+    pub(crate) items: Option<Items>,
+    /// What of it is not supported, if anything. That matters for connections only.
+    pub(crate) refused: Option<String>,
 }
 
 /// The role of a connector.
@@ -89,7 +96,9 @@ pub(crate) enum Kind {
     Output,
     /// A parameter, which is set before the run.
     Parameter,
-    /// Any other, or unspecified.
+    /// A local variable, a constant or a calculated parameter: a signal out of the element, but no output.
+    Internal,
+    /// In both directions, or unspecified.
     Other,
 }
 
@@ -100,6 +109,7 @@ impl Kind {
             "input" => Self::Input,
             "output" => Self::Output,
             "parameter" | "structuralParameter" => Self::Parameter,
+            "local" | "constant" | "calculatedParameter" => Self::Internal,
             _ => Self::Other,
         }
     }
@@ -120,34 +130,34 @@ pub(crate) fn is_real(name: &str) -> bool {
 
 impl SignalType {
     /// The type of a connector or dictionary entry, if it is given.
-    pub(crate) fn read(
-        node: Node<'_, '_>,
-        definitions: &Definitions,
-        at: At<'_>,
-    ) -> Result<Option<Self>, SspError> {
+    pub(crate) fn read(node: Node<'_, '_>, definitions: &Definitions) -> Option<Self> {
+        let mut found: Option<Self> = None;
         let types =
             node.children().filter(|it| it.is_element() && it.tag_name().namespace() == Some(SSC));
-        let mut found = None;
         for it in types {
+            let mut signal = Self { unit: None, items: None, refused: None };
             match it.tag_name().name() {
                 name if is_real(name) => {
-                    found = Some(Self {
-                        unit: it.attr("unit").and_then(|unit| definitions.unit(unit)),
-                    });
+                    signal.unit = it.attr("unit").and_then(|unit| definitions.unit(unit));
                 }
-                name if is_integer(name)
-                    || ["Boolean", "String", "Enumeration"].contains(&name) =>
-                {
-                    found = Some(Self { unit: None });
+                "Enumeration" => {
+                    let name = it.attr("name").unwrap_or_default();
+                    signal.items = definitions.enumerations.get(name).cloned();
                 }
-                "Dimension" => return Err(at.unsupported("arrays are not supported")),
+                name if is_integer(name) || ["Boolean", "String"].contains(&name) => {}
                 name @ ("Binary" | "Clock") => {
-                    return Err(at.unsupported(format!("the type {name} is not supported")));
+                    signal.refused = Some(format!("the type {name} is not supported"));
                 }
-                _ => {}
+                "Dimension" => {
+                    let refused = Some("arrays are not supported".to_owned());
+                    found = Some(Self { refused, ..found.unwrap_or(signal) });
+                    continue;
+                }
+                _ => continue,
             }
+            found = Some(signal);
         }
-        Ok(found)
+        found
     }
 }
 
@@ -160,13 +170,15 @@ pub(crate) struct Linear {
     pub(crate) offset: f64,
 }
 
-/// A transformation of values on their way.
+/// A transformation of values on their way. What a table does not list stays as it is.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Transformation {
     /// For Reals.
     Linear(Linear),
-    /// Pairs of source and target: Booleans (0, 1) or integers.
-    Numbers(Vec<(i64, i64)>),
+    /// Pairs of source and target for Booleans.
+    Booleans(Vec<(bool, bool)>),
+    /// Pairs of source and target for Integers and Enumerations.
+    Integers(Vec<(i64, i64)>),
     /// Pairs of names of items.
     Items(Vec<(String, String)>),
 }
@@ -174,44 +186,58 @@ pub(crate) enum Transformation {
 impl Transformation {
     /// The transformation of a connection or mapping entry, if it has one.
     pub(crate) fn read(node: Node<'_, '_>, at: At<'_>) -> Result<Option<Self>, SspError> {
-        if let Some(linear) = child(node, (SSC, "LinearTransformation")) {
-            let factor = at.finite(linear, "factor", 1.0)?;
-            let offset = at.finite(linear, "offset", 0.0)?;
-            return Ok(Some(Self::Linear(Linear { factor, offset })));
-        }
-        let entries = |list: Node<'_, '_>| -> Result<Vec<(String, String)>, SspError> {
-            children(list, (SSC, "MapEntry"))
-                .map(|it| Ok((at.required(it, "source")?, at.required(it, "target")?)))
-                .collect()
-        };
-        for list in node.children() {
-            let number = |text: &str| -> Result<i64, SspError> {
-                let number = match is(list, (SSC, "BooleanMappingTransformation")) {
-                    true => boolean(text).map(i64::from),
-                    false => fmi2_import::xml::number(text),
-                };
-                number.ok_or_else(|| at.invalid(format!("\"{text}\" is not valid in a MapEntry")))
-            };
-            if is(list, (SSC, "EnumerationMappingTransformation")) {
-                return Ok(Some(Self::Items(entries(list)?)));
-            }
-            if is(list, (SSC, "BooleanMappingTransformation"))
-                || is(list, (SSC, "IntegerMappingTransformation"))
-            {
-                let pairs = entries(list)?;
-                let pairs = pairs.iter().map(|(a, b)| Ok((number(a)?, number(b)?)));
-                return Ok(Some(Self::Numbers(pairs.collect::<Result<_, SspError>>()?)));
-            }
+        let elements =
+            node.children().filter(|it| it.is_element() && it.tag_name().namespace() == Some(SSC));
+        for it in elements {
+            return Ok(Some(match it.tag_name().name() {
+                "LinearTransformation" => {
+                    let factor = at.finite(it, "factor", 1.0)?;
+                    let offset = at.finite(it, "offset", 0.0)?;
+                    Self::Linear(Linear { factor, offset })
+                }
+                "BooleanMappingTransformation" => Self::Booleans(entries(it, at, boolean)?),
+                "IntegerMappingTransformation" => {
+                    Self::Integers(entries(it, at, fmi2_import::xml::number)?)
+                }
+                "EnumerationMappingTransformation" => {
+                    Self::Items(entries(it, at, |text| Some(text.to_owned()))?)
+                }
+                _ => continue,
+            }));
         }
         Ok(None)
     }
 
-    /// Whether it leaves all values that it names as they are.
+    /// Whether it leaves all values as they are.
     pub(crate) fn is_identity(&self) -> bool {
         match self {
             Self::Linear(it) => *it == Linear { factor: 1.0, offset: 0.0 },
-            Self::Numbers(pairs) => pairs.iter().all(|(a, b)| a == b),
+            Self::Booleans(pairs) => pairs.iter().all(|(a, b)| a == b),
+            Self::Integers(pairs) => pairs.iter().all(|(a, b)| a == b),
             Self::Items(pairs) => pairs.iter().all(|(a, b)| a == b),
         }
     }
+}
+
+/// The pairs of a table.
+fn entries<T: PartialEq>(
+    table: Node<'_, '_>,
+    at: At<'_>,
+    read: impl Fn(&str) -> Option<T>,
+) -> Result<Vec<(T, T)>, SspError> {
+    let mut pairs: Vec<(T, T)> = Vec::new();
+    for it in children(table, (SSC, "MapEntry")) {
+        let value = |name| -> Result<T, SspError> {
+            let text = at.required(it, name)?;
+            let wrong = || at.invalid(format!("\"{text}\" is not valid in a MapEntry"));
+            read(&text).ok_or_else(wrong)
+        };
+        let (source, target) = (value("source")?, value("target")?);
+        if pairs.iter().any(|(other, _)| *other == source) {
+            let source = it.attr("source").unwrap_or_default();
+            return Err(at.invalid(format!("it has two MapEntry elements for {source}")));
+        }
+        pairs.push((source, target));
+    }
+    Ok(pairs)
 }

@@ -24,8 +24,10 @@ impl SignalDictionary {
         for it in children(node, (SSB, "DictionaryEntry")) {
             let name = it.attr("name").unwrap_or_default().to_owned();
             let place = format!("DictionaryEntry \"{name}\"");
-            let at = At { file, place: &place };
-            entries.insert(name, SignalType::read(it, &definitions, at)?);
+            let signal = SignalType::read(it, &definitions);
+            if name.is_empty() || entries.insert(name, signal).is_some() {
+                return Err(At { file, place: &place }.invalid("its name is missing or not unique"));
+            }
         }
         Ok(Self { entries })
     }

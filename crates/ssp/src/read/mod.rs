@@ -5,11 +5,13 @@ mod common;
 mod description;
 mod dictionary;
 mod mapping;
+mod reader;
 mod values;
 
-pub(crate) use common::{Definitions, Kind, Linear, Transformation};
+pub(crate) use common::{Items, Kind, Linear, SignalType, Transformation};
 pub(crate) use description::{
-    Base, Binding, Component, Connection, Connector, Contents, Description, Element, End, System,
+    Base, Binding, Component, Connection, Connector, Contents, Description, Element, End, Origin,
+    System,
 };
 pub(crate) use dictionary::SignalDictionary;
 pub(crate) use mapping::ParameterMapping;

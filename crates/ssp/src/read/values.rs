@@ -45,7 +45,7 @@ pub(crate) enum ParameterValue {
     /// A text.
     String(String),
     /// An item by its name, and its value if the file defines the enumeration.
-    Item(String, Option<i32>),
+    Item(String, Option<i64>),
 }
 
 impl ParameterSet {
