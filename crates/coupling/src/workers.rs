@@ -49,17 +49,21 @@ impl Workers {
         if threads <= 1 {
             return Self::alone();
         }
+        // rayon lets a thread belong to one pool in its life: a later simulation in it waits for others
+        Self::start(threads, true).or_else(|| Self::start(threads, false)).unwrap_or_default()
+    }
+
+    fn start(threads: usize, with_this: bool) -> Option<Self> {
         let mut others = Vec::new();
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .use_current_thread()
-            .spawn_handler(|thread| {
-                others.push(Builder::new().spawn(|| thread.run())?);
-                Ok(())
-            })
-            .build()
-            .ok();
-        Self { pool, others }
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let builder = if with_this { builder.use_current_thread() } else { builder };
+        let pool = builder.spawn_handler(|thread| {
+            others.push(Builder::new().spawn(|| thread.run())?);
+            Ok(())
+        });
+        let pool = pool.build().ok();
+        // joins what was started, also if not all could be
+        Some(Self { pool, others }).filter(|it| it.pool.is_some())
     }
 
     /// Number of threads.
@@ -199,5 +203,25 @@ mod tests {
         drop(workers);
         // that of this thread
         assert_eq!(Arc::strong_count(&shared), 2);
+    }
+
+    /// A second simulation in the same thread, beside the first and after it.
+    #[test]
+    fn issue_21_all_simulations_of_a_thread_have_their_threads() {
+        let ids = |workers: &Workers| {
+            let pool = workers.pool.as_ref().unwrap();
+            let all = pool.broadcast(|_| std::thread::current().id());
+            all.into_iter().collect::<std::collections::HashSet<_>>().len()
+        };
+        let first = Workers::new(3);
+        let second = Workers::new(3);
+        assert_eq!([first.threads(), second.threads()], [3, 3]);
+        assert_eq!([ids(&first), ids(&second)], [3, 3]);
+        drop(first);
+        let third = Workers::new(2);
+        assert_eq!([ids(&second), ids(&third)], [3, 2]);
+        let pool = third.pool.as_ref().unwrap();
+        let sum: u64 = pool.install(|| (0..1000_u64).into_par_iter().sum());
+        assert_eq!(sum, 499_500);
     }
 }
