@@ -9,6 +9,7 @@ use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::{Duration, SystemTime};
 
 use sha2::{Digest as _, Sha256};
@@ -39,15 +40,21 @@ pub(crate) struct Slot<'a> {
     cache: &'a Cache,
     folder: PathBuf,
     entries: Vec<Entry>,
-    /// Whether libraries may be the same file for several instances of [`Package`](crate::package::Package).
+    /// Whether libraries may be the same file for several instances of [`Package`](crate::package::Package), where
+    /// the system can remove a link to a file that is in use ([`system::LINKS`]).
     linked: bool,
 }
 
 impl Cache {
     /// The cache of this user; none if there is no place for it, or the user does not want one.
-    pub fn of_user() -> Option<Self> {
-        let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-        Self::chosen(variable, cfg!(target_os = "macos"), cfg!(windows))
+    pub fn of_user() -> Option<&'static Self> {
+        // chosen once: a unit may change the working directory, to which the path may be relative
+        static CACHE: LazyLock<Option<Cache>> = LazyLock::new(|| {
+            let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+            let cache = Cache::chosen(variable, cfg!(target_os = "macos"), cfg!(windows))?;
+            std::path::absolute(cache.folder).ok().map(|folder| Cache { folder })
+        });
+        CACHE.as_ref()
     }
 
     fn chosen(
@@ -128,19 +135,23 @@ impl Slot<'_> {
     /// Fills a folder with the files of the entry.
     ///
     /// # Errors
-    /// There is no such entry, or it is not what the archive contains. The folder may then have some of the files.
+    /// There is no such entry, or it is not what the archive contains and is removed. The folder may then have some of
+    /// the files.
     pub fn fill(&self, folder: &Path) -> io::Result<()> {
         system::check_owner(&self.cache.folder)?;
+        self.folder.symlink_metadata()?;
         for entry in &self.entries {
             let (kept, path) = (self.folder.join(&entry.name), folder.join(&entry.name));
-            let content = fs::read(&kept)?;
-            if content.len() as u64 != entry.size || crc32fast::hash(&content) != entry.crc {
+            let sound = |content: &Vec<u8>| {
+                content.len() as u64 == entry.size && crc32fast::hash(content) == entry.crc
+            };
+            let Some(content) = fs::read(&kept).ok().filter(sound) else {
                 // damaged, or changed by somebody
                 remove(&self.folder)?;
                 return Err(io::ErrorKind::InvalidData.into());
-            }
+            };
             create_parent(&path)?;
-            let library = self.linked && entry.name.starts_with("binaries/");
+            let library = system::LINKS && self.linked && entry.name.starts_with("binaries/");
             if !library || fs::hard_link(&kept, &path).is_err() {
                 fs::write(&path, &content)?;
             }
@@ -185,6 +196,9 @@ fn create_parent(path: &Path) -> io::Result<()> {
 
 #[cfg(unix)]
 mod system {
+    /// A link can be removed whoever uses the file.
+    pub(super) const LINKS: bool = true;
+
     use std::fs::{DirBuilder, Permissions, set_permissions};
     use std::io;
     use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, PermissionsExt as _};
@@ -212,6 +226,9 @@ mod system {
 mod system {
     use std::io;
     use std::path::Path;
+
+    /// No link to a library can be removed while any process has loaded it, so the folders of others would remain.
+    pub(super) const LINKS: bool = false;
 
     pub(super) fn create(folder: &Path) -> io::Result<()> {
         std::fs::create_dir_all(folder)

@@ -335,7 +335,7 @@ fn unpack(
     };
     let cache = Cache::of_user();
     // without a cache, or if it cannot be used, the archive is unpacked
-    let slot = cache.as_ref().map(|cache| cache.slot(path, archive.entries(wanted), linked));
+    let slot = cache.map(|cache| cache.slot(path, archive.entries(wanted), linked));
     let slot = slot.and_then(Result::ok).flatten();
     let Some(slot) = slot else { return archive.unpack(folder, wanted) };
     if slot.fill(folder).is_ok() {
