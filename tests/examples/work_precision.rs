@@ -25,10 +25,6 @@ const STEPS: [f64; 8] = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2];
 const INTERVAL: f64 = 0.02;
 /// Tolerance of the monolithic model's integration: its own error is below 1e-8 of the gaps' deviation.
 const TOLERANCE: f64 = 1e-10;
-/// The vehicle's own largest step (s) where the communication step is larger: its Runge-Kutta scheme then
-/// steps a mode of 25 Hz with 1.3e-4 of error in frequency.
-const OWN_STEP: f64 = 2.5e-3;
-
 /// A part of the low-speed scenario.
 struct Case {
     name: &'static str,
@@ -132,12 +128,9 @@ fn run(case: &Case, algorithm: &str, settings: &Value, step: f64) {
     fs::create_dir_all(out.parent().unwrap()).unwrap();
     let file = out.with_extension("json");
     fs::write(&file, scenario.to_string()).unwrap();
-    // the vehicle's own step goes with the communication step, as far as it is larger than usual
-    let mut options = vec![format!("vehicle.max_step={}", step.clamp(1e-3, OWN_STEP))];
-    options.extend(case.settings.iter().map(|&it| it.to_owned()));
     let mut args = vec!["run".to_owned(), file.display().to_string(), "--quiet".to_owned()];
     args.extend(["--out".to_owned(), out.display().to_string()]);
-    args.extend(options.into_iter().flat_map(|it| ["--set".to_owned(), it]));
+    args.extend(case.settings.iter().flat_map(|&it| ["--set".to_owned(), it.to_owned()]));
     let output = start(&args).unwrap();
     if !output.status.success() {
         // a coupling that is unstable at this step drives a magnet to the rail
