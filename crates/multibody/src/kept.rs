@@ -14,6 +14,7 @@
 
 use crate::dynamics::check_line;
 use crate::error::Error;
+use crate::math::Vec3;
 use crate::model::VehicleModel;
 use crate::state::BodyState;
 use crate::workspace::Workspace;
@@ -66,7 +67,7 @@ impl VehicleModel {
         let (inertia, _) = ws.solution.as_chunks_mut::<6>();
         let (accelerations, _) = kept.as_chunks::<6>();
         for ((force, a), composite) in inertia.iter_mut().zip(accelerations).zip(&self.composites) {
-            let turning = composite.inertia * crate::math::Vec3::new(a[3], a[4], a[5]);
+            let turning = composite.inertia * Vec3::new(a[3], a[4], a[5]);
             for k in 0..3 {
                 force[k] -= composite.mass * a[k];
                 force[3 + k] -= turning[k];
