@@ -193,7 +193,9 @@ impl Place {
             .arg(SUBCOMMAND)
             .args([unit, Path::new(check.id), &self.answer, &self.trace])
             // files that a crash leaves behind are removed with the parent's folder; Windows calls it TMP
-            .envs(["TMPDIR", "TMP"].map(|it| (it, self.answer.parent().unwrap_or(Path::new("/tmp")))))
+            .envs(
+                ["TMPDIR", "TMP"].map(|it| (it, self.answer.parent().unwrap_or(Path::new("/tmp")))),
+            )
             .stdin(Stdio::null())
             .stdout(File::create(&self.stdout)?)
             .stderr(File::create(&self.stderr)?)

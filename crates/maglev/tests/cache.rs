@@ -162,7 +162,10 @@ fn issue_a_full_cache_does_not_matter() {
     let mount = "mount -t tmpfs -o size=100k,mode=700 none small";
     let within = |rest: &str| {
         let program = env!("CARGO_BIN_EXE_maglev");
-        bench.shell(&format!("unshare -rm bash -c '{mount} && {}'", rest.replace("maglev ", &format!("{program} "))))
+        bench.shell(&format!(
+            "unshare -rm bash -c '{mount} && {}'",
+            rest.replace("maglev ", &format!("{program} "))
+        ))
     };
     if within("true").status() != 0 {
         println!("skipped: this user cannot mount a file system");
@@ -185,7 +188,8 @@ fn invariant_processes_that_start_at_once_share_one_entry() {
     };
     for _ in 0..3 {
         let all: String = (0..4).map(one).collect();
-        let ran = bench.shell(&format!("{all} for job in $(jobs -p); do wait $job || exit 9; done"));
+        let ran =
+            bench.shell(&format!("{all} for job in $(jobs -p); do wait $job || exit 9; done"));
         ran.succeeds();
         assert_eq!(ran.stderr(), "");
         for k in 0..4 {
