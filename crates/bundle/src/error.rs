@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use fmi2_derive::DeriveError;
 use fmi2_import::archive::ArchiveError;
+use in_memory::accuracy::AccuracyError;
 use master::system::SystemError;
 use thiserror::Error;
 
@@ -92,6 +93,9 @@ pub enum BundleError {
         #[source]
         source: io::Error,
     },
+    /// No step could be chosen for the accuracy that the scenario asks for.
+    #[error(transparent)]
+    Accuracy(#[from] AccuracyError),
     /// The scenario or the table cannot be written as JSON.
     #[error("cannot write the scenario: {0}")]
     Json(String),
@@ -108,6 +112,7 @@ impl BundleError {
         Some(match self {
             Self::Master(error) => return error.help(),
             Self::Pattern(error) => return error.help(),
+            Self::Accuracy(error) => return error.help(),
             Self::Derive(error) => return error.help(),
             Self::NoLibrary { .. } => "run `cargo xtask package`, or give --library FILE",
             Self::Platform { .. } => {

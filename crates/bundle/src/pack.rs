@@ -5,8 +5,10 @@ use std::path::Path;
 
 use bundle_table::{FORM, Role, SCENARIO, TABLE, Table};
 use fmi2_package::{Archive, PageParts};
+use in_memory::accuracy::{self, Choice};
 use indexmap::{IndexMap, IndexSet};
 use master::Setup;
+use results::summary::AccuracyReport;
 use scenario::Scenario;
 
 use crate::contents::{self, Inner, UNITS, failed};
@@ -57,11 +59,21 @@ impl Bundled {
     }
 }
 
-/// Packs a scenario with its units.
+/// Packs a scenario with its units. If the scenario asks for an accuracy, the step inside is chosen now; `tell` gets each
+/// trial. The algorithm stays that of the scenario, so that packing again makes the same bundle.
 ///
 /// # Errors
-/// The scenario or a unit is invalid, a variable cannot be exposed, or the library does not fit.
-pub fn bundle(order: &Order<'_>) -> Result<Bundled, BundleError> {
+/// The scenario or a unit is invalid, a variable cannot be exposed, the library does not fit, or no step gives the accuracy.
+pub fn bundle(order: &Order<'_>, tell: &mut dyn FnMut(&str)) -> Result<Bundled, BundleError> {
+    match accuracy::choose_step(order.scenario, tell, &mut || false)? {
+        None => pack(order, None),
+        Some(Choice { scenario, report }) => {
+            pack(&Order { scenario: &scenario, ..*order }, Some(&report))
+        }
+    }
+}
+
+fn pack(order: &Order<'_>, chosen: Option<&AccuracyReport>) -> Result<Bundled, BundleError> {
     let setup = Setup::new(order.scenario)?;
     let choices = choose(&setup, order.expose, order.defaults)?;
     let mut measures = Measures::default();
@@ -94,7 +106,7 @@ pub fn bundle(order: &Order<'_>) -> Result<Bundled, BundleError> {
         form: FORM,
         identifier: identifier(order.name),
         model_name: if title.is_empty() { order.name.to_owned() } else { title.to_owned() },
-        description: summary(&setup),
+        description: summary(&setup, chosen),
         license: joined(&setup, |it| it.license.as_deref()),
         copyright: joined(&setup, |it| it.copyright.as_deref()),
         start: experiment.start,
@@ -118,19 +130,24 @@ pub fn bundle(order: &Order<'_>) -> Result<Bundled, BundleError> {
         archive.file(&format!("documentation/{name}"), content)?;
     }
     add_licences(&mut archive, order.library, &units)?;
-    let text = page::text(&setup, &units, &table);
+    let text = page::text(&setup, &units, &table, chosen);
     let parts = PageParts { name: order.name, text: &text, ..PageParts::default() };
     archive.file("documentation/index.html", fmi2_package::page(&description, parts)?)?;
-    let notes = notes(&setup, &table);
+    let mut notes = notes(&setup, &table);
+    notes.extend(chosen.map(|it| format!("accuracy: {}", page::accuracy(it))));
     Ok(Bundled { archive, table, notes, platforms })
 }
 
-fn summary(setup: &Setup) -> String {
+fn summary(setup: &Setup, chosen: Option<&AccuracyReport>) -> String {
     let system = setup.system();
     let units: IndexSet<&str> =
         system.instances.iter().map(|it| it.description().model_name.as_str()).collect();
     let units: Vec<&str> = units.into_iter().collect();
-    format!("{} coupled instances of {}", system.instances.len(), units.join(", "))
+    let step = chosen.map_or_else(String::new, |it| {
+        let step = setup.scenario().experiment.step;
+        format!("; the step inside, {step} s, was chosen for an accuracy of {:e}", it.wanted)
+    });
+    format!("{} coupled instances of {}{step}", system.instances.len(), units.join(", "))
 }
 
 /// A text of all units, each once.

@@ -5,11 +5,17 @@ use std::fmt::Write as _;
 use bundle_table::{Limits, Table};
 use indexmap::IndexMap;
 use master::Setup;
+use results::summary::AccuracyReport;
 
 use crate::contents::Inner;
 
 /// The part of the page that says what is inside, as HTML.
-pub(crate) fn text(setup: &Setup, units: &IndexMap<String, Inner>, table: &Table) -> String {
+pub(crate) fn text(
+    setup: &Setup,
+    units: &IndexMap<String, Inner>,
+    table: &Table,
+    chosen: Option<&AccuracyReport>,
+) -> String {
     let (system, scenario) = (setup.system(), setup.scenario());
     let mut html = String::new();
     // writing to a String cannot fail, also below
@@ -28,6 +34,14 @@ pub(crate) fn text(setup: &Setup, units: &IndexMap<String, Inner>, table: &Table
             Some(_) => "",
         }
     );
+    if let Some(chosen) = chosen {
+        let _ = writeln!(
+            html,
+            "<p>The scenario asks for an accuracy of {:e}. {}</p>",
+            chosen.wanted,
+            escape(&accuracy(chosen))
+        );
+    }
     html.push_str(
         "<table><tr><th>Unit</th><th>Instances</th><th>Version</th><th>Licence</th><th>Documentation</th></tr>\n",
     );
@@ -68,6 +82,15 @@ pub(crate) fn text(setup: &Setup, units: &IndexMap<String, Inner>, table: &Table
         html.push_str("</ul>\n");
     }
     html
+}
+
+/// How the step inside was chosen, and what the user of a bundle must know about it.
+pub(crate) fn accuracy(chosen: &AccuracyReport) -> String {
+    format!(
+        "{} It was chosen when the unit was packed, from the scenario's recorded signals, with its parameters and with \
+         inputs at their start values: other values may need a smaller step.",
+        chosen.explanation
+    )
 }
 
 /// Missing capabilities in words.

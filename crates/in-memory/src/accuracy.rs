@@ -3,7 +3,8 @@
 //! The first part of the run is simulated with steps that are halved until the difference from the run with half
 //! the step is within the accuracy: with the scenario's own algorithm, and with `iterated` of order 6 if all
 //! units can save their states. Of the two, the one that took less wall time is chosen; the scenario's own one
-//! unless the other is clearly cheaper.
+//! unless the other is clearly cheaper. [`choose_step`] keeps the scenario's algorithm, so that its choice depends
+//! on no clock and is the same each time.
 
 use std::ops::ControlFlow;
 
@@ -45,6 +46,16 @@ pub enum AccuracyError {
 }
 
 impl AccuracyError {
+    /// Whether runs failed or were not exact enough, rather than the scenario being invalid.
+    #[must_use]
+    pub fn is_failed_run(&self) -> bool {
+        match self {
+            Self::Master(error) => error.is_failed_run(),
+            Self::Unsuitable(_) => false,
+            Self::NotReached { .. } | Self::Interrupted => true,
+        }
+    }
+
     /// What to do.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
@@ -79,11 +90,39 @@ pub fn choose(
     tell: &mut dyn FnMut(&str),
     interrupted: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Choice>, AccuracyError> {
+    among(algorithms, scenario, tell, interrupted)
+}
+
+/// As [`choose`], but keeps the scenario's algorithm: the same scenario and units lead to the same step each time.
+///
+/// # Errors
+/// As [`choose`].
+pub fn choose_step(
+    scenario: &Scenario,
+    tell: &mut dyn FnMut(&str),
+    interrupted: &mut dyn FnMut() -> bool,
+) -> Result<Option<Choice>, AccuracyError> {
+    let mut choice = among(only_own, scenario, tell, interrupted)?;
+    for trial in choice.iter_mut().flat_map(|it| &mut it.report.trials) {
+        trial.cost = None;
+    }
+    Ok(choice)
+}
+
+/// Algorithms to try, and a sentence about those that are left out.
+type Candidates = (Vec<AlgorithmSettings>, String);
+
+fn among(
+    candidates: fn(&Scenario, &Setup, f64) -> Candidates,
+    scenario: &Scenario,
+    tell: &mut dyn FnMut(&str),
+    interrupted: &mut dyn FnMut() -> bool,
+) -> Result<Option<Choice>, AccuracyError> {
     let Some(wanted) = scenario.accuracy else { return Ok(None) };
     let setup = Setup::new(scenario)?;
     let mut search = Search::new(scenario, &setup, wanted)?;
     let mut found: Vec<(AlgorithmSettings, AccuracyTrial)> = Vec::new();
-    let (algorithms, left_out) = algorithms(scenario, &setup, wanted);
+    let (algorithms, left_out) = candidates(scenario, &setup, wanted);
     for algorithm in algorithms {
         let most = found.first().and_then(|(_, trial)| trial.cost).map(|cost| 2.0 * cost);
         let trial = search.descend(&algorithm, most, tell, interrupted)?;
@@ -121,8 +160,13 @@ fn full_name(algorithm: &AlgorithmSettings) -> String {
     }
 }
 
-/// The algorithms to try, and a sentence about one that is left out.
-fn algorithms(scenario: &Scenario, setup: &Setup, wanted: f64) -> (Vec<AlgorithmSettings>, String) {
+fn only_own(scenario: &Scenario, _: &Setup, _: f64) -> Candidates {
+    let text = " The algorithm is that of the scenario; no other one was tried, so that the choice is the same each \
+                time.";
+    (vec![scenario.algorithm.clone()], text.to_owned())
+}
+
+fn algorithms(scenario: &Scenario, setup: &Setup, wanted: f64) -> Candidates {
     let own = scenario.algorithm.clone();
     let mut iterated = own.clone();
     iterated.name = AlgorithmName::Iterated;

@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use bundle::BundleError;
 use figure::PlotError;
 use floquet::FloquetError;
 use fmi2_conformance::Unreadable;
@@ -41,7 +42,7 @@ pub enum Error {
     Floquet(#[source] FloquetError),
     /// A system as one unit.
     #[error("cannot pack the system into one unit")]
-    Bundle(#[source] bundle::BundleError),
+    Bundle(#[source] BundleError),
     /// Parameters from a record.
     #[error("cannot fit the scenario to the record")]
     Fit(#[source] fit::FitError),
@@ -207,10 +208,10 @@ impl From<maps::Error> for Error {
     }
 }
 
-impl From<bundle::BundleError> for Error {
-    fn from(error: bundle::BundleError) -> Self {
+impl From<BundleError> for Error {
+    fn from(error: BundleError) -> Self {
         match error {
-            bundle::BundleError::Master(error) => Self::Master(error),
+            BundleError::Master(error) => Self::Master(error),
             error => Self::Bundle(error),
         }
     }
@@ -265,12 +266,14 @@ impl Error {
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Master(error) | Self::Accuracy(AccuracyError::Master(error))
+            Self::Master(error) if error.is_failed_run() => 1,
+            Self::Accuracy(error)
+            | Self::Study(StudyError::Accuracy { source: error, .. })
+            | Self::Bundle(BundleError::Accuracy(error))
                 if error.is_failed_run() =>
             {
                 1
             }
-            Self::Accuracy(AccuracyError::NotReached { .. } | AccuracyError::Interrupted) => 1,
             Self::Plot { .. } | Self::Pixels { .. } | Self::GivenUp => 1,
             Self::Study(StudyError::Output { .. } | StudyError::Worker { .. }) => 1,
             Self::Instantiate(error) if error.fault().is_loss() => 1,

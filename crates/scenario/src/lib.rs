@@ -102,7 +102,8 @@ pub struct Scenario {
     /// Accuracy of the recorded signals, for example 1e-4: `maglev run` then chooses step and algorithm before it runs.
     /// It simulates the first part of the run, with steps up to 32 times `experiment.step`, halved until the difference
     /// from the run with half the step is within the accuracy: the RMS of the difference relative to the RMS of the
-    /// deviation from the mean, of the worst signal. Other commands use step and algorithm as they are.
+    /// deviation from the mean, of the worst signal. Studies, fits and bundles choose one step and keep the algorithm;
+    /// analyses without a run (modes, maps) use step and algorithm as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub accuracy: Option<f64>,

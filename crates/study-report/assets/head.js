@@ -28,6 +28,8 @@ function headSection() {
   for (let k = 0; k < points.count; k++) if (points.verdict(k) in judged) judged[points.verdict(k)]++;
   if (judged.passed + judged.failed > 0) main.append(element("p", {}, `${number(judged.passed, 9)} points keep all limits, ${number(judged.failed, 9)} do not${judged["not-judged"] ? `, ${number(judged["not-judged"], 9)} are not judged` : ""}.`));
   if (study.description) main.append(element("p", {}, study.description));
+  const chosen = study.as_run?.chosen;
+  if (chosen) main.append(element("p", {}, `Step for an accuracy of ${number(chosen.accuracy.wanted)}: ${chosen.accuracy.explanation}`));
   const columns = [
     { title: "factor", of: (row) => row.title },
     { title: "unit", of: (row) => prettyUnit(row.unit) },

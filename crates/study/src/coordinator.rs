@@ -1,5 +1,6 @@
 //! Lets worker processes compute points, and collects their rows.
 
+use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
@@ -86,6 +87,22 @@ pub fn coordinate(
     for number in [first, last] {
         study.point(number)?;
     }
+    // an earlier part of these results has the step of all points
+    if let Ok(before) = Study::of_results(&folder)
+        && before.identity() == study.identity()
+        && let Some(chosen) = before.chosen()
+    {
+        study.adopt(Some(chosen.clone()));
+    }
+    {
+        let watcher = RefCell::new(&mut *watcher);
+        let mut tell = |text: &str| watcher.borrow_mut().notice(text);
+        let mut interrupted = || watcher.borrow().interrupted() > 0;
+        study.choose(&mut tell, &mut interrupted)?;
+    }
+    if let Some(chosen) = study.chosen() {
+        watcher.notice(&format!("accuracy: {}", chosen.accuracy.explanation));
+    }
     // finds mistakes before a process is started; other points may fail, which is a row
     let runner = Runner::new(study)?;
     let units = runner.units().to_vec();
@@ -118,6 +135,7 @@ pub fn coordinate(
         path: study.path().to_owned(),
         folder: folder.clone(),
         identity: study.identity().to_owned(),
+        chosen: study.chosen().cloned(),
         prove: true,
     };
     let workers = order.workers.clamp(1, usize::try_from(to_do.max(1)).unwrap_or(usize::MAX));
@@ -153,7 +171,8 @@ pub fn merge(folder: &Path, others: &[PathBuf]) -> Result<Counts, StudyError> {
             JournalError::Io(source) => failed(source),
         })?;
         let theirs = Study::of_results(other)?;
-        if theirs.identity() != study.identity() {
+        let step = |study: &Study| study.chosen().map(|chosen| chosen.step);
+        if theirs.identity() != study.identity() || step(&theirs) != step(&study) {
             return Err(StudyError::Differs { folder: other.clone(), from: folder.to_owned() });
         }
         let known = Rows::read(&journals(folder)).map_err(failed)?;

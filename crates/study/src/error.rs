@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use in_memory::accuracy::AccuracyError;
 use scenario::ScenarioError;
 use thiserror::Error;
 
@@ -75,6 +76,15 @@ pub enum StudyError {
         #[source]
         source: master::Error,
     },
+    /// No step could be chosen for the accuracy that the scenario asks for.
+    #[error("cannot choose the step of all points at point {number}")]
+    Accuracy {
+        /// Number of the point that was tried.
+        number: u64,
+        /// Why not.
+        #[source]
+        source: AccuracyError,
+    },
     /// Points cannot be computed from a results folder.
     #[error("{path} is the study of a results folder, which cannot be computed here")]
     ResultsOnly {
@@ -135,6 +145,7 @@ impl StudyError {
             Self::Input { .. } | Self::Point { .. } => return None,
             Self::NoPoint { .. } => "`maglev study points` lists the points",
             Self::Setup { source, .. } => return source.help(),
+            Self::Accuracy { source, .. } => return source.help(),
             Self::ResultsOnly { .. } => "give the study file that it was made from",
             Self::Output { .. } => {
                 "free space on the disk, then run the study again: it continues where it ended"

@@ -251,10 +251,14 @@ fn write_study(
         let list = if is_limit { &mut file.limits } else { &mut file.objectives };
         list.insert(name, metric);
     }
-    file.as_run = Some(json!({
+    let mut as_run = json!({
         "name": study.name(), "version": env!("CARGO_PKG_VERSION"), "identity": study.identity(),
         "points": counts.points, "finished": counts.done, "columns": columns_json,
-    }));
+    });
+    if let Some(chosen) = study.chosen() {
+        as_run["chosen"] = serde_json::to_value(chosen)?;
+    }
+    file.as_run = Some(as_run);
     let text = serde_json::to_string_pretty(&file)? + "\n";
     results::write_whole(&folder.join(STUDY), text.as_bytes())
 }

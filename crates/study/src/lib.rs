@@ -19,6 +19,7 @@
 
 #![expect(clippy::result_large_err, reason = "detailed errors are large; they end a study")]
 
+mod chosen;
 mod content;
 pub mod coordinator;
 mod design;
@@ -39,6 +40,7 @@ mod table;
 mod target;
 pub mod worker;
 
+pub use chosen::ChosenStep;
 pub use coordinator::{Order, Outcome, Watcher, coordinate, merge};
 pub use design::Design;
 pub use distribution::Distribution;

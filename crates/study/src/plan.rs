@@ -10,11 +10,23 @@ use serde_json::{Map, Value};
 use crate::target::{EventTarget, KeyTarget, LayoutTarget};
 use crate::{FactorValue, Point, Study, StudyError, StudyFile, Target};
 
-/// The scenario of a point.
+/// The scenario of a point, with the step of all points if it was chosen.
 ///
 /// # Errors
 /// A target does not exist, or cannot have the value.
 pub(crate) fn apply(study: &Study, point: &Point) -> Result<Scenario, StudyError> {
+    let mut scenario = varied(study, point)?;
+    if let Some(chosen) = study.chosen() {
+        chosen.give(&mut scenario);
+    }
+    Ok(scenario)
+}
+
+/// The scenario of a point as its factors make it.
+///
+/// # Errors
+/// A target does not exist, or cannot have the value.
+pub(crate) fn varied(study: &Study, point: &Point) -> Result<Scenario, StudyError> {
     let mut scenario = study.base()?.clone();
     for ((name, factor), value) in study.file.factors.iter().zip(&point.values) {
         let value = match (factor.scale, value.number()) {

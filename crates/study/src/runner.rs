@@ -37,7 +37,7 @@ pub struct Computed {
 }
 
 impl<'a> Runner<'a> {
-    /// Opens the units, and checks the first point whole.
+    /// Chooses the step if the scenario asks for an accuracy, opens the units, and checks the first point whole.
     ///
     /// # Errors
     /// The scenario of the first point does not fit its units.
@@ -50,6 +50,7 @@ impl<'a> Runner<'a> {
     /// # Errors
     /// There is no such point, or its scenario does not fit its units.
     pub fn starting_with(study: &'a Study, number: u64) -> Result<Self, StudyError> {
+        study.choose(&mut |_| (), &mut || false)?;
         let mut pool = Pool::default();
         let first = plan::apply(study, &study.point(number)?)?;
         let setup = pool.setup(&first).map_err(|source| StudyError::Setup { number, source })?;

@@ -2,11 +2,13 @@
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use criteria::Metric;
 use indexmap::IndexMap;
 use scenario::{Override, Scenario, Setting};
 
+use crate::chosen::{self, ChosenStep};
 use crate::folder::{Kind, STUDY};
 use crate::sample::{LatinHypercube, MOST_DIMENSIONS, MOST_SOBOL, sobol};
 use crate::{Design, Factor, FactorValue, StudyError, StudyFile, content, plan, table};
@@ -26,6 +28,8 @@ pub struct Study {
     identity: String,
     rows: Rows,
     seeds: Option<SeedFactor>,
+    /// the step for the accuracy that the scenario asks for, once it is chosen
+    chosen: OnceLock<Option<ChosenStep>>,
 }
 
 /// A combination of values.
@@ -92,7 +96,40 @@ impl Study {
             return Err(StudyError::Key { path, at: "as_run.identity".to_owned(), problem });
         };
         let columns = columns(&file.objectives, &file.limits);
-        Self::with(file, &path, None, columns, identity)
+        let chosen = ChosenStep::of_results(file.as_run.as_ref());
+        let study = Self::with(file, &path, None, columns, identity)?;
+        study.adopt(chosen);
+        Ok(study)
+    }
+
+    /// Chooses the step of all points, if the scenario asks for an accuracy and it is not chosen yet. [`Runner`] and
+    /// [`coordinate`](crate::coordinate) do this too; here, `tell` gets each trial and `interrupted` can end it.
+    ///
+    /// [`Runner`]: crate::Runner
+    ///
+    /// # Errors
+    /// No step gives the accuracy, or a point does not fit its units.
+    pub fn choose(
+        &self,
+        tell: &mut dyn FnMut(&str),
+        interrupted: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<&ChosenStep>, StudyError> {
+        if self.chosen.get().is_none() {
+            let chosen = chosen::choose(self, tell, interrupted)?;
+            self.adopt(chosen);
+        }
+        Ok(self.chosen())
+    }
+
+    /// The step that was chosen for an accuracy, and how.
+    #[must_use]
+    pub fn chosen(&self) -> Option<&ChosenStep> {
+        self.chosen.get()?.as_ref()
+    }
+
+    /// Takes a step that another copy of this study has chosen. The first choice counts.
+    pub fn adopt(&self, chosen: Option<ChosenStep>) {
+        self.chosen.get_or_init(|| chosen);
     }
 
     /// Checks a study. `path` names it, and is for messages; paths in the study are relative to the working directory.
@@ -125,6 +162,7 @@ impl Study {
         let identity = content::name(&plan::identity(&file, &base)?);
         let columns = columns(&base.objectives, &base.limits);
         let study = Self::with(file, path, Some(base), columns, identity)?;
+        chosen::check(&study)?;
         // the first point shows whether the targets exist in the scenario
         plan::apply(&study, &study.point(1)?)?;
         Ok(study)
@@ -142,7 +180,8 @@ impl Study {
             Some(SeedFactor { place, count, common: factor.common })
         });
         let (name, path, rows) = (name(&file, path), path.to_owned(), Rows::Random);
-        let mut study = Self { name, path, base, columns, identity, rows, seeds, file };
+        let chosen = OnceLock::new();
+        let mut study = Self { name, path, base, columns, identity, rows, seeds, file, chosen };
         study.rows = study.rows(&study.path)?;
         Ok(study)
     }

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
+use crate::chosen::ChosenStep;
 use crate::folder::{run_folder, write_signals};
 use crate::{Computed, KeepRuns, Limits, Row, Runner, Status, Study, StudyFile};
 
@@ -23,6 +24,8 @@ pub(crate) struct Task {
     pub(crate) folder: PathBuf,
     /// what the points depend on
     pub(crate) identity: String,
+    /// the step for the accuracy that the scenario asks for
+    pub(crate) chosen: Option<ChosenStep>,
     /// whether to find out first which instances can be used again
     pub(crate) prove: bool,
 }
@@ -73,6 +76,7 @@ pub fn serve(
         let text = "the scenario or a unit has changed since the study was started";
         return unable(answers, text.to_owned());
     }
+    study.adopt(task.chosen);
     let mut runner = match Runner::new(&study) {
         Ok(runner) => runner,
         Err(error) => return unable(answers, error.chain().join(": ")),

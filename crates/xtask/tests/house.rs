@@ -53,6 +53,7 @@ const PLAN: &[(&str, &[&str])] = &[
             "in-memory",
             "master",
             "patterns",
+            "results",
             "scenario",
         ],
     ),

@@ -24,7 +24,8 @@ instances as one), and the recorded signals as outputs, each as INSTANCE_VARIABL
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. Its experiment is the unit's default; other start and stop times work too.
+    /// The scenario. Its experiment is the unit's default; other start and stop times work too. If
+    /// it asks for an accuracy, the step inside is chosen now.
     scenario: PathBuf,
     /// The new unit (.fmu).
     #[arg(long, value_name = "FILE")]
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         defaults: !arguments.only_exposed,
         library: &library,
     };
-    let bundled = super::at_home(|| bundle::bundle(&order))?;
+    let bundled = super::at_home(|| bundle::bundle(&order, &mut |text| eprintln!("note: {text}")))?;
     bundled.write(&arguments.out)?;
     super::print(&summary(&bundled, &arguments.out))
 }

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use fit::least_squares::Settings;
 use fit::{Fit, Order, Progress, Varied};
+use in_memory::accuracy::{Choice, choose_step};
 use indicatif::ProgressBar;
 use maglev::Error;
 use maglev::run::{Job, Unobserved};
@@ -71,6 +72,17 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = Scenario::load(&arguments.scenario)?;
     scenario.overrides.extend_from_slice(&arguments.set);
+    // all runs of the fit have one step
+    let tell = |text: &str| {
+        if !arguments.quiet {
+            eprintln!("note: {text}");
+        }
+    };
+    let chosen = super::at_home(|| choose_step(&scenario, &mut |it| tell(it), &mut || false))?;
+    if let Some(Choice { scenario: chosen, report }) = chosen {
+        tell(&format!("accuracy: {}", report.explanation));
+        scenario = chosen;
+    }
     let spec =
         arguments.record.spec(&arguments.measured).map_err(|error| Error::Fit(error.into()))?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);

@@ -19,6 +19,7 @@ use super::totals::Earlier;
 use master::SimulationState;
 use master::system::System;
 use master::{Misfit, StateError};
+use results::summary::AccuracyReport;
 use results::write_whole;
 use results::{CHECKPOINT, Fingerprint, FolderError, fingerprint};
 use scenario::{Override, Scenario, ScenarioError, UnitSource};
@@ -26,7 +27,7 @@ use scenario::{Override, Scenario, ScenarioError, UnitSource};
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"maglev checkpoint\n";
 /// Version of the format. Other versions are refused.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEADER: usize = MAGIC.len() + 4 + 8 + 4;
 
 /// Why a run cannot continue from a checkpoint.
@@ -142,6 +143,8 @@ pub struct Checkpoint {
     /// Overrides from the command line: targets and values.
     overrides: Vec<(String, String)>,
     units: Vec<UnitStamp>,
+    /// How step and algorithm were chosen, as JSON: postcard cannot read what leaves out fields.
+    accuracy: Option<String>,
     pub(super) simulation: SimulationState,
     pub(super) output: OutputState,
     pub(super) journal: JournalState,
@@ -169,6 +172,7 @@ pub(super) struct CheckpointOrigin {
     scenario: String,
     overrides: Vec<(String, String)>,
     units: Vec<UnitStamp>,
+    accuracy: Option<String>,
 }
 
 impl CheckpointOrigin {
@@ -201,7 +205,14 @@ impl CheckpointOrigin {
         let scenario = serde_json::to_string(&scenario)
             .map_err(|error| CheckpointError::Content { message: error.to_string() })?;
         let overrides = given.iter().map(|it| (it.target.clone(), it.value.clone())).collect();
-        Ok(Self { run: String::new(), name: name.to_owned(), scenario, overrides, units })
+        let (run, name) = (String::new(), name.to_owned());
+        Ok(Self { run, name, scenario, overrides, units, accuracy: None })
+    }
+
+    /// Keeps how step and algorithm were chosen.
+    pub(super) fn keep(&mut self, report: Option<&AccuracyReport>) {
+        // a report can always be printed as JSON
+        self.accuracy = report.and_then(|it| serde_json::to_string(it).ok());
     }
 
     pub(super) fn checkpoint(
@@ -211,8 +222,19 @@ impl CheckpointOrigin {
         journal: JournalState,
         earlier: Earlier,
     ) -> Checkpoint {
-        let Self { run, name, scenario, overrides, units } = self.clone();
-        Checkpoint { run, name, scenario, overrides, units, simulation, output, journal, earlier }
+        let Self { run, name, scenario, overrides, units, accuracy } = self.clone();
+        Checkpoint {
+            run,
+            name,
+            scenario,
+            overrides,
+            units,
+            accuracy,
+            simulation,
+            output,
+            journal,
+            earlier,
+        }
     }
 }
 
@@ -300,6 +322,11 @@ impl Checkpoint {
         Ok(scenario)
     }
 
+    /// How step and algorithm were chosen, if the scenario asked for an accuracy.
+    pub(super) fn accuracy(&self) -> Option<AccuracyReport> {
+        self.accuracy.as_ref().and_then(|text| serde_json::from_str(text).ok())
+    }
+
     /// The part that all further checkpoints of the run have in common. Checks that the units are the
     /// original ones.
     ///
@@ -312,6 +339,7 @@ impl Checkpoint {
     ) -> Result<CheckpointOrigin, CheckpointError> {
         let mut origin = CheckpointOrigin::new(&self.name, scenario, system)?;
         origin.run.clone_from(&self.run);
+        origin.accuracy.clone_from(&self.accuracy);
         if origin.units.len() != self.units.len() {
             return Err(StateError::Misfit { what: Misfit::Units }.into());
         }

@@ -146,7 +146,10 @@ impl Job<'_> {
             |source| Error::Output { path: self.folder.to_owned(), running: false, source };
         fs::create_dir_all(self.folder).map_err(failed)?;
         let folder = Folder::claim(self.folder, planned_files(&setup)).map_err(failed)?;
-        origin.iter_mut().for_each(|it| folder.run().clone_into(&mut it.run));
+        if let Some(it) = &mut origin {
+            folder.run().clone_into(&mut it.run);
+            it.keep(accuracy.as_ref());
+        }
         let journal =
             Journal::create(self.folder).map_err(failed)?.showing(self.scenario.log_level);
         as_run::write(folder.run(), self.scenario, setup.system(), self.folder).map_err(failed)?;
@@ -185,6 +188,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
     scenario.trace = None;
     let setup = Setup::new(&scenario)?;
     let origin = checkpoint.origin(&scenario, setup.system())?;
+    let accuracy = checkpoint.accuracy();
     let Checkpoint { run, name, simulation, output, journal, mut earlier, .. } = checkpoint;
     earlier.resumed += 1;
     let mut claimed =
@@ -210,7 +214,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary, Err
         origin: Some(origin),
         pacer: None,
         earlier,
-        accuracy: None,
+        accuracy,
         progress: Progress::default(),
     };
     course.complete(Some(&simulation))
