@@ -70,6 +70,12 @@ class Results:
         return list(self.summary.get("notes", []))
 
     @property
+    def accuracy(self) -> dict[str, Any] | None:
+        """How step and algorithm were chosen, if the scenario asks for an accuracy: `estimate`, `explanation`, `trials`, …"""
+        found: dict[str, Any] | None = self.summary.get("algorithm", {}).get("accuracy")
+        return found
+
+    @property
     def metrics(self) -> dict[str, float | None]:
         """Figures of the scenario's objectives and limits, in SI units; None if one is not judged."""
         return {it["name"]: it["value"] for it in self.verdicts}

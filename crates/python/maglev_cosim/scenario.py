@@ -147,6 +147,8 @@ class Scenario:
         Without a folder, results stay in memory. With one, it gets all files that `maglev run` writes; `report` adds
         report.html. `progress` is called every 50 ms with the simulated time (s); if it raises, the run ends there.
 
+        If the scenario has the key `accuracy`, step and algorithm are chosen first; `results.accuracy` says how.
+
         A run that fails raises `RunError`, Ctrl-C raises `Interrupted`. Both have `results`: all rows until then.
         """
         if folder is None:
@@ -164,6 +166,9 @@ class Scenario:
                 error.results = read(folder)
             raise
         except KeyboardInterrupt:
+            if _run(folder) == before:
+                # before the run itself, while step and algorithm were chosen
+                raise
             kept = read(folder)
             raise Interrupted(f"interrupted at {kept.reached} s; the results until then are kept", kept) from None
         results = read(folder)
@@ -171,8 +176,19 @@ class Scenario:
         return results
 
     def start(self) -> Simulation:
-        """Loads and initializes the units, and returns the simulation to step."""
+        """Loads and initializes the units, and returns the simulation to step.
+
+        If the scenario has the key `accuracy`, step and algorithm are chosen first, as `choose` does.
+        """
         return Simulation(self._native.start())
+
+    def choose(self) -> tuple[Scenario, dict[str, Any]]:
+        """The scenario with step and algorithm chosen for its key `accuracy`, and how they were chosen.
+
+        `run` and `start` choose anew each time. Choose once where many variants are run: they then have the same step.
+        """
+        chosen, report = self._native.choose()
+        return Scenario(chosen), json.loads(report)
 
     # stability
 

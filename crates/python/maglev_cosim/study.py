@@ -78,6 +78,11 @@ class Study:
         """The values of all points."""
         return (self[number] for number in range(1, len(self) + 1))
 
+    def choose(self) -> dict[str, Any] | None:
+        """The step of all points and how it was chosen, if the scenario has the key `accuracy`. Computing points does this."""
+        chosen = self._native.choose()
+        return None if chosen is None else dict(json.loads(chosen))
+
     def scenario(self, number: int) -> Scenario:
         """The scenario of a point, to run it alone."""
         return Scenario(self._native.scenario(number))
@@ -122,7 +127,8 @@ class Study:
         at_work = sum(client.nthreads().values()) or 1
         size = max(1, -(-len(self) // (_CHUNKS * at_work)))
         spans = [(first, min(first + size - 1, len(self))) for first in range(1, len(self) + 1, size)]
-        task = (self._native.json(), str(self._native.path), str(folder), retry)
+        # once here, not by each worker
+        task = (self._native.json(), str(self._native.path), str(folder), retry, self._native.choose())
         futures = client.map(_chunk, spans, [task] * len(spans), pure=False)
         try:
             done = 0
@@ -144,13 +150,15 @@ def _unpickled(text: str, path: Path) -> Study:
     return Study(_native.Study.parse(text, path))
 
 
-def _chunk(span: tuple[int, int], task: tuple[str, str, str, bool]) -> int:
+def _chunk(span: tuple[int, int], task: tuple[str, str, str, bool, str | None]) -> int:
     """Computes points on a worker of a cluster, in a process of the command; returns their number.
 
     A chunk of a worker that was lost is computed again by another one, which continues with the points that are missing.
     """
-    text, path, folder, retry = task
+    text, path, folder, retry, chosen = task
     study = _native.Study.parse(text, path)
+    if chosen is not None:
+        study.adopt(chosen)
     begin = time.monotonic()
     while True:
         try:

@@ -46,7 +46,10 @@ impl Failure {
 
     /// A study cannot be used.
     pub fn of_study(error: &study::StudyError) -> Self {
-        Self { class: INPUT, causes: error.chain(), help: error.help().map(str::to_owned) }
+        let failed =
+            matches!(error, study::StudyError::Accuracy { source, .. } if source.is_failed_run());
+        let class = if failed { RUN } else { INPUT };
+        Self { class, causes: error.chain(), help: error.help().map(str::to_owned) }
     }
 
     /// Results cannot be read.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use criteria::Verdict;
 use in_memory::Signals;
+use in_memory::accuracy::{self, Choice};
 use master::{Setup, Simulation, SimulationState};
-use results::summary::{FmuMessage, RideQuality, Status};
+use results::summary::{AccuracyReport, FmuMessage, RideQuality, Status};
 use self_cell::self_cell;
 
 use crate::error::Failure;
@@ -42,10 +43,25 @@ impl From<Halt> for pyo3::PyErr {
     }
 }
 
+/// Chooses step and algorithm, if the scenario asks for an accuracy.
+pub fn choose(scenario: &scenario::Scenario, watch: &Watch) -> Result<Option<Choice>, Halt> {
+    let mut stopped = None;
+    let choice = accuracy::choose(scenario, &mut |_| (), &mut || {
+        stopped = watch.look(f64::NAN).err();
+        stopped.is_some()
+    });
+    match stopped {
+        Some(error) => Err(Halt::Python(error)),
+        None => Ok(choice?),
+    }
+}
+
 /// A simulation that is stepped from Python.
 pub struct Running {
     started: Started,
     pub recording: Recording,
+    /// how step and algorithm were chosen
+    pub accuracy: Option<AccuracyReport>,
     /// by number of steps: the start, if all units can save their states, and every state saved since
     kept: BTreeMap<u64, SimulationState>,
     pub events: Vec<(f64, String)>,
@@ -62,17 +78,29 @@ pub struct Running {
 }
 
 impl Running {
-    /// Loads and initializes the units.
-    pub fn start(scenario: &scenario::Scenario) -> Result<Self, Failure> {
+    /// Chooses step and algorithm if the scenario asks for an accuracy, loads and initializes the units.
+    pub fn start(scenario: &scenario::Scenario, watch: &Watch) -> Result<Self, Halt> {
+        Ok(match choose(scenario, watch)? {
+            None => Self::start_with(scenario, None)?,
+            Some(Choice { scenario, report }) => Self::start_with(&scenario, Some(report))?,
+        })
+    }
+
+    fn start_with(
+        scenario: &scenario::Scenario,
+        accuracy: Option<AccuracyReport>,
+    ) -> Result<Self, Failure> {
         let setup = Setup::new(scenario)?;
         let recording = Recording::new(&setup);
         let mut notes = scenario.notes.clone();
+        notes.extend(accuracy.iter().map(|it| format!("accuracy: {}", it.explanation)));
         notes.extend(setup.system().notices(scenario.experiment.step));
         notes.extend(setup.coupling().loops.iter().map(master::simulation::AlgebraicLoop::notice));
         let started = Started::try_new(setup, Setup::start)?;
         let mut running = Self {
             started,
             recording,
+            accuracy,
             kept: BTreeMap::new(),
             events: Vec::new(),
             notes,

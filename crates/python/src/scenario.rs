@@ -12,7 +12,7 @@ use scenario::{GivenTimes, Override};
 use crate::error::Failure;
 use crate::linearized::{self, Model};
 use crate::recording::{Recorded, Values};
-use crate::running::Running;
+use crate::running::{self, Running};
 use crate::simulation::Simulation;
 use crate::table::Table;
 use crate::values::{self, whole};
@@ -132,10 +132,24 @@ impl Scenario {
         Ok(found.map_err(Failure::from)?)
     }
 
-    /// Loads and initializes the units.
+    /// Loads and initializes the units. If the scenario asks for an accuracy, step and algorithm are chosen first.
     fn start(&self, py: Python<'_>) -> PyResult<Simulation> {
-        let running = py.detach(|| Running::start(&self.scenario))?;
+        let watch = Watch::new(None);
+        let running = py.detach(move || Running::start(&self.scenario, &watch))?;
         Ok(Simulation::new(running))
+    }
+
+    /// The scenario with step and algorithm chosen for its accuracy, and how they were chosen, as JSON.
+    fn choose(&self, py: Python<'_>) -> PyResult<(Self, String)> {
+        let watch = Watch::new(None);
+        let Some(choice) = py.detach(move || running::choose(&self.scenario, &watch))? else {
+            let text = "the scenario asks for no accuracy";
+            let help = "give it the key \"accuracy\", such as change({\"accuracy\": 1e-4})";
+            return Err(Failure::input(text, Some(help)).into());
+        };
+        let report = serde_json::to_string(&choice.report);
+        let report = report.map_err(|error| Failure::input(error.to_string(), None))?;
+        Ok((Self { scenario: choice.scenario, name: self.name.clone() }, report))
     }
 
     /// The modes of the coupled system, as JSON.

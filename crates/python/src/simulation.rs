@@ -188,6 +188,11 @@ impl Simulation {
                 "steps": done,
                 "reached": setup.time_after(done),
                 "stop": setup.scenario().experiment.stop,
+                "step": setup.scenario().experiment.step,
+                "algorithm": {
+                    "name": setup.scenario().algorithm.name.as_str(),
+                    "accuracy": running.accuracy,
+                },
                 "events": running.events,
                 "notes": running.notes,
                 "messages": running.messages,

@@ -46,6 +46,7 @@ impl Study {
     /// point.
     fn computer(&self) -> Result<Computer, StudyError> {
         let again = study::Study::new(self.study.file().clone(), &self.path)?;
+        again.adopt(self.study.chosen().cloned());
         Computer::try_new(again, |study| {
             let mut runner = Runner::new(study)?;
             runner.prove_resets()?;
@@ -125,8 +126,34 @@ impl Study {
         Ok(point.values.into_iter().map(Into::into).collect())
     }
 
+    /// Chooses the step of all points, if the scenario asks for an accuracy; returns step and report as JSON.
+    fn choose(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let watch = Watch::new(None);
+        let (chosen, stopped) = py.detach(move || {
+            let mut stopped = None;
+            let chosen = self.study.choose(&mut |_| (), &mut || {
+                stopped = watch.look(f64::NAN).err();
+                stopped.is_some()
+            });
+            (chosen.map(|it| it.map(|it| json!(it).to_string())), stopped)
+        });
+        match stopped {
+            Some(error) => Err(error),
+            None => Ok(chosen.map_err(|it| Failure::of_study(&it))?),
+        }
+    }
+
+    /// Takes what another copy of this study has chosen.
+    fn adopt(&self, chosen: &str) -> PyResult<()> {
+        let chosen = serde_json::from_str(chosen);
+        let chosen = chosen.map_err(|error| Failure::input(error.to_string(), None))?;
+        self.study.adopt(Some(chosen));
+        Ok(())
+    }
+
     /// The scenario of a point.
     fn scenario(&self, py: Python<'_>, number: u64) -> PyResult<Scenario> {
+        self.choose(py)?;
         let made = py.detach(|| Runner::starting_with(&self.study, number)?.scenario(number));
         let name = format!("{}-{number}", self.study.name());
         Ok(Scenario::new(made.map_err(|it| Failure::of_study(&it))?, name))
@@ -167,6 +194,7 @@ impl Study {
 
     /// Computes a point in this process; returns its row as JSON. A point that fails is a row with its status.
     fn compute(&self, py: Python<'_>, number: u64) -> PyResult<String> {
+        self.choose(py)?;
         let timeout = self.study.file().timeout;
         let limit = timeout.and_then(|it| Duration::try_from_secs_f64(it).ok());
         let watch = Watch::new(None);

@@ -30,7 +30,7 @@ impl Watch {
         }
     }
 
-    /// Looks for Ctrl-C and reports progress, at most every 50 ms.
+    /// Looks for Ctrl-C and reports progress, at most every 50 ms. NaN: there is no progress yet.
     ///
     /// # Errors
     /// Ctrl-C was pressed, or the callback raised an exception.
@@ -43,7 +43,8 @@ impl Watch {
         self.looked.set(now);
         Python::attach(|py| {
             py.check_signals()?;
-            self.progress.as_ref().map_or(Ok(()), |it| it.call1(py, (time,)).map(drop))
+            let progress = self.progress.as_ref().filter(|_| !time.is_nan());
+            progress.map_or(Ok(()), |it| it.call1(py, (time,)).map(drop))
         })
     }
 
