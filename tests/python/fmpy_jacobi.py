@@ -53,7 +53,8 @@ def step_between(begin, end):
 def simulate(path, signals, stop=None, step=None, settled=0.0):
     """Steps the scenario and returns (times, one row of `signals` per communication point).
 
-    `settled` is the relative change of initial values that counts as none.
+    `settled` is the change of initial values that counts as none, relative to the value or the nominal value of its
+    variable: at rest many signals are zero but for rounding.
     """
     scenario = Scenario(path, stop, step)
     start, step = scenario.start, scenario.step
@@ -81,10 +82,14 @@ def simulate(path, signals, stop=None, step=None, settled=0.0):
             units[target].put([v for v, _, _ in pairs], [values[s, o] for _, s, o in pairs])
 
     # Initialization: pass the values round until they no longer change.
+    def close(name, output, value, before):
+        nominal = float(units[name].variables[output].nominal or 1.0)
+        return abs(value - before) <= settled * max(abs(value), nominal)
+
     known = None
     for _ in range(100):
         values = exchange(reads)
-        if known is not None and all(abs(x - known[k]) <= settled * abs(x) for k, x in values.items()):
+        if known is not None and all(close(*k, x, known[k]) for k, x in values.items()):
             break
         known = values
         for target in units:

@@ -27,7 +27,7 @@ NOMINAL = 0.008
 FMPY = """
 import sys, fmpy_jacobi
 path, stop, step, *signals = sys.argv[1:]
-times, rows = fmpy_jacobi.simulate(path, signals, float(stop), float(step), 1e-12)
+times, rows = fmpy_jacobi.simulate(path, signals, float(stop), float(step), 1e-10)
 print(",".join(["time", *signals]))
 for time, row in zip(times, rows):
     print(",".join(map(repr, [time, *row])))
