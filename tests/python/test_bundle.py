@@ -409,6 +409,23 @@ def test_issue_the_guides_code_runs_with_the_shipped_train(tmp_path):
     assert (tmp_path / "figure-13.png").stat().st_size > 1000
 
 
+def test_analytic_a_force_from_outside_is_the_chirp_inside(tmp_path):
+    """The page's two programs, with an early stop: the same chirp from the guideway and from fmpy."""
+    first, second = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "bundle.md").read_text(), re.DOTALL)[:2]
+    code = first.split("gap =")[0] + second
+    assert code.count("stop_time=40.0") == 2 and "times - 0.0025" in code
+    code = code.replace("stop_time=40.0", "stop_time=1.0").replace("target/fmu", str(UNITS))
+    late = second.replace("times - 0.0025", "times").replace("own =", "late =")
+    late = late.replace("stop_time=40.0", "stop_time=1.0").replace("target/fmu", str(UNITS))
+    found = {}
+    exec("import matplotlib\nmatplotlib.use('Agg')\n" + code + late, found)  # ours, from the page
+    run, own, late = (found[name]["vehicle_gap_25"] for name in ("run", "own", "late"))
+    moved = np.max(np.abs(run - run[0]))
+    assert moved > 1e-5 and len(run) == len(own) == 201
+    assert np.max(np.abs(own - run)) < 1e-3 * moved
+    assert np.max(np.abs(late - run)) > 1e-2 * moved
+
+
 def test_crosstool_the_shipped_train_gets_the_bits_of_a_run(tmp_path):
     maglev("run", ROOT / "scenarios" / "low-speed.json", "--stop", "0.1", "--no-report", "--out", tmp_path / "run")
     run = results(tmp_path / "run")
