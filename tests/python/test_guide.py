@@ -191,7 +191,7 @@ STANDING = {
 # what the page says of recipes in which something happens
 STORIES = {
     "magnet-17-fails": lambda it: " / ".join(f"{1e3 * it[f'ems_{k}.gap']['final']:.1f}" for k in range(17, 21)) + " mm",
-    "crosswind": lambda it: "the gaps stay between {:.1f} and {:.1f} mm".format(*extremes(it)),
+    "gust": lambda it: "the gaps stay between {:.1f} and {:.1f} mm".format(*extremes(it)),
     "braking": lambda it: (
         f"The front magnet stops at {it['vehicle.position_01']['final']:.2f} m, as 5 m/s · 2 s and (5 m/s)²/2 m/s² demand; "
         "the gaps stay between {:.2f} and {:.2f} mm.".format(*extremes(it))
@@ -220,6 +220,7 @@ def test_recipes_run_and_start_in_equilibrium(tmp_path):
     count = len(blocks("recipes.md", "json")) + len(blocks("recipes.md", "csv"))
     assert len(files) == count, "a block of the page does not say its file"
     for name, content in files:
+        assert not (tmp_path / name).exists(), f"{name} would replace a shipped file"
         (tmp_path / name).write_text(content)
     done = []
     for program, *options in shell("recipes.md"):
