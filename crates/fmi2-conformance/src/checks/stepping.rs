@@ -112,8 +112,8 @@ fn split(bench: &Bench) -> CheckResult {
     for sizes in splits {
         bench.part(&format!("the time of eight steps in {} steps", sizes.len()));
         for (index, (got, wanted)) in after(bench, sizes)?.iter().zip(&wanted).enumerate() {
-            // what is at rest changes by rounding errors
-            let rounding = (1e-10 * nominal(bench, of.reals[index])).max(1e-12);
+            // what is at rest changes by rounding errors, what is kept near zero by what is left of it
+            let rounding = nominal(bench, of.reals[index]).map_or(1e-10, |it| 5e-4 * it).max(1e-12);
             let scale = (wanted - begin[index]).abs() + 1e-6 * wanted.abs() + rounding;
             if (got - wanted).abs() > SHARE * scale {
                 let name = bench.description().name_of(CType::Real, of.reals[index]).unwrap_or("?");
@@ -127,11 +127,11 @@ fn split(bench: &Bench) -> CheckResult {
     Ok(())
 }
 
-/// Typical magnitude of a Real.
-fn nominal(bench: &Bench, reference: u32) -> f64 {
+/// Typical magnitude of a Real, if its description says one.
+fn nominal(bench: &Bench, reference: u32) -> Option<f64> {
     let mut variables = bench.description().variables.iter();
     let found = variables.find(|it| it.kind == Type::Real && it.value_reference == reference);
-    found.and_then(|it| it.nominal).map_or(1.0, f64::abs)
+    found.and_then(|it| it.nominal).map(f64::abs)
 }
 
 fn rounded(bench: &Bench) -> CheckResult {
