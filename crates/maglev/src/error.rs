@@ -69,6 +69,19 @@ pub enum Error {
         /// Which units have it.
         found: String,
     },
+    /// Orders that `--orders` cannot compare.
+    #[error(
+        "--orders compares the orders of at most {most} kinds of units that step as one group; the scenario has {kinds} \
+         kinds{groups}"
+    )]
+    NoOrders {
+        /// Kinds of units.
+        kinds: usize,
+        /// Most kinds that are compared.
+        most: usize,
+        /// Says that there are groups.
+        groups: &'static str,
+    },
     /// A file name without a known ending.
     #[error("cannot write {path}: the name must end with .json, .mat or .npz")]
     UnknownFormat {
@@ -356,6 +369,7 @@ impl Error {
             | Self::Program(_)
             | Self::Pixels { .. }
             | Self::NoPosition { .. }
+            | Self::NoOrders { .. }
             | Self::UnknownFormat { .. } => return None,
             Self::Plot { .. } => "check the plot's signals and scale in the scenario",
         })

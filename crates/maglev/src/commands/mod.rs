@@ -19,6 +19,7 @@ pub mod map;
 pub mod measured;
 pub mod modes;
 pub mod names;
+pub mod orders;
 pub mod positions;
 pub mod reference;
 pub mod report;

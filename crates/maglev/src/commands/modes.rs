@@ -17,6 +17,7 @@ use results::write_whole;
 use scenario::{AlgorithmName, GivenTimes, Override, Scenario};
 
 use super::names;
+use super::orders;
 use super::positions::{self, Positions};
 use super::table::table;
 use super::unit_modes::{families, root, shown};
@@ -28,6 +29,7 @@ Examples:
   maglev modes scenarios/low-speed.json --of guideway --set vehicle.travel_speed=0 \\
       --set vehicle.initial_position=37.5
   maglev modes scenarios/standstill.json --positions 0:75:0.5 --out results/positions
+  maglev modes scenarios/standstill.json --orders --step 0.005
 
 The result holds at one point, the start of the scenario. It names the units that are not
 coupled there. The exit status is 0 if all modes decay, both continuous and as stepped, and
@@ -56,6 +58,11 @@ pub struct Arguments {
     /// continuous modes at each, and the worst. With --out, also as positions.json and positions.svg.
     #[arg(long, value_name = "[INSTANCE.PARAMETER=]FIRST:LAST:STEP")]
     positions: Option<Positions>,
+    /// Compare all orders in which Gauss-Seidel can step the kinds of units, with extrapolation of degree
+    /// 1, 2 and 3 or that of --extrapolation: errors of the modes below 30 Hz or --below, the most exact
+    /// first.
+    #[arg(long, conflicts_with_all = ["positions", "algorithm", "of", "out"])]
+    orders: bool,
     /// Show at most N modes, the least damped first. 0 shows all.
     #[arg(long, value_name = "N", default_value_t = 20)]
     count: usize,
@@ -87,6 +94,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(positions) = &arguments.positions {
         shorten(&mut scenario, 1)?;
         return positions::run(&mut scenario, positions, arguments.out.as_deref(), arguments.json);
+    }
+    if arguments.orders {
+        let Arguments { extrapolation, below, json, .. } = *arguments;
+        return orders::run(&mut scenario, extrapolation, below, json);
     }
     let (modes, shapes) = find(&mut scenario, arguments.of.as_deref(), arguments.out.is_some())?;
     let algorithm = scenario.algorithm.name.as_str();
