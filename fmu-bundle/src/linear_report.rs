@@ -1,11 +1,12 @@
 //! The linearisation of a bundle: that of its units, joined by their connections.
 
 use bundle_table::{Role, Table};
-use fmi2_export::{Error, StateSpace};
+use fmi2_export::{Error, Motions, StateSpace};
 use linear::{Linearised, Open};
 use master::Simulation;
 
 use crate::declare::Handle;
+use crate::measures::lasting;
 use crate::running::Prepared;
 
 /// The answer to the report `linear`, between the exposed inputs and outputs. It takes the coupling as exact: the master's
@@ -60,4 +61,27 @@ pub(crate) fn states(
         (0..rows).for_each(|i| space.d(i, column, found.d[(i, k)]));
     }
     space.to_json()
+}
+
+/// The answer to the report `motions`: what moves in the units inside, with the names of their instances in front.
+pub(crate) fn motions(
+    prepared: &Prepared,
+    simulation: &mut Simulation<'_>,
+) -> Result<String, Error> {
+    let found = Linearised::of_with_motions(&prepared.setup, simulation);
+    let found = found.map_err(|error| Error::caused(&error))?;
+    let mut all = Motions::default();
+    let mut first = 0;
+    for (unit, own) in found.system.units.iter().zip(&found.motions) {
+        let mut rows = Vec::with_capacity(own.parts.len());
+        for it in &own.parts {
+            let part = format!("{} {}", unit.name, it.part);
+            rows.push(all.motion(part, it.direction.as_str(), it.at, lasting(&it.unit)));
+        }
+        for (i, j, value) in own.rows.iter() {
+            all.by(rows[i], first + j, value);
+        }
+        first += unit.states.len();
+    }
+    all.to_json()
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use bundle_table::{Role, TABLE, Table, Value};
-use fmi2_export::{Error, Interface, Model, RealVar, Resources, StateSpace, Step, Values};
+use fmi2_export::{Error, Interface, Model, Motions, RealVar, Resources, StateSpace, Step, Values};
 use fmi2_import::logger;
 use master::Simulation;
 
@@ -217,6 +217,9 @@ impl Model for Bundle {
         match request {
             StateSpace::REQUEST => running
                 .with_dependent_mut(|owner, it| linear_report::states(owner, it, table, handles))
+                .map(Some),
+            Motions::REQUEST => running
+                .with_dependent_mut(|owner, it| linear_report::motions(owner, it))
                 .map(Some),
             _ => Ok(None),
         }

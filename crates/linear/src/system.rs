@@ -228,6 +228,17 @@ impl Linearised {
         Self::here(setup, simulation, Wanted::default())
     }
 
+    /// As [`Linearised::of`], and asks every unit what moves.
+    ///
+    /// # Errors
+    /// As [`Linearised::of`], or a unit describes its motions in a way that cannot be used.
+    pub fn of_with_motions(
+        setup: &Setup,
+        simulation: &mut Simulation<'_>,
+    ) -> Result<Self, LinearError> {
+        Self::here(setup, simulation, Wanted { motions: true, ..Wanted::default() })
+    }
+
     fn here(
         setup: &Setup,
         simulation: &mut Simulation<'_>,
