@@ -113,8 +113,10 @@ fn variable(
             }
             if it.discrete && matches!(it.role, Role::Input | Role::Output) {
                 draft = draft.discrete();
+            } else if it.role == Role::Input {
+                draft = draft.takes(it.takes);
             } else {
-                draft = draft.derivatives(it.derivatives);
+                draft = draft.derivatives(it.derivatives).interpolated(it.interpolated);
             }
             Handle::Real(draft.done())
         }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use bundle_table::{Role, TABLE, Table, Value};
+use coupling::Taylor;
 use fmi2_export::{Error, Interface, Model, Motions, RealVar, Resources, StateSpace, Step, Values};
 use fmi2_import::logger;
 use master::Simulation;
@@ -218,9 +219,9 @@ impl Model for Bundle {
             StateSpace::REQUEST => running
                 .with_dependent_mut(|owner, it| linear_report::states(owner, it, table, handles))
                 .map(Some),
-            Motions::REQUEST => running
-                .with_dependent_mut(|owner, it| linear_report::motions(owner, it))
-                .map(Some),
+            Motions::REQUEST => {
+                running.with_dependent_mut(|owner, it| linear_report::motions(owner, it)).map(Some)
+            }
             _ => Ok(None),
         }
     }
@@ -326,8 +327,11 @@ fn set_inputs(
     for &place in inputs {
         let Handle::Real(input) = handles[place] else { continue };
         let p = match time {
-            Some(_) => *values.taylor(input),
-            None => [values.real(input), 0.0, 0.0, 0.0],
+            Some(_) => {
+                let ([p0, p1, p2, p3], [p4, p5]) = (*values.taylor(input), *values.further(input));
+                Taylor([p0, p1, p2, p3, p4, p5])
+            }
+            None => Taylor::constant(values.real(input)),
         };
         for _ in &prepared.ports[place] {
             prepared.outside.set(number, time.unwrap_or(prepared.times.start), &p);

@@ -150,6 +150,12 @@ pub struct Exposed {
     /// Highest order of derivatives of an output.
     #[serde(default)]
     pub derivatives: u32,
+    /// Highest order of derivatives of an output for interpolation, if that is higher.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub interpolated: u32,
+    /// Highest order of derivatives that a continuous input takes, 3 to 5.
+    #[serde(default = "cubic", skip_serializing_if = "is_cubic")]
+    pub takes: u32,
     /// The variables inside that it stands for, `instance.variable`. An output has one.
     pub ports: Vec<String>,
     /// Of an output: the inputs that it depends on directly, by their places in [`Table::variables`].
@@ -158,6 +164,23 @@ pub struct Exposed {
     /// Of an output: the inputs and parameters that its first value depends on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub initially: Vec<usize>,
+}
+
+/// Every continuous input takes derivatives up to this order.
+const CUBIC: u32 = 3;
+
+const fn cubic() -> u32 {
+    CUBIC
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde wants it")]
+const fn is_cubic(takes: &u32) -> bool {
+    *takes == CUBIC
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde wants it")]
+const fn is_zero(order: &u32) -> bool {
+    *order == 0
 }
 
 impl Table {
@@ -210,7 +233,9 @@ mod tests {
             nominal: Some(0.1 + 0.2),
             measure: Some(0),
             display: None,
-            derivatives: 2,
+            derivatives: 1,
+            interpolated: 2,
+            takes: 5,
             ports: vec!["vehicle.gap_01".to_owned()],
             depends: vec![0],
             initially: Vec::new(),

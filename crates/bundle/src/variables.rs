@@ -62,11 +62,19 @@ fn entry(
     };
     min = min.filter(|min| min.is_finite() && number.is_none_or(|x| x >= *min));
     max = max.filter(|max| max.is_finite() && number.is_none_or(|x| x <= *max));
-    let derivatives = if is_output && instance.every == 1 {
-        u32::try_from(unit.output_derivative_order(port.variable.0)).unwrap_or(0)
-    } else {
-        0
-    };
+    let (mut derivatives, mut interpolated) = (0, 0);
+    if is_output && instance.every == 1 {
+        let order = |order: usize| u32::try_from(order).unwrap_or(0);
+        derivatives = order(unit.output_derivative_order(port.variable.0));
+        let most = order(unit.interpolation_order(port.variable.0));
+        interpolated = if most > derivatives { most } else { 0 };
+    }
+    // a unit that steps slower extrapolates the polynomial itself
+    let taken = choice.ports.iter().map(|port| {
+        let instance = &system.instances[port.instance];
+        if instance.every > 1 { 3 } else { instance.input_derivatives_of(port.variable, true) }
+    });
+    let taken = if choice.role == Role::Input { taken.min().unwrap_or(0) } else { 0 };
     Exposed {
         name: choice.name.clone(),
         description: printable(&text),
@@ -85,6 +93,9 @@ fn entry(
         measure,
         display,
         derivatives,
+        interpolated,
+        // with lower orders a unit gets the polynomial anew at each step inside
+        takes: u32::try_from(taken).unwrap_or(0).clamp(3, 5),
         ports: choice.ports.iter().map(|&port| system.port_name(port)).collect(),
         depends: if is_output { dependencies.stepping(port) } else { Vec::new() },
         initially: if is_output { dependencies.initial(port) } else { Vec::new() },

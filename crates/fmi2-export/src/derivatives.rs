@@ -38,7 +38,7 @@ impl ExportedInstance {
                 Some(place) => *place = value,
                 None => {
                     self.values.further[slot as usize][order as usize - 4] = value;
-                    self.values.has_further = true;
+                    self.values.has_further |= value != 0.0;
                 }
             }
             self.progress.derivatives_set = true;

@@ -11,7 +11,7 @@ use super::story::{DrivenInput, Driver};
 use super::{Setup, Simulation, SimulationState};
 use crate::error::{Error, StateError};
 use crate::system::Port;
-use coupling::Outside;
+use coupling::{Outside, Taylor};
 use fmi2_import::description::{Causality, Value};
 use fmi2_import::span::between;
 
@@ -24,7 +24,7 @@ impl Setup {
             if let Some(Value::Real(start)) =
                 self.system.instances[port.instance].inputs.get(&port.variable)
             {
-                outside.set(k, self.scenario.experiment.start, &[*start, 0.0, 0.0, 0.0]);
+                outside.set(k, self.scenario.experiment.start, &Taylor::constant(*start));
             }
             let driver = Driver::Outside(Arc::clone(&outside), k);
             self.story.inputs.push(DrivenInput { port, driver });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::coupling_setup::CouplingSetup;
 use super::loops::CutLoops;
-use super::story::DrivenInput;
+use super::story::{DrivenInput, Driver};
 use crate::participant::{ExchangedVariables, ItemCheck};
 use crate::system::{InstanceSetup, Link, Port, System, Transfer, VariableIndex};
 use coupling::{
@@ -162,12 +162,16 @@ impl<'a> Wiring<'a> {
     fn drive(&mut self, driven: &DrivenInput) {
         let port = driven.port;
         let setup = &self.system.instances[port.instance];
-        let taken = if driven.is_held(self.system) { 0 } else { setup.input_derivative_order() };
+        // signals of a scenario are cubics
+        let (held, free) =
+            (driven.is_held(self.system), matches!(driven.driver, Driver::Outside(..)));
+        let taken = if held { 0 } else { setup.input_derivatives_of(port.variable, free) };
         let whole = setup.every > 1 || setup.steps > 1;
         let input = self.real_input(port, taken);
         self.links[port.instance].given.push(input);
         // a unit with steps of its own gets the whole polynomial and reduces it
-        self.given.push((input, if whole { 3 } else { taken }));
+        let most = if free { 5 } else { 3 };
+        self.given.push((input, if whole { most } else { taken }));
     }
 
     fn connect_integers(&mut self, link: &Link, items: Option<&Arc<[(i32, i32)]>>) {
