@@ -54,7 +54,7 @@ def test_refusal_of_an_accuracy_that_cannot_be_had(wanted, magnet):
     with pytest.raises(maglev.RunError, match="no step gives the accuracy"):
         wanted.change({"accuracy": 1e-15, "accuracy_over": 0.02}).start()
     with pytest.raises(maglev.InputError, match="between 0 and 1"):
-        wanted.change({"accuracy": 2})
+        wanted.change({"accuracy": 2}).start()
     with pytest.raises(maglev.InputError, match="no signals are recorded"):
         wanted.change({"record": {"signals": []}}).run()
 
