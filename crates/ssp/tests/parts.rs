@@ -311,14 +311,14 @@ fn issue_21_archives_of_ours_are_parts_of_others() {
     let before = Scenario::load(&bench.write("s.json", &text.to_string())).unwrap();
     let archive = bench.path("ours.ssp");
     ssp::export(&before, SspVersion::V2, &archive).unwrap();
-    bench.write("outer.ssd", &ssd(&system(&plain("part", "ours.ssp", ""), &[]), TIMES));
+    bench.write("outer.ssd", &ssd(&system(&plain("p.1", "ours.ssp", ""), &[]), TIMES));
     let (scenario, notes) = bench.import(&bench.path("outer.ssd")).unwrap();
     let sum = json!({
-        "from": [{ "signal": "part/a.y", "factor": 1.0 }, { "signal": "part/b.y", "factor": 3.0 }],
-        "to": "part/b.u"
+        "from": [{ "signal": "p_1/a.y", "factor": 1.0 }, { "signal": "p_1/b.y", "factor": 3.0 }],
+        "to": "p_1/b.u"
     });
     assert_eq!(scenario["connections"], json!([sum]));
-    let a = &scenario["instances"]["part/a"];
+    let a = &scenario["instances"]["p_1/a"];
     assert_eq!(a["steps"], 2);
     let file = bench.path("imported").join(a["parameters"]["file"]["path"].as_str().unwrap());
     assert_eq!(fs::read_to_string(file).unwrap(), "text");

@@ -307,7 +307,7 @@ impl Writer<'_> {
             Transfer::Items(pairs) => Some((pairs, true)),
             _ => None,
         };
-        let table = table.filter(|_| wire.connection.map.is_some());
+        let table = table.filter(|(pairs, _)| wire.connection.map.is_some() && !pairs.is_empty());
         if !linear && table.is_none() && settings.is_empty() {
             return out.empty("ssd:Connection", &attributes);
         }

@@ -58,7 +58,12 @@ impl Ours {
                     return Err(at.invalid(format!("the member \"{key}\" is not allowed there")));
                 }
             }
-            let within = |name: &str| format!("{}{name}", annotation.within);
+            // the instance of a component of this description
+            let within = |name: &str| {
+                let path = format!("{}{name}", annotation.within);
+                let found = tree.components.iter().find(|it| it.path == path);
+                found.map_or(path, |it| it.instance.clone())
+            };
             let mut instances = Map::new();
             if let Some(found) = part.shift_remove("instances") {
                 let found: Map<String, Value> = serde_json::from_value(found).map_err(invalid)?;
@@ -154,8 +159,8 @@ fn place_inputs(
 /// Renames the ends of a connection with several sources.
 fn rename(connection: &mut Value, within: &impl Fn(&str) -> String) {
     let change = |it: &mut Value| {
-        if let Some(name) = it.as_str() {
-            *it = within(name).into();
+        if let Some((instance, variable)) = it.as_str().and_then(|it| it.split_once('.')) {
+            *it = format!("{}.{variable}", within(instance)).into();
         }
     };
     if let Some(to) = connection.get_mut("to") {

@@ -11,8 +11,8 @@ use super::tree::Child;
 use crate::SspError;
 use crate::files::{Files, xml_text};
 use crate::read::{
-    Base, Binding, Contents, Linear, Number, ParameterMapping, ParameterSet, ParameterValue,
-    Transformation,
+    Base, Binding, Contents, Element, Linear, Number, ParameterMapping, ParameterSet,
+    ParameterValue, Transformation,
 };
 use crate::xml::{At, SSM, SSV, document};
 
@@ -175,10 +175,9 @@ impl<'p, 't, 'd> Assigned<'p, 't, 'd> {
                 if node.element.connectors.iter().any(|it| it.name == name) {
                     reached = self.reach(&Port::System(system, name.to_owned()), given, place)?;
                 }
-                for (child, &it) in &node.children {
-                    if let Some(rest) =
-                        name.strip_prefix(child).and_then(|rest| rest.strip_prefix('.'))
-                    {
+                for child in node.element.elements.iter().map(Element::name) {
+                    let rest = name.strip_prefix(child).and_then(|rest| rest.strip_prefix('.'));
+                    if let (Some(rest), Some(&it)) = (rest, node.children.get(child)) {
                         reached |= self.set(it, rest, given, place)?;
                     }
                 }

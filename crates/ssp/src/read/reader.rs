@@ -20,6 +20,8 @@ use crate::xml::{At, SSB, SSD, SSM, SSV, check_version, child, document, is, lis
 const DEEPEST: usize = 100;
 /// How many elements a system may have: one that refers to others may have many with few lines.
 const MOST: usize = 100_000;
+/// How many descriptions may be read, each as often as it is referred to.
+const MOST_FILES: usize = 1_000;
 
 impl Description {
     /// Reads a description, and those that it refers to.
@@ -65,6 +67,12 @@ impl Loader<'_> {
         let text = self.files.text(&name, place)?;
         let file = name.label().to_owned();
         let origin = self.origins.len();
+        if origin == MOST_FILES {
+            let at = At { file: &file, place };
+            return Err(
+                at.unsupported(format!("there are more than {MOST_FILES} systems in files"))
+            );
+        }
         self.origins.push(Origin { file: name, definitions: Definitions::default() });
         document(&text, &file, (SSD, "SystemStructureDescription"), |root| {
             let definitions = Definitions::read(root, SSD, &file)?;
