@@ -4,6 +4,7 @@ The schemas of 1.0 are in fmpy, those of 2.0 in pyssp-standard, as the Modelica 
 """
 
 import csv
+import json
 import subprocess
 import sys
 import zipfile
@@ -120,3 +121,34 @@ def test_the_commands_of_the_page_print_what_it_shows(tmp_path):
         said += done.stdout
     assert shown in said
     maglev("run", tmp_path / "my-system" / "scenario.json", "--stop", 0.01, "--no-report", "--out", tmp_path / "out")
+
+
+def test_issue_archives_take_the_place_of_scenarios(tmp_path):
+    """`modes` and `linearize` of an archive, and a run of an archive inside another system."""
+    scenario, archive = ROOT / "scenarios" / "one-magnet.json", tmp_path / "one-magnet.ssp"
+    maglev("export", scenario, "--ssp", archive)
+
+    def modes(path, *options):
+        found = json.loads(maglev("modes", path, "--json", "--count", "0", *options).stdout)
+        return [mode["continuous"] for mode in found["modes"]["modes"]]
+
+    assert modes(archive, "--out", tmp_path / "out") == modes(scenario)
+    assert (tmp_path / "out" / "system" / "scenario.json").is_file() and (tmp_path / "out" / "modes.json").is_file()
+    for path, file in [(scenario, "a.json"), (archive, "b.json")]:
+        maglev("linearize", path, "--out", tmp_path / file)
+    assert (tmp_path / "a.json").read_text() == (tmp_path / "b.json").read_text()
+
+    outer = tmp_path / "outer.ssd"
+    outer.write_text(
+        '<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription version="1.0" name="outer" '
+        'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"><ssd:System name="root"><ssd:Elements>'
+        '<ssd:Component name="part" source="one-magnet.ssp"/></ssd:Elements></ssd:System>'
+        '<ssd:DefaultExperiment startTime="0" stopTime="0.05"/></ssd:SystemStructureDescription>'
+    )
+    check_schema(outer.read_bytes(), "1.0")
+    options = ["--stop", "0.05", "--step", "0.001", "--algorithm", "jacobi", "--extrapolation", "0", "--no-report"]
+    said = maglev("run", outer, *options, "--out", tmp_path / "part").stderr
+    assert "settings of the system that is used here as a part are not used: " in said
+    maglev("run", scenario, *options, "--out", tmp_path / "whole")
+    part, whole = results(tmp_path / "part"), results(tmp_path / "whole")
+    assert np.array_equal(part["part/vehicle.gap_01"], whole["vehicle.gap_01"])

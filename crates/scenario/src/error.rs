@@ -158,7 +158,8 @@ impl ScenarioError {
             Self::Read { source, .. } => match source.kind() {
                 ErrorKind::IsADirectory => "this is a folder; give the path of a .json file in it",
                 ErrorKind::InvalidData => {
-                    "a scenario is a .json file; a unit that runs alone is a .fmu file"
+                    "a scenario is a .json file; a unit that runs alone is a .fmu file, and a system (.ssp) becomes \
+                     a scenario by `maglev export SYSTEM.ssp --scenario DIR`"
                 }
                 _ => "give the path of a scenario file (.json)",
             },

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::system::Opened;
 use bundle::{Bundled, Expose, Library, Order};
 use clap::Args;
 use maglev::Error;
-use scenario::{GivenTimes, Override, Scenario};
+use scenario::{GivenTimes, Override};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -24,8 +25,8 @@ instances as one), and the recorded signals as outputs, each as INSTANCE_VARIABL
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. Its experiment is the unit's default; other start and stop times work too. If
-    /// it asks for an accuracy, the step inside is chosen now.
+    /// The scenario, or a system (.ssp). Its experiment is the unit's default; other start and stop
+    /// times work too. If it asks for an accuracy, the step inside is chosen now.
     scenario: PathBuf,
     /// The new unit (.fmu).
     #[arg(long, value_name = "FILE")]
@@ -50,7 +51,8 @@ pub struct Arguments {
 /// Packs the unit and prints what it has.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let given = GivenTimes { step: arguments.step, ..GivenTimes::default() };
-    let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
+    let opened = Opened::new(&arguments.scenario, None)?;
+    let mut scenario = opened.load(given)?;
     scenario.overrides.clone_from(&arguments.set);
     let library = Library::find(arguments.library.as_deref())?;
     let name = arguments.out.file_stem().unwrap_or_default().to_string_lossy();

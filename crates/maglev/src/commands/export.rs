@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::system::Opened;
 use clap::{ArgGroup, Args, ValueEnum};
 use maglev::Error;
-use scenario::{GivenTimes, Override, Scenario};
+use scenario::{GivenTimes, Override};
 use ssp::SspVersion;
 
 const EXAMPLES: &str = "\
@@ -62,15 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 fn to_ssp(arguments: &Arguments, archive: &Path) -> Result<ExitCode, Error> {
-    let scratch;
-    let mut scenario = if ssp::is_system(&arguments.input) {
-        scratch = super::system::scratch()?;
-        let imported = ssp::import(&arguments.input, scratch.path())?;
-        tell(&imported.notes);
-        Scenario::load_with(&imported.scenario, GivenTimes::default())?
-    } else {
-        Scenario::load(&arguments.input)?
-    };
+    let opened = Opened::new(&arguments.input, None)?;
+    let mut scenario = opened.load(GivenTimes::default())?;
     tell(&scenario.notes);
     scenario.overrides.clone_from(&arguments.set);
     let version = match arguments.ssp_version {

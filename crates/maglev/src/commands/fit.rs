@@ -14,9 +14,10 @@ use maglev::run::{Job, Unobserved};
 use measured::Record;
 use report::ReportError;
 use results::{RunResults, write_whole};
-use scenario::{Override, Recorded, Scenario};
+use scenario::{GivenTimes, Override, Recorded, Scenario};
 
 use super::measured::{Beside, RecordArguments};
+use super::system::Opened;
 
 /// Trials for each parameter, if no number is given.
 const TRIALS: usize = 8;
@@ -35,7 +36,7 @@ given one by the fitted values), both runs, and a report with record, runs and r
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario.
+    /// The scenario, or a system (.ssp).
     scenario: PathBuf,
     /// The record: a CSV or Parquet file, or a JSON file that names one.
     #[arg(long, value_name = "FILE")]
@@ -70,7 +71,11 @@ pub struct Arguments {
 
 /// Fits, and writes what was found. The exit status is 1 if the search does not converge.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let mut scenario = Scenario::load(&arguments.scenario)?;
+    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder =
+        arguments.out.clone().unwrap_or_else(|| Path::new("results").join(format!("{name}-fit")));
+    let opened = Opened::new(&arguments.scenario, Some(&folder))?;
+    let mut scenario = opened.load(GivenTimes::default())?;
     scenario.overrides.extend_from_slice(&arguments.set);
     // all runs of the fit have one step
     let tell = |text: &str| {
@@ -100,11 +105,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let found = super::at_home(|| fit::fit(&order, &mut |it| shown.update(it)));
     shown.close();
     let found = found.map_err(Error::Fit)?;
-    let name = arguments.scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder =
-        arguments.out.clone().unwrap_or_else(|| Path::new("results").join(format!("{name}-fit")));
     let json = serde_json::to_string(&found).unwrap_or_default() + "\n";
-    let written = write(&found, &scenario, arguments, &folder, &json)?;
+    let written = write(&found, &scenario, (arguments, &opened), &folder, &json)?;
     if arguments.json {
         super::print(&json)?;
     } else {
@@ -144,7 +146,7 @@ impl Shown {
 fn write(
     found: &Fit,
     scenario: &Scenario,
-    arguments: &Arguments,
+    (arguments, opened): (&Arguments, &Opened),
     folder: &Path,
     json: &str,
 ) -> Result<Vec<PathBuf>, Error> {
@@ -161,7 +163,7 @@ fn write(
         Ok::<(), Error>(())
     };
     put("fit.json", json)?;
-    let base = std::path::absolute(&arguments.scenario).map_err(failed(&arguments.scenario))?;
+    let base = std::path::absolute(&opened.path).map_err(failed(&opened.path))?;
     // what --set changes is no part of the file that the patch extends
     if arguments.set.is_empty()
         && let Some(patch) = fit::patch::patch(found, scenario, &base)

@@ -9,8 +9,9 @@ use linear::{IDENTIFYING_STEPS, Linearised, Model, Models};
 use maglev::Error;
 use master::Setup;
 use results::write_whole;
-use scenario::{GivenTimes, Override, Scenario};
+use scenario::{GivenTimes, Override};
 
+use super::system::Opened;
 use super::table::table;
 
 const EXAMPLES: &str = "\
@@ -27,7 +28,7 @@ is identified from steps, if it can save its state; then there is no model of th
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. It is initialized and linearised, but does not run.
+    /// The scenario, or a system (.ssp). It is initialized and linearised, but does not run.
     scenario: PathBuf,
     /// Write all models to FILE: .json, .mat (version 5) or .npz. May be repeated.
     #[arg(long, value_name = "FILE", required = true)]
@@ -74,7 +75,8 @@ impl Format {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let formats = arguments.out.iter().map(|it| Format::of(it)).collect::<Result<Vec<_>, _>>()?;
     let given = GivenTimes { step: arguments.step, ..GivenTimes::default() };
-    let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
+    let opened = Opened::new(&arguments.scenario, None)?;
+    let mut scenario = opened.load(given)?;
     scenario.overrides.clone_from(&arguments.set);
     super::modes::shorten(&mut scenario, IDENTIFYING_STEPS)?;
     let setup = Setup::new(&scenario)?;

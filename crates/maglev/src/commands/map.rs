@@ -7,9 +7,10 @@ use std::process::ExitCode;
 use clap::Args;
 use maglev::Error;
 use maps::{Axis, Known, MapAxis, MapCell, Request, StabilityMap};
-use scenario::{Override, Scenario};
+use scenario::{GivenTimes, Override};
 
 use super::analysis::{self, Bar, Files};
+use super::system::Opened;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -27,7 +28,7 @@ is started again with the same --out.";
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. It starts and is linearised, but does not run.
+    /// The scenario, or a system (.ssp). It starts and is linearised, but does not run.
     scenario: PathBuf,
     /// Parameter of the columns: FROM:TO:COUNT, or values with commas between.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUES")]
@@ -64,7 +65,8 @@ pub struct Arguments {
 
 /// Computes a map, prints it and writes its files.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let mut scenario = Scenario::load(&arguments.scenario)?;
+    let opened = Opened::new(&arguments.scenario, arguments.out.as_deref())?;
+    let mut scenario = opened.load(GivenTimes::default())?;
     scenario.overrides.clone_from(&arguments.set);
     if let Some(title) = &arguments.title {
         scenario.title.clone_from(title);

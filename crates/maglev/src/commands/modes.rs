@@ -19,6 +19,7 @@ use scenario::{AlgorithmName, GivenTimes, Override, Scenario};
 use super::names;
 use super::orders;
 use super::positions::{self, Positions};
+use super::system::Opened;
 use super::table::table;
 use super::unit_modes::{families, root, shown};
 
@@ -39,7 +40,7 @@ coupled there. The exit status is 0 if all modes decay, both continuous and as s
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. It is initialized and linearised, but does not run.
+    /// The scenario, or a system (.ssp). It is initialized and linearised, but does not run.
     scenario: PathBuf,
     /// Set a parameter or start value, as for `maglev run`.
     #[arg(long, value_name = "INSTANCE.VARIABLE=VALUE")]
@@ -86,7 +87,8 @@ pub struct Arguments {
 /// Computes the modes and prints them.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let given = GivenTimes { step: arguments.step, ..GivenTimes::default() };
-    let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
+    let opened = Opened::new(&arguments.scenario, arguments.out.as_deref())?;
+    let mut scenario = opened.load(given)?;
     scenario.algorithm.name = arguments.algorithm.unwrap_or(scenario.algorithm.name);
     let degree = scenario.algorithm.extrapolation;
     scenario.algorithm.extrapolation = arguments.extrapolation.or(degree);

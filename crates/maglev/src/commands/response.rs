@@ -14,9 +14,10 @@ use response::names::{Kind, select};
 use response::{BreakPoint, Domain, Loops, Model, breaking, locus, sampled, transfer};
 use results::response::{LoopsResult, ResponseFile, RootLocus};
 use results::write_whole;
-use scenario::{Override, Scenario};
+use scenario::{GivenTimes, Override, Scenario};
 
 use super::response_page::page;
+use super::system::Opened;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,7 +35,7 @@ system is stable there, and 1 if not: then there are no margins.";
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. It is initialized and linearised, but does not run.
+    /// The scenario, or a system (.ssp). It is initialized and linearised, but does not run.
     scenario: PathBuf,
     /// Input of the responses: one that a unit reports in its linearisation, connected or not.
     #[arg(long, value_name = "INSTANCE.VARIABLE", requires = "to")]
@@ -141,7 +142,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.from.is_empty() && arguments.loops.is_empty() && arguments.root_locus.is_none() {
         return Err(Error::NothingAsked);
     }
-    let scenario = Scenario::load(&arguments.scenario)?;
+    let opened = Opened::new(&arguments.scenario, arguments.out.as_deref())?;
+    let scenario = opened.load(GivenTimes::default())?;
     let system = linearised(&scenario, &arguments.set)?;
     let mut file =
         ResponseFile { operating_point: system.point.clone(), ..ResponseFile::default() };

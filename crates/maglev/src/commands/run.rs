@@ -12,6 +12,7 @@ use scenario::{
 };
 
 use super::display::{EndOptions, watch};
+use super::system::Opened;
 use super::{check, names};
 
 const EXAMPLES: &str = "\
@@ -117,15 +118,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut scenario = if is_unit(&arguments.scenario) {
         let unit = Package::describe(&arguments.scenario)?;
         scenario::alone(&arguments.scenario, &unit, given, &arguments.set)?
-    } else if ssp::is_system(&arguments.scenario) {
-        // beside the results, for scenario-as-run.json and `maglev resume`
-        let imported = ssp::import(&arguments.scenario, &folder.join("system"))?;
-        let mut scenario = Scenario::load_with(&imported.scenario, given)?;
-        scenario.notes.splice(0..0, imported.notes);
-        scenario.overrides.clone_from(&arguments.set);
-        scenario
     } else {
-        let mut scenario = Scenario::load_with(&arguments.scenario, given)?;
+        // a system is kept beside the results, for scenario-as-run.json and `maglev resume`
+        let opened = Opened::new(&arguments.scenario, Some(&folder))?;
+        let mut scenario = opened.load(given)?;
         scenario.overrides.clone_from(&arguments.set);
         scenario
     };

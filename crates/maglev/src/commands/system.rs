@@ -1,7 +1,7 @@
 //! Whole systems in SSP archives: what `inspect` and `validate` say about them.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use fmi2_import::description::Severity;
@@ -19,6 +19,38 @@ const NONE: GivenTimes = GivenTimes { stop: Some(0.0), step: Some(0.0) };
 /// A temporary folder.
 pub fn scratch() -> Result<Scratch, Error> {
     Scratch::new().map_err(Error::Temporary)
+}
+
+/// A scenario file: one that was given, or that of a system.
+pub struct Opened {
+    pub path: PathBuf,
+    notes: Vec<String>,
+    /// Where the units of the system are.
+    _scratch: Option<Scratch>,
+}
+
+impl Opened {
+    /// Of a system (.ssp, .ssd), the scenario and the units are written into the folder `system` of the results, or a
+    /// temporary one that lives as long as this.
+    pub fn new(path: &Path, results: Option<&Path>) -> Result<Self, Error> {
+        if !ssp::is_system(path) {
+            return Ok(Self { path: path.to_owned(), notes: Vec::new(), _scratch: None });
+        }
+        let scratch = if results.is_none() { Some(scratch()?) } else { None };
+        let folder = match (&scratch, results) {
+            (Some(scratch), _) => scratch.path().to_owned(),
+            (None, results) => results.unwrap_or(Path::new("")).join("system"),
+        };
+        let imported = ssp::import(path, &folder)?;
+        Ok(Self { path: imported.scenario, notes: imported.notes, _scratch: scratch })
+    }
+
+    /// The scenario, with notes on what was read of a system.
+    pub fn load(&self, given: GivenTimes) -> Result<Scenario, Error> {
+        let mut scenario = Scenario::load_with(&self.path, given)?;
+        scenario.notes.splice(0..0, self.notes.iter().cloned());
+        Ok(scenario)
+    }
 }
 
 /// Prints what a system consists of, or the scenario that it becomes.

@@ -14,10 +14,11 @@ use floquet::{Accuracy, FloquetError, Motion, MovingTrain, Place, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use maglev::Error;
 use results::Journal;
-use scenario::{Override, Scenario};
+use scenario::{GivenTimes, Override, Scenario};
 use serde::{Deserialize, Serialize};
 
 use super::analysis::Files;
+use super::system::Opened;
 use page::page;
 
 const EXAMPLES: &str = "\
@@ -121,7 +122,7 @@ fn positive(text: &str) -> Result<f64, String> {
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. It is initialized and linearised, but does not run; its speed does not matter.
+    /// The scenario, or a system (.ssp). It is initialized and linearised, but does not run; its speed does not matter.
     scenario: PathBuf,
     /// Speeds (m/s): A:B:N for N values from A to B, or a list with commas.
     #[arg(long, value_name = "A:B:N", value_parser = speeds)]
@@ -205,7 +206,8 @@ struct Check {
 
 /// Computes the multipliers and prints them.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let mut scenario = Scenario::load(&arguments.scenario)?;
+    let opened = Opened::new(&arguments.scenario, arguments.out.as_deref())?;
+    let mut scenario = opened.load(GivenTimes::default())?;
     scenario.overrides.clone_from(&arguments.set);
     let (report, trains, journal) = super::at_home(|| compute(&scenario, arguments))?;
     if let Some(folder) = &arguments.out {

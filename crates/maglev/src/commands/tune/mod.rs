@@ -9,10 +9,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use maglev::Error;
-use scenario::{Override, Scenario};
+use scenario::{GivenTimes, Override};
 use tune::{Condition, Constraints, Irregularity, NoiseOption, Objective, Request, Tuning, Varied};
 
 use super::analysis::{self, Bar};
+use super::system::Opened;
 use confirm::{Confirmation, Window, confirm};
 
 const EXAMPLES: &str = "\
@@ -30,7 +31,7 @@ conditions counts. The exit status is 0 if the values found keep all limits, and
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The scenario. It is initialized and linearised, but runs only with --confirm.
+    /// The scenario, or a system (.ssp). It is initialized and linearised, but runs only with --confirm.
     scenario: PathBuf,
     /// A tuning file (.json) with all that the other options say. They add to it.
     #[arg(long, value_name = "FILE")]
@@ -154,7 +155,8 @@ impl Arguments {
 
 /// Tunes, prints the result and writes its files.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let mut scenario = Scenario::load(&arguments.scenario)?;
+    let opened = Opened::new(&arguments.scenario, arguments.out.as_deref())?;
+    let mut scenario = opened.load(GivenTimes::default())?;
     scenario.overrides.clone_from(&arguments.set);
     let request = Request {
         scenario,
@@ -170,7 +172,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         None => Vec::new(),
     };
     if let Some(folder) = &arguments.out {
-        files::write(&result, &confirmed, &request.scenario, &arguments.scenario, folder)?;
+        files::write(&result, &confirmed, &request.scenario, &opened.path, folder)?;
     }
     let text = if arguments.json {
         files::as_json(&result, &confirmed)
