@@ -138,6 +138,21 @@ def test_issue_archives_take_the_place_of_scenarios(tmp_path):
         maglev("linearize", path, "--out", tmp_path / file)
     assert (tmp_path / "a.json").read_text() == (tmp_path / "b.json").read_text()
 
+    study = {
+        "factors": {
+            "gain": {"target": "ems_*.gain_gap", "values": [8.0, 9.0]},
+            "stop": {"target": {"key": "experiment.stop"}, "values": [0.05]},
+        },
+        "objectives": {"gap": {"signal": "vehicle.gap_01", "figure": "rms"}},
+    }
+    rows = []
+    for path, name in [(archive, "a"), (scenario, "b")]:
+        (tmp_path / "study.json").write_text(json.dumps(study | {"scenario": str(path)}))
+        maglev("study", "run", tmp_path / "study.json", "--out", tmp_path / name, "--quiet")
+        with (tmp_path / name / "metrics.csv").open() as file:
+            rows.append([(row["gain"], row["gap"]) for row in csv.DictReader(file)])
+    assert rows[0] == rows[1] and len(set(rows[0])) == 2
+
     outer = tmp_path / "outer.ssd"
     outer.write_text(
         '<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription version="1.0" name="outer" '

@@ -12,9 +12,10 @@ use std::str::FromStr;
 use clap::{Args, Subcommand};
 use maglev::Error;
 use serde_json::json;
-use study::{Counts, Order, Outcome, Study, StudyError, coordinate, merge};
+use study::{Counts, Order, Outcome, Study, StudyError, StudyFile, coordinate, merge};
 
 use super::stdout::Reserved;
+use super::system::Opened;
 use keeper::Keeper;
 use progress::Progress;
 
@@ -159,10 +160,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
 }
 
+/// A study, and its scenario, which may be that of a system.
+fn load(path: &Path, results: Option<&Path>) -> Result<(Study, Opened), Error> {
+    let mut file = StudyFile::load(path)?;
+    let opened = Opened::new(&file.scenario, results)?;
+    file.scenario.clone_from(&opened.path);
+    Ok((Study::new(file, path)?, opened))
+}
+
 fn compute(arguments: &RunArguments) -> Result<ExitCode, Error> {
-    let study = Study::load(&arguments.study)?;
-    let default = || Path::new("results").join(study.name());
-    let folder = arguments.out.clone().unwrap_or_else(default);
+    let folder = match &arguments.out {
+        Some(folder) => folder.clone(),
+        None => Path::new("results").join(load(&arguments.study, None)?.0.name()),
+    };
+    let (study, _) = load(&arguments.study, Some(&folder))?;
     let points = arguments.point.map(|it| (it, it)).or(arguments.points.map(|it| (it.0, it.1)));
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let order = Order {
@@ -194,7 +205,7 @@ fn compute(arguments: &RunArguments) -> Result<ExitCode, Error> {
 }
 
 fn points(arguments: &PointsArguments) -> Result<ExitCode, Error> {
-    let study = Study::load(&arguments.study)?;
+    let (study, _opened) = load(&arguments.study, None)?;
     if arguments.count {
         return super::print(&format!("{}\n", study.count()));
     }
