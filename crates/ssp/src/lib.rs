@@ -7,6 +7,7 @@ mod error;
 mod export;
 mod files;
 mod import;
+mod names;
 mod read;
 mod xml;
 

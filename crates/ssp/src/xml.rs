@@ -6,7 +6,7 @@ use fmi2_import::description::MAX_NODES;
 use fmi2_import::xml::{Plain as _, number, trim};
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-use crate::SspError;
+use crate::{SspError, names};
 
 /// Namespace of the description of a system.
 pub(crate) const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
@@ -31,7 +31,8 @@ pub(crate) const MAX_SIZE: usize = 64 << 20;
 /// Some tools use the standard's prefixes without declaring them; they get their usual meaning.
 ///
 /// # Errors
-/// The text is not XML, has another root element or another version than 1.0 or 2.0, or `read` fails.
+/// The text is not XML, has another root element, another version than 1.0 or 2.0 or names that the standard does not
+/// have, or `read` fails.
 pub(crate) fn document<T>(
     text: &str,
     file: &str,
@@ -64,6 +65,7 @@ pub(crate) fn document<T>(
         )));
     }
     check_version(node, file)?;
+    names::check(node, file)?;
     read(node)
 }
 

@@ -251,6 +251,12 @@ fn refusal_errors_name_the_element() {
             "version=\"3.0\" name",
             ["SystemStructureDescription", "version \"3.0\""],
         ),
+        ("<ssd:Connection ", "<ssd:Conection ", ["line ", "no element Conection; did you mean Connection?"]),
+        (
+            "startConnector=",
+            "factr=\"2\" startConnector=",
+            ["line ", "no attribute factr; did you mean factor?"],
+        ),
         (source, "source=\"../u.fmu\"", ["Component \"a\"", "leaves the archive"]),
         (
             source,
