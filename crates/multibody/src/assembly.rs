@@ -1,5 +1,7 @@
 //! From the description to the assembled model.
 
+use std::fmt::Display;
+
 use crate::attachments::Attachments;
 use crate::composite::{Composite, Merged, merge};
 use crate::contact::mobility;
@@ -28,6 +30,11 @@ impl VehicleModel {
     /// [`Error::Invalid`] with a JSON path, or [`Error::Redundant`] where joints repeat each other.
     pub fn new(description: &VehicleDescription) -> Result<Self, Error> {
         description.check()?;
+        Self::assemble(description)
+    }
+
+    /// Assembles a description that has been checked.
+    fn assemble(description: &VehicleDescription) -> Result<Self, Error> {
         let merged = merge(description)?;
         let names = BodyNames::new(&description.bodies);
         let joints = joints(description, &merged, &names)?;
@@ -85,7 +92,17 @@ impl VehicleModel {
     /// # Errors
     /// Those of [`VehicleDescription::from_json`] and [`VehicleModel::new`].
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        Self::new(&VehicleDescription::from_json(text)?)
+        Ok(Self::described(text)?.1)
+    }
+
+    /// The same, with the description, which is checked only once.
+    ///
+    /// # Errors
+    /// Those of [`VehicleDescription::from_json`] and [`VehicleModel::new`].
+    pub fn described(text: &str) -> Result<(VehicleDescription, Self), Error> {
+        let description = VehicleDescription::from_json(text)?;
+        let model = Self::assemble(&description)?;
+        Ok((description, model))
     }
 }
 
@@ -107,7 +124,7 @@ fn joints(
     let mut row = 0;
     for (k, data) in description.joints.iter().enumerate() {
         if data.kind != JointKind::Bracket {
-            let joint = joint(data, description, merged, names, &format!("joints[{k}]"), row)?;
+            let joint = joint(data, description, merged, names, &format_args!("joints[{k}]"), row)?;
             row += joint.equations();
             joints.push(joint);
         }
@@ -120,7 +137,7 @@ fn joint(
     description: &VehicleDescription,
     merged: &Merged,
     names: &BodyNames,
-    path: &str,
+    path: &dyn Display,
     row: usize,
 ) -> Result<JointConstraint, Error> {
     let sides = joint_sides(data, &description.bodies, names, path)?;

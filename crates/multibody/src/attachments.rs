@@ -1,6 +1,8 @@
 //! The described bodies that joints and elements act on. Merging loses this information, and the
 //! reactions of brackets need it.
 
+use std::fmt::Display;
+
 use crate::description::{JointKind, VehicleDescription};
 use crate::error::Error;
 use crate::index::MemberIndex;
@@ -41,7 +43,7 @@ impl Attachments {
         let mut brackets = Vec::new();
         let mut joints = Vec::new();
         for (k, joint) in description.joints.iter().enumerate() {
-            let path = format!("joints[{k}]");
+            let path = format_args!("joints[{k}]");
             let (a, b) = names.pair(&joint.body_a, &joint.body_b, &path)?;
             if joint.kind == JointKind::Bracket {
                 let point = joint_sides(joint, bodies, names, &path)?.point_b;
@@ -50,7 +52,8 @@ impl Attachments {
                 joints.push([a, b]);
             }
         }
-        let pair = |a: &str, b: &str, path: &str| names.pair(a, b, path).map(|(a, b)| [a, b]);
+        let pair =
+            |a: &str, b: &str, path: &dyn Display| names.pair(a, b, path).map(|(a, b)| [a, b]);
         let bushings = description.bushings.iter();
         let springs = description.springs.iter();
         let driven = description.drive.iter().flat_map(|drive| &drive.bodies);
@@ -60,16 +63,16 @@ impl Attachments {
             brackets,
             joints,
             bushings: bushings
-                .map(|b| pair(&b.body_a, &b.body_b, "bushings"))
+                .map(|b| pair(&b.body_a, &b.body_b, &"bushings"))
                 .collect::<Result<_, _>>()?,
             springs: springs
-                .map(|s| pair(&s.body_a, &s.body_b, "springs"))
+                .map(|s| pair(&s.body_a, &s.body_b, &"springs"))
                 .collect::<Result<_, _>>()?,
-            drive: driven.map(|b| names.moving(b, "drive.bodies")).collect::<Result<_, _>>()?,
+            drive: driven.map(|b| names.moving(b, &"drive.bodies")).collect::<Result<_, _>>()?,
             magnets: description
                 .magnets
                 .iter()
-                .map(|m| names.moving(&m.body, "magnets"))
+                .map(|m| names.moving(&m.body, &"magnets"))
                 .collect::<Result<_, _>>()?,
         })
     }

@@ -1,6 +1,7 @@
 //! Validation of a description. Every error names its JSON path.
 
 use std::collections::HashMap;
+use std::fmt::Display;
 
 use nalgebra::SymmetricEigen;
 
@@ -52,7 +53,7 @@ impl Body {
 fn unique<'a>(names: impl Iterator<Item = &'a str>, list: &str) -> Result<(), Error> {
     let mut seen: HashMap<&str, usize> = HashMap::new();
     for (k, name) in names.enumerate() {
-        let path = format!("{list}[{k}].name");
+        let path = format_args!("{list}[{k}].name");
         if name.is_empty() {
             return Err(invalid(path, "the name is empty"));
         }
@@ -66,7 +67,7 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>, list: &str) -> Result<(), Er
     Ok(())
 }
 
-fn orientation(q: Option<[f64; 4]>, path: &str) -> Result<(), Error> {
+fn orientation(q: Option<[f64; 4]>, path: &dyn Display) -> Result<(), Error> {
     let Some(q) = q else { return Ok(()) };
     let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
     // a quaternion written with five digits is accepted as a unit quaternion
@@ -77,7 +78,7 @@ fn orientation(q: Option<[f64; 4]>, path: &str) -> Result<(), Error> {
     }
 }
 
-fn check_body(body: &Body, path: &str) -> Result<(), Error> {
+fn check_body(body: &Body, path: &dyn Display) -> Result<(), Error> {
     if body.name == GROUND {
         return Err(invalid(format!("{path}.name"), "`ground` is reserved"));
     }
@@ -85,12 +86,12 @@ fn check_body(body: &Body, path: &str) -> Result<(), Error> {
         let message = format!("the mass must be positive, but is {} kg", body.mass);
         return Err(invalid(format!("{path}.mass"), message));
     }
-    finite(&body.position, &format!("{path}.position"))?;
-    orientation(body.orientation, &format!("{path}.orientation"))?;
-    check_inertia(&body.inertia.matrix(), &format!("{path}.inertia"))
+    finite(&body.position, &format_args!("{path}.position"))?;
+    orientation(body.orientation, &format_args!("{path}.orientation"))?;
+    check_inertia(&body.inertia.matrix(), &format_args!("{path}.inertia"))
 }
 
-fn check_inertia(inertia: &Mat3, path: &str) -> Result<(), Error> {
+fn check_inertia(inertia: &Mat3, path: &dyn Display) -> Result<(), Error> {
     finite(inertia.as_slice(), path)?;
     if (inertia - inertia.transpose()).amax() > 1e-9 * inertia.amax() {
         return Err(invalid(path, "the inertia matrix must be symmetric"));
@@ -126,7 +127,7 @@ impl VehicleDescription {
         if self.name.is_empty() {
             return Err(invalid("name", "the name is empty"));
         }
-        finite(&self.gravity, "gravity")?;
+        finite(&self.gravity, &"gravity")?;
         if self.gravity[2] > 0.0 {
             let message = format!(
                 "{} m/s² along z is upward; gravity points down, so give a negative number",
@@ -134,7 +135,7 @@ impl VehicleDescription {
             );
             return Err(invalid("gravity", message));
         }
-        not_negative(&[self.nominal_gap], "nominal_gap")?;
+        not_negative(&[self.nominal_gap], &"nominal_gap")?;
         check_size(self.bodies.len(), "bodies", "bodies", MAX_BODIES)?;
         check_size(self.magnets.len(), "magnets", "magnets", MAX_MAGNETS)?;
         if self.bodies.is_empty() {
@@ -142,12 +143,12 @@ impl VehicleDescription {
         }
         unique(self.bodies.iter().map(|b| b.name.as_str()), "bodies")?;
         for (k, body) in self.bodies.iter().enumerate() {
-            check_body(body, &format!("bodies[{k}]"))?;
+            check_body(body, &format_args!("bodies[{k}]"))?;
         }
         let names = BodyNames::new(&self.bodies);
         unique(self.joints.iter().map(|j| j.name.as_str()), "joints")?;
         for (k, joint) in self.joints.iter().enumerate() {
-            joint_sides(joint, &self.bodies, &names, &format!("joints[{k}]"))?;
+            joint_sides(joint, &self.bodies, &names, &format_args!("joints[{k}]"))?;
         }
         self.check_elements(&names)?;
         if let Some(contact) = &self.contact {
@@ -159,30 +160,30 @@ impl VehicleDescription {
     fn check_elements(&self, names: &BodyNames) -> Result<(), Error> {
         unique(self.bushings.iter().map(|b| b.name.as_str()), "bushings")?;
         for (k, bushing) in self.bushings.iter().enumerate() {
-            let path = format!("bushings[{k}]");
+            let path = format_args!("bushings[{k}]");
             names.pair(&bushing.body_a, &bushing.body_b, &path)?;
-            finite(&bushing.position, &format!("{path}.position"))?;
-            finite(&bushing.preload, &format!("{path}.preload"))?;
-            orientation(bushing.orientation, &format!("{path}.orientation"))?;
+            finite(&bushing.position, &format_args!("{path}.position"))?;
+            finite(&bushing.preload, &format_args!("{path}.preload"))?;
+            orientation(bushing.orientation, &format_args!("{path}.orientation"))?;
             for (field, values) in [
                 ("translational_stiffness", &bushing.translational_stiffness),
                 ("translational_damping", &bushing.translational_damping),
                 ("rotational_stiffness", &bushing.rotational_stiffness),
                 ("rotational_damping", &bushing.rotational_damping),
             ] {
-                not_negative(values, &format!("{path}.{field}"))?;
+                not_negative(values, &format_args!("{path}.{field}"))?;
             }
         }
         unique(self.springs.iter().map(|s| s.name.as_str()), "springs")?;
         for (k, spring) in self.springs.iter().enumerate() {
-            let path = format!("springs[{k}]");
+            let path = format_args!("springs[{k}]");
             names.pair(&spring.body_a, &spring.body_b, &path)?;
-            finite(&spring.position_a, &format!("{path}.position_a"))?;
-            finite(&spring.position_b, &format!("{path}.position_b"))?;
-            not_negative(&[spring.stiffness], &format!("{path}.stiffness"))?;
-            not_negative(&[spring.damping], &format!("{path}.damping"))?;
+            finite(&spring.position_a, &format_args!("{path}.position_a"))?;
+            finite(&spring.position_b, &format_args!("{path}.position_b"))?;
+            not_negative(&[spring.stiffness], &format_args!("{path}.stiffness"))?;
+            not_negative(&[spring.damping], &format_args!("{path}.damping"))?;
             if let Some(length) = spring.free_length {
-                not_negative(&[length], &format!("{path}.free_length"))?;
+                not_negative(&[length], &format_args!("{path}.free_length"))?;
             }
             if Vec3::from(spring.position_a) == Vec3::from(spring.position_b) {
                 return Err(invalid(path, "the spring has zero length and so no direction"));
@@ -193,7 +194,7 @@ impl VehicleDescription {
 
     fn check_joint_forces(&self) -> Result<(), Error> {
         for (k, force) in self.joint_forces.iter().enumerate() {
-            let path = format!("joint_forces[{k}]");
+            let path = format_args!("joint_forces[{k}]");
             let Some(joint) = self.joints.iter().find(|j| j.name == force.joint) else {
                 let known = self.joints.iter().map(|j| j.name.as_str());
                 let hint = meant(&force.joint, known);
@@ -209,19 +210,19 @@ impl VehicleDescription {
                     ),
                 ));
             }
-            not_negative(&[force.stiffness], &format!("{path}.stiffness"))?;
-            not_negative(&[force.damping], &format!("{path}.damping"))?;
-            finite(&[force.preload], &format!("{path}.preload"))?;
+            not_negative(&[force.stiffness], &format_args!("{path}.stiffness"))?;
+            not_negative(&[force.damping], &format_args!("{path}.damping"))?;
+            finite(&[force.preload], &format_args!("{path}.preload"))?;
         }
         Ok(())
     }
 
     fn check_points(&self, names: &BodyNames) -> Result<(), Error> {
         if let Some(drive) = &self.drive {
-            not_negative(&[drive.stiffness], "drive.stiffness")?;
-            not_negative(&[drive.damping], "drive.damping")?;
+            not_negative(&[drive.stiffness], &"drive.stiffness")?;
+            not_negative(&[drive.damping], &"drive.damping")?;
             for (k, body) in drive.bodies.iter().enumerate() {
-                let path = format!("drive.bodies[{k}]");
+                let path = format_args!("drive.bodies[{k}]");
                 names.moving(body, &path)?;
                 if let Some(first) = drive.bodies[..k].iter().position(|b| b == body) {
                     let message = format!("duplicate body: `{body}` is also drive.bodies[{first}]");
@@ -230,22 +231,22 @@ impl VehicleDescription {
             }
         }
         for (k, magnet) in self.magnets.iter().enumerate() {
-            names.moving(&magnet.body, &format!("magnets[{k}].body"))?;
-            finite(&magnet.position, &format!("magnets[{k}].position"))?;
+            names.moving(&magnet.body, &format_args!("magnets[{k}].body"))?;
+            finite(&magnet.position, &format_args!("magnets[{k}].position"))?;
         }
         unique(self.observed.iter().map(|o| o.name.as_str()), "observed")?;
         for (k, observed) in self.observed.iter().enumerate() {
-            let path = format!("observed[{k}]");
-            names.moving(&observed.body, &format!("{path}.body"))?;
+            let path = format_args!("observed[{k}]");
+            names.moving(&observed.body, &format_args!("{path}.body"))?;
             for (i, point) in observed.points.iter().enumerate() {
-                finite(point, &format!("{path}.points[{i}]"))?;
+                finite(point, &format_args!("{path}.points[{i}]"))?;
             }
-            check_signal_name(&observed.name, &format!("{path}.name"))?;
+            check_signal_name(&observed.name, &format_args!("{path}.name"))?;
             for (list, bodies) in
                 [("point_bodies", &observed.point_bodies), ("parts", &observed.parts)]
             {
                 for (i, body) in bodies.iter().enumerate() {
-                    names.moving(body, &format!("{path}.{list}[{i}]"))?;
+                    names.moving(body, &format_args!("{path}.{list}[{i}]"))?;
                 }
             }
         }

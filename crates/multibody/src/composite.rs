@@ -98,7 +98,7 @@ pub(crate) fn merge(description: &VehicleDescription) -> Result<Merged, Error> {
         if joint.kind != JointKind::Bracket {
             continue;
         }
-        let (a, b) = names.pair(&joint.body_a, &joint.body_b, &format!("joints[{k}]"))?;
+        let (a, b) = names.pair(&joint.body_a, &joint.body_b, &format_args!("joints[{k}]"))?;
         let (a, b) =
             (root(&parent, a.map_or(ground, |k| k.0)), root(&parent, b.map_or(ground, |k| k.0)));
         if a == b {

@@ -7,7 +7,8 @@
 
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{IntoDeserializer as _, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::contact::ContactDescription;
 use crate::error::Error;
@@ -157,6 +158,7 @@ pub struct Joint {
     /// Name, unique among the joints.
     pub name: String,
     /// Kind of joint, which determines its equations.
+    #[serde(deserialize_with = "word")]
     pub kind: JointKind,
     /// Body a: carries the axis.
     pub body_a: String,
@@ -373,6 +375,23 @@ impl VehicleDescription {
         }
         Ok(format!("{{\n  {}\n}}\n", fields.join(",\n  ")))
     }
+}
+
+/// A kind of joint as a word: serde_json would also take an object with the word as its key.
+fn word<'de, D: Deserializer<'de>>(deserializer: D) -> Result<JointKind, D::Error> {
+    struct Word;
+    impl Visitor<'_> for Word {
+        type Value = JointKind;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("a text")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<JointKind, E> {
+            JointKind::deserialize(word.into_deserializer())
+        }
+    }
+    deserializer.deserialize_str(Word)
 }
 
 /// True for a vector that the file may leave out.

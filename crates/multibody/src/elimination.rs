@@ -1,5 +1,8 @@
 //! Symbolic and numeric elimination in the initial pose: fill and pivots.
 
+use std::cell::Cell;
+use std::collections::BTreeSet;
+
 use nalgebra::DMatrix;
 
 use crate::sample::Sample;
@@ -19,14 +22,21 @@ pub(crate) struct Gone {
     pub below: Vec<(usize, DMatrix<f64>)>,
 }
 
+/// Fill, number of partners, level, node: the least is eliminated next.
+type Rank = (usize, usize, usize, usize);
+
 pub(crate) struct Elimination {
     pub sample: Sample,
     /// Nodes that each node is coupled with at first.
     pub partners: Vec<Vec<usize>>,
     /// Full strength of each joint row: Σ J diag(M)⁻¹ Jᵀ over both bodies.
     pub strength: Vec<Vec<f64>>,
-    pivot: Vec<f64>,
+    /// Smallest eigenvalue of each joint's scaled pivot, once it has been asked for.
+    pivot: Vec<Cell<Option<f64>>>,
+    /// Fill that each node would create now.
     fill: Vec<usize>,
+    /// Nodes of the group that are left, by rank.
+    left: BTreeSet<Rank>,
     /// Length of the longest chain of eliminations that must precede each node.
     pub level: Vec<usize>,
     pub gone: Vec<Gone>,
@@ -52,8 +62,9 @@ impl Elimination {
             sample,
             partners,
             strength,
-            pivot: vec![0.0; n],
+            pivot: vec![Cell::new(None); n],
             fill: vec![0; n],
+            left: BTreeSet::new(),
             level: vec![0; n],
             gone: vec![],
         };
@@ -63,7 +74,7 @@ impl Elimination {
         this
     }
 
-    /// Brings a node's fill count and pivot strength up to date.
+    /// Brings a node's fill count up to date, and forgets its pivot strength.
     fn refresh(&mut self, node: usize) {
         let neighbours: Vec<usize> = self.sample.coupling[node].keys().copied().collect();
         let mut fill = 0;
@@ -75,9 +86,16 @@ impl Elimination {
             }
         }
         self.fill[node] = fill;
-        if node >= self.sample.bodies {
-            self.pivot[node] = smallest_eigenvalue(&self.scaled_pivot(node));
-        }
+        self.pivot[node].set(None);
+    }
+
+    /// Strength of a joint's pivot. Few are asked for before they change again.
+    fn pivot(&self, node: usize) -> f64 {
+        debug_assert!(node >= self.sample.bodies, "bodies need no strength");
+        let known = self.pivot[node].get();
+        let pivot = known.unwrap_or_else(|| smallest_eigenvalue(&self.scaled_pivot(node)));
+        self.pivot[node].set(Some(pivot));
+        pivot
     }
 
     /// −D_jj with rows and columns scaled to full strength one.
@@ -87,21 +105,27 @@ impl Elimination {
         DMatrix::from_fn(d.nrows(), d.ncols(), |r, c| -d[(r, c)] / (s[r] * s[c]).sqrt())
     }
 
-    fn best(&self, alive: &[usize], threshold: f64) -> Option<usize> {
-        alive
-            .iter()
-            .copied()
-            .filter(|&k| k < self.sample.bodies || self.pivot[k] > threshold)
-            .min_by_key(|&k| (self.fill[k], self.sample.coupling[k].len(), self.level[k], k))
+    fn rank(&self, node: usize) -> Rank {
+        (self.fill[node], self.sample.coupling[node].len(), self.level[node], node)
     }
 
+    fn best(&self, threshold: f64) -> Option<usize> {
+        let mut nodes = self.left.iter().map(|&(.., node)| node);
+        nodes.find(|&k| k < self.sample.bodies || self.pivot(k) > threshold)
+    }
+
+    /// Eliminates a node, if it has a pivot.
     fn eliminate(&mut self, node: usize) -> Option<()> {
         let d = &self.sample.diagonal[node];
         let body = node < self.sample.bodies;
         let factor = if body { d.clone() } else { -d.clone() }.cholesky()?;
         let inverse = if body { factor.inverse() } else { -factor.inverse() };
         let pivots = factor.l_dirty().diagonal().iter().map(|l| l * l).collect();
+        self.left.remove(&self.rank(node));
         let neighbours = std::mem::take(&mut self.sample.coupling[node]);
+        for &n in neighbours.keys() {
+            self.left.remove(&self.rank(n));
+        }
         let below: Vec<(usize, DMatrix<f64>)> = neighbours
             .keys()
             .filter_map(|n| self.sample.coupling[*n].remove(&node).map(|block| (*n, block)))
@@ -120,28 +144,30 @@ impl Elimination {
         for n in touched {
             self.level[n] = self.level[n].max(self.level[node] + 1);
             self.refresh(n);
+            self.left.insert(self.rank(n));
         }
         Some(())
     }
 
-    fn strongest(&self, alive: &[usize]) -> Option<usize> {
-        let strong = alive.iter().copied().filter(|&k| self.pivot[k] > SMALLEST_PIVOT);
-        strong.max_by(|a, b| self.pivot[*a].total_cmp(&self.pivot[*b]))
+    fn strongest(&self) -> Option<usize> {
+        let nodes = self.left.iter().map(|&(.., node)| node);
+        let strong = nodes.filter(|&k| self.pivot(k) > SMALLEST_PIVOT);
+        strong.max_by(|a, b| self.pivot(*a).total_cmp(&self.pivot(*b)).then(a.cmp(b)))
     }
 
     /// Eliminates one group and returns the nodes that cannot be eliminated.
     pub fn run(&mut self, group: &[usize], safe: f64) -> Vec<usize> {
-        let mut alive = group.to_vec();
-        while !alive.is_empty() {
-            let next = self
-                .best(&alive, safe)
-                .or_else(|| self.best(&alive, SMALL_PIVOT))
-                .or_else(|| self.strongest(&alive))
-                .filter(|&k| self.eliminate(k).is_some());
-            let Some(node) = next else { break };
-            alive.retain(|k| *k != node);
+        self.left = group.iter().map(|&node| self.rank(node)).collect();
+        while !self.left.is_empty() {
+            let next =
+                self.best(safe).or_else(|| self.best(SMALL_PIVOT)).or_else(|| self.strongest());
+            if next.and_then(|node| self.eliminate(node)).is_none() {
+                break;
+            }
         }
-        alive
+        let mut nodes: Vec<usize> = self.left.iter().map(|&(.., node)| node).collect();
+        nodes.sort_unstable();
+        nodes
     }
 }
 

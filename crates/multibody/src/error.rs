@@ -1,5 +1,7 @@
 //! Errors of the description, of the assembly and of the simulation.
 
+use std::fmt::Display;
+
 use thiserror::Error;
 
 use crate::index::MagnetIndex;
@@ -209,7 +211,7 @@ pub struct Redundancy {
     pub together_with: Vec<String>,
 }
 
-impl std::fmt::Display for Redundancy {
+impl Display for Redundancy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "joint `{}`: {}", self.joint, self.direction)?;
         if !self.together_with.is_empty() {
@@ -220,8 +222,8 @@ impl std::fmt::Display for Redundancy {
 }
 
 /// An [`Error::Invalid`].
-pub(crate) fn invalid(path: impl Into<String>, message: impl Into<String>) -> Error {
-    Error::Invalid { path: path.into(), message: message.into() }
+pub(crate) fn invalid(path: impl Display, message: impl Into<String>) -> Error {
+    Error::Invalid { path: path.to_string(), message: message.into() }
 }
 
 impl Error {

@@ -1,5 +1,7 @@
 //! Elements by patterns of their names.
 
+use std::fmt::Display;
+
 use crate::description::{ElementGroup, VehicleDescription};
 use crate::error::{Error, invalid};
 use crate::names::meant;
@@ -13,7 +15,7 @@ pub(crate) enum GroupMembers {
 }
 
 /// Checks a name that becomes part of the names of variables.
-pub(crate) fn check_signal_name(name: &str, path: &str) -> Result<(), Error> {
+pub(crate) fn check_signal_name(name: &str, path: &dyn Display) -> Result<(), Error> {
     let well_named = name.starts_with(|c: char| c.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
         && name.len() <= 24;
@@ -109,7 +111,7 @@ impl VehicleDescription {
     pub(crate) fn check_groups(&self) -> Result<(), Error> {
         for (k, group) in self.groups.iter().enumerate() {
             let path = format!("groups[{k}]");
-            check_signal_name(&group.name, &format!("{path}.name"))?;
+            check_signal_name(&group.name, &format_args!("{path}.name"))?;
             if let Some(first) = self.groups[..k].iter().position(|g| g.name == group.name) {
                 let message = format!("duplicate name: also the name of groups[{first}]");
                 return Err(invalid(format!("{path}.name"), message));

@@ -1,6 +1,7 @@
 //! Bodies by name, with a hint where a name is unknown.
 
 use std::collections::HashMap;
+use std::fmt::Display;
 
 use crate::description::{Body, GROUND};
 use crate::error::{Error, invalid};
@@ -15,7 +16,7 @@ impl<'a> BodyNames<'a> {
     }
 
     /// Index of the named body, `None` for the ground.
-    pub fn find(&self, name: &str, path: &str) -> Result<Option<MemberIndex>, Error> {
+    pub fn find(&self, name: &str, path: &dyn Display) -> Result<Option<MemberIndex>, Error> {
         if name == GROUND {
             return Ok(None);
         }
@@ -26,7 +27,7 @@ impl<'a> BodyNames<'a> {
     }
 
     /// Index of the named body, which must not be the ground.
-    pub fn moving(&self, name: &str, path: &str) -> Result<MemberIndex, Error> {
+    pub fn moving(&self, name: &str, path: &dyn Display) -> Result<MemberIndex, Error> {
         self.find(name, path)?
             .ok_or_else(|| invalid(path, "the ground is not allowed here; name a body"))
     }
@@ -36,10 +37,10 @@ impl<'a> BodyNames<'a> {
         &self,
         a: &str,
         b: &str,
-        path: &str,
+        path: &dyn Display,
     ) -> Result<(Option<MemberIndex>, Option<MemberIndex>), Error> {
-        let first = self.find(a, &format!("{path}.body_a"))?;
-        let second = self.find(b, &format!("{path}.body_b"))?;
+        let first = self.find(a, &format_args!("{path}.body_a"))?;
+        let second = self.find(b, &format_args!("{path}.body_b"))?;
         if first == second {
             return Err(invalid(
                 path,

@@ -1,8 +1,10 @@
 //! Checks of the numbers in a description.
 
+use std::fmt::Display;
+
 use crate::error::{Error, invalid};
 
-pub(crate) fn finite(values: &[f64], path: &str) -> Result<(), Error> {
+pub(crate) fn finite(values: &[f64], path: &dyn Display) -> Result<(), Error> {
     if values.iter().all(|v| v.is_finite()) {
         Ok(())
     } else {
@@ -10,7 +12,7 @@ pub(crate) fn finite(values: &[f64], path: &str) -> Result<(), Error> {
     }
 }
 
-pub(crate) fn not_negative(values: &[f64], path: &str) -> Result<(), Error> {
+pub(crate) fn not_negative(values: &[f64], path: &dyn Display) -> Result<(), Error> {
     finite(values, path)?;
     match values.iter().find(|v| **v < 0.0) {
         Some(v) => Err(invalid(path, format!("must not be negative, but is {v}"))),

@@ -225,12 +225,14 @@ impl Reduction {
 
     /// Clears all bodies, those with fewest neighbours first, and returns the self-stresses by row.
     fn run(mut self, rows: usize) -> Vec<DVector<f64>> {
-        let mut degrees: BTreeMap<usize, usize> =
-            (0..self.of_body.len()).map(|k| (k, self.neighbours(k).len())).collect();
-        while let Some((&body, _)) = degrees.iter().min_by_key(|(k, degree)| (**degree, **k)) {
-            degrees.remove(&body);
+        let mut degrees: Vec<usize> =
+            (0..self.of_body.len()).map(|k| self.neighbours(k).len()).collect();
+        let mut left: BTreeSet<(usize, usize)> = degrees.iter().copied().zip(0..).collect();
+        while let Some((_, body)) = left.pop_first() {
             for neighbour in self.clear(body) {
-                degrees.insert(neighbour, self.neighbours(neighbour).len());
+                left.remove(&(degrees[neighbour], neighbour));
+                degrees[neighbour] = self.neighbours(neighbour).len();
+                left.insert((degrees[neighbour], neighbour));
             }
         }
         let stress = |&row: &usize| {

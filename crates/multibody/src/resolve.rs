@@ -1,5 +1,7 @@
 //! Elements, magnets and observed points of a description, placed on the composite bodies.
 
+use std::fmt::Display;
+
 use crate::anchor::{Anchor, DriveForce, WatchedBody};
 use crate::composite::Merged;
 use crate::description::VehicleDescription;
@@ -15,18 +17,18 @@ pub(crate) struct Anchors<'a> {
 }
 
 impl Anchors<'_> {
-    fn anchor(&self, body: &str, point: [f64; 3], path: &str) -> Result<Anchor, Error> {
+    fn anchor(&self, body: &str, point: [f64; 3], path: &dyn Display) -> Result<Anchor, Error> {
         let composite = self.merged.composite(Some(self.names.moving(body, path)?));
         let start = Vec3::from(point);
         Ok(Anchor { body: composite, local: self.merged.localise(composite, &start), start })
     }
 
     /// As `anchor`, on a body that is not fixed to the ground.
-    fn movable(&self, body: &str, point: [f64; 3], path: &str) -> Result<Anchor, Error> {
+    fn movable(&self, body: &str, point: [f64; 3], path: &dyn Display) -> Result<Anchor, Error> {
         let anchor = self.anchor(body, point, path)?;
         if anchor.body.0 == self.merged.composites.len() {
             return Err(Error::Invalid {
-                path: path.to_owned(),
+                path: path.to_string(),
                 message: format!("`{body}` is fixed to the ground, so a force there has no effect"),
             });
         }
@@ -39,7 +41,7 @@ impl Anchors<'_> {
             .iter()
             .enumerate()
             .map(|(k, data)| {
-                let path = format!("bushings[{k}]");
+                let path = format_args!("bushings[{k}]");
                 let (a, b) = self.names.pair(&data.body_a, &data.body_b, &path)?;
                 let (a, b) = (self.merged.composite(a), self.merged.composite(b));
                 let point = Vec3::from(data.position);
@@ -84,7 +86,7 @@ impl Anchors<'_> {
             .enumerate()
             .map(|(k, data)| {
                 let (a, b) =
-                    self.names.pair(&data.body_a, &data.body_b, &format!("springs[{k}]"))?;
+                    self.names.pair(&data.body_a, &data.body_b, &format_args!("springs[{k}]"))?;
                 let (a, b) = (self.merged.composite(a), self.merged.composite(b));
                 let (pa, pb) = (Vec3::from(data.position_a), Vec3::from(data.position_b));
                 Ok(SpringElement {
@@ -107,7 +109,7 @@ impl Anchors<'_> {
             .iter()
             .enumerate()
             .map(|(k, name)| {
-                let path = format!("drive.bodies[{k}]");
+                let path = format_args!("drive.bodies[{k}]");
                 let body = self.names.moving(name, &path)?;
                 self.movable(name, description.bodies[body].position, &path)
             })
@@ -120,7 +122,7 @@ impl Anchors<'_> {
             .magnets
             .iter()
             .enumerate()
-            .map(|(k, m)| self.movable(&m.body, m.position, &format!("magnets[{k}].body")))
+            .map(|(k, m)| self.movable(&m.body, m.position, &format_args!("magnets[{k}].body")))
             .collect()
     }
 
@@ -130,7 +132,7 @@ impl Anchors<'_> {
             .iter()
             .enumerate()
             .map(|(k, data)| {
-                let path = format!("observed[{k}].body");
+                let path = format_args!("observed[{k}].body");
                 let carrier = |i: usize| data.point_bodies.get(i).unwrap_or(&data.body);
                 let points = data
                     .points

@@ -1,5 +1,7 @@
 //! The two sides of a joint in the initial pose, checked to meet.
 
+use std::fmt::Display;
+
 use crate::description::{Body, Joint, JointKind};
 use crate::error::{Error, invalid};
 use crate::index::MemberIndex;
@@ -37,7 +39,7 @@ pub(crate) fn joint_sides(
     joint: &Joint,
     bodies: &[Body],
     names: &BodyNames,
-    path: &str,
+    path: &dyn Display,
 ) -> Result<JointSides, Error> {
     let (a, b) = names.pair(&joint.body_a, &joint.body_b, path)?;
     let (point_a, point_b) = match (joint.position, joint.local_a, joint.local_b) {
@@ -91,10 +93,10 @@ fn joint_axes(
     bodies: &[Body],
     a: Option<MemberIndex>,
     b: Option<MemberIndex>,
-    path: &str,
+    path: &dyn Display,
 ) -> Result<(Vec3, Vec3), Error> {
     let unit = |v: [f64; 3], field: &str| -> Result<Vec3, Error> {
-        finite(&v, &format!("{path}.{field}"))?;
+        finite(&v, &format_args!("{path}.{field}"))?;
         let (v, largest) = (Vec3::from(v), Vec3::from(v).amax());
         if largest == 0.0 {
             let message = "the axis must not be zero";

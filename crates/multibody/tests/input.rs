@@ -46,6 +46,26 @@ fn invariant_bad_files_are_refused_with_their_json_path() {
     assert_says(&text, &["bodies[0].position"]);
 }
 
+/// serde_json alone would take the object as the word that is its only key.
+#[test]
+fn refusal_a_kind_of_joint_is_a_word() {
+    for kind in [serde_json::json!({ "spherical": null }), serde_json::json!(3)] {
+        let text = complaint(|v| v["joints"][0]["kind"] = kind);
+        assert_says(&text, &["joints[0].kind", "expected a text"]);
+    }
+}
+
+/// A file of a whole vehicle is read directly, one with a byte order mark by way of a document.
+#[test]
+fn invariant_both_ways_to_read_a_file_give_the_same_vehicle() {
+    for vehicle in [train::one_magnet(), train::two_car()] {
+        let text = vehicle.to_json().unwrap();
+        let direct = VehicleDescription::from_json(&text).unwrap();
+        assert_eq!(VehicleDescription::from_json(&format!("\u{feff}{text}")).unwrap(), direct);
+        assert_eq!(direct, vehicle);
+    }
+}
+
 /// One damaged place a line: what is put there, and what the message has to contain.
 #[test]
 fn invariant_each_complaint_names_place_and_cure() {

@@ -99,7 +99,7 @@ impl ContactDescription {
                 side.check(path)?;
             }
         }
-        finite(&[self.slip_speed], "contact.slip_speed")?;
+        finite(&[self.slip_speed], &"contact.slip_speed")?;
         if self.slip_speed < MIN_SLIP_SPEED {
             let message =
                 format!("must be at least {MIN_SLIP_SPEED} m/s, but is {}", self.slip_speed);
