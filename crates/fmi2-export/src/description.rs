@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::ops::Range;
+use std::sync::Arc;
 
 use quick_xml::events::attributes::Attribute;
 use sha1::{Digest as _, Sha1};
@@ -22,15 +22,27 @@ pub(crate) const MOST_INPUT_DERIVATIVES: u32 = 5;
 /// The GUID is computed from the content of the description and from the resource files that were
 /// read. The same content gives the same GUID on every machine.
 pub(crate) fn guid(interface: &Interface, resources: &Resources) -> Uuid {
-    let mut content = print(interface, None).into_bytes();
-    content.extend(resources.fingerprint());
-    version_5(&version_5(&Uuid::NAMESPACE_URL, b"urn:fmi2-export:guid"), &content)
+    let namespace = version_5(&Uuid::NAMESPACE_URL, b"urn:fmi2-export:guid");
+    let hash = Sha1::new().chain_update(namespace.as_bytes());
+    let mut printer =
+        Printer { text: Vec::with_capacity(2 * MOST_TEXT), depth: 0, hash: Some(hash) };
+    printer.document(interface, None);
+    let Printer { text, hash, .. } = printer;
+    let hash = hash.unwrap_or_default().chain_update(text).chain_update(b"\n");
+    version_5_of(hash.chain_update(resources.fingerprint()))
 }
+
+/// Bytes of text that are hashed together: they stay in the processor's cache.
+const MOST_TEXT: usize = 16 * 1024;
 
 /// [`Uuid::new_v5`], by a SHA-1 that uses the processor's instructions for it: descriptions are hashed at
 /// every start.
 pub(crate) fn version_5(namespace: &Uuid, content: &[u8]) -> Uuid {
-    let digest = Sha1::new().chain_update(namespace.as_bytes()).chain_update(content).finalize();
+    version_5_of(Sha1::new().chain_update(namespace.as_bytes()).chain_update(content))
+}
+
+fn version_5_of(hash: Sha1) -> Uuid {
+    let digest = hash.finalize();
     let mut bytes = [0; 16];
     bytes.copy_from_slice(&digest[..16]);
     uuid::Builder::from_sha1_bytes(bytes).into_uuid()
@@ -42,7 +54,7 @@ pub(crate) fn braced(guid: &Uuid) -> String {
 }
 
 pub(crate) fn print(interface: &Interface, guid: Option<&Uuid>) -> String {
-    let mut printer = Printer { text: Vec::new(), depth: 0 };
+    let mut printer = Printer { text: Vec::new(), depth: 0, hash: None };
     printer.document(interface, guid);
     printer.text.push(b'\n');
     // all of it was text before
@@ -66,6 +78,8 @@ type Attributes<'a> = &'a [(&'a str, Option<Value<'a>>)];
 struct Printer {
     text: Vec<u8>,
     depth: usize,
+    /// Takes the text, piece by piece, if only its hash is wanted.
+    hash: Option<Sha1>,
 }
 
 impl Printer {
@@ -88,6 +102,12 @@ impl Printer {
     }
 
     fn line(&mut self, begin: &str) {
+        if let Some(hash) = &mut self.hash
+            && self.text.len() > MOST_TEXT
+        {
+            hash.update(&self.text);
+            self.text.clear();
+        }
         self.text.push(b'\n');
         for _ in 0..self.depth {
             self.text.extend_from_slice(b"  ");
@@ -346,34 +366,24 @@ impl Printer {
         self.close("ModelStructure");
     }
 
-    fn indices(&mut self, indices: &[usize]) {
-        for (k, index) in indices.iter().enumerate() {
-            if k > 0 {
-                self.text.push(b' ');
-            }
-            push_index(&mut self.text, index + 1);
-        }
-    }
-
     fn unknowns(&mut self, name: &str, unknowns: &[usize], dependencies: &Dependencies) {
         if unknowns.is_empty() {
             return;
         }
         self.open(name, &[]);
-        // neighbours often depend on the same: their lists are copied
-        let mut last: (&[usize], Range<usize>) = (&[], 0..0);
+        // neighbours often depend on the same: the text of their lists is copied
+        let (mut last, mut list) = (None, Vec::new());
         for &unknown in unknowns {
             // FMI counts from 1; dependencies are ascending, as the standard asks
             self.begin("Unknown", &[("index", Some(Value::Index(unknown + 1)))]);
             if let Some(knowns) = dependencies.get(&unknown) {
                 self.text.extend_from_slice(b" dependencies=\"");
-                let begin = self.text.len();
-                if knowns == last.0 {
-                    self.text.extend_from_within(last.1);
-                } else {
-                    self.indices(knowns);
+                if !last.is_some_and(|last| Arc::ptr_eq(last, knowns)) {
+                    list.clear();
+                    push_indices(&mut list, knowns);
+                    last = Some(knowns);
                 }
-                last = (knowns, begin..self.text.len());
+                self.text.extend_from_slice(&list);
                 self.text.push(b'"');
             }
             self.text.extend_from_slice(b"/>");
@@ -435,6 +445,16 @@ fn push_escaped(text: &mut Vec<u8>, value: &str) {
         text.extend_from_slice(Attribute::from(("", value)).value.as_bytes());
     } else {
         text.extend_from_slice(value.as_bytes());
+    }
+}
+
+/// A list of indices, from 1.
+fn push_indices(text: &mut Vec<u8>, indices: &[usize]) {
+    for (k, index) in indices.iter().enumerate() {
+        if k > 0 {
+            text.push(b' ');
+        }
+        push_index(text, index + 1);
     }
 }
 

@@ -213,28 +213,32 @@ impl<'i, T: sealed::Declarable, H: sealed::Handle<T>> Declaration<'i, T, H> {
         let is_real_input =
             matches!(kind, TypeAttributes::Real { .. }) && role == VariableRole::Input;
         let slot = if is_real_input { interface.real_inputs } else { NO_SLOT };
+        interface.variables.reserve(count);
+        let description: Vec<&str> = match draft.count {
+            None => vec![&draft.description],
+            Some(_) => draft.description.split("{k}").collect(),
+        };
         for k in 0..count {
-            interface.push(element(&draft, role, k));
+            interface.push(element(&draft, role, k, &description));
         }
         H::new(first as u32, count as u32, slot)
     }
 }
 
-/// The `k`-th variable (from zero) of a declaration.
+/// The `k`-th variable (from zero) of a declaration, with its number between the pieces of the description.
 fn element<T: sealed::Declarable>(
     draft: &Draft<T>,
     role: VariableRole,
     k: usize,
+    description: &[&str],
 ) -> DeclaredVariable {
     let (name, description) = match draft.count {
         None => (draft.name.clone(), draft.description.clone()),
         Some(count) => {
-            let digits = count.to_string().len().max(2);
-            let number = k + 1;
-            (
-                format!("{}_{number:0digits$}", draft.name),
-                draft.description.replace("{k}", &number.to_string()),
-            )
+            let digits = (count.max(1).ilog10() as usize + 1).max(2);
+            let number = (k + 1).to_string();
+            let zeros = "0".repeat(digits.saturating_sub(number.len()));
+            ([&draft.name, "_", &zeros, &number].concat(), description.join(&number))
         }
     };
     let own = draft.starts.as_ref().and_then(|starts| starts.get(k).cloned());

@@ -5,7 +5,9 @@ mod info;
 mod rules;
 mod unit_of_measure;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
 pub use declaration::Declaration;
 pub use info::{DefaultExperiment, Info, Limits};
@@ -124,8 +126,8 @@ macro_rules! row {
 row!(Real Integer Boolean Text);
 
 /// Variables that each output (by index of declaration) depends on: ascending and each once when the table
-/// is finished.
-pub(crate) type Dependencies = BTreeMap<usize, Vec<usize>>;
+/// is finished. Outputs that depend on the same share a list.
+pub(crate) type Dependencies = BTreeMap<usize, Arc<Vec<usize>>>;
 
 /// The table of a unit's variables, filled by [`Model::declare`](crate::Model::declare).
 ///
@@ -143,7 +145,6 @@ pub struct Interface {
     pub(crate) real_inputs: u32,
     pub(crate) depends: Dependencies,
     pub(crate) initially: Dependencies,
-    names: HashMap<String, usize>,
     faults: Vec<String>,
 }
 
@@ -157,7 +158,6 @@ impl Interface {
             real_inputs: 0,
             depends: BTreeMap::new(),
             initially: BTreeMap::new(),
-            names: HashMap::new(),
             faults: Vec::new(),
         }
     }
@@ -245,9 +245,7 @@ impl Interface {
         inputs: &[I],
     ) {
         let (unknowns, knowns) = self.resolve(outputs.into(), inputs);
-        for unknown in unknowns {
-            self.depends.entry(unknown).or_default().extend_from_slice(&knowns);
-        }
+        add(&mut self.depends, unknowns, knowns);
     }
 
     /// After initialization `outputs` depend directly on no input: only on the state and time.
@@ -263,7 +261,7 @@ impl Interface {
     ) {
         let pairs = self.pairs(outputs.into(), inputs.into());
         for (unknown, known) in pairs {
-            self.depends.entry(unknown).or_default().push(known);
+            Arc::make_mut(self.depends.entry(unknown).or_default()).push(known);
         }
     }
 
@@ -275,9 +273,7 @@ impl Interface {
         knowns: &[I],
     ) {
         let (unknowns, knowns) = self.resolve(unknowns.into(), knowns);
-        for unknown in unknowns {
-            self.initially.entry(unknown).or_default().extend_from_slice(&knowns);
-        }
+        add(&mut self.initially, unknowns, knowns);
     }
 
     /// In initialization mode `unknowns` depend on no input and no parameter.
@@ -293,7 +289,7 @@ impl Interface {
     ) {
         let pairs = self.pairs(unknowns.into(), knowns.into());
         for (unknown, known) in pairs {
-            self.initially.entry(unknown).or_default().push(known);
+            Arc::make_mut(self.initially.entry(unknown).or_default()).push(known);
         }
     }
 
@@ -357,9 +353,6 @@ impl Interface {
             self.real_inputs += 1;
         }
         rules::check_variable(&variable, &mut self.faults);
-        if self.names.insert(variable.name.clone(), index).is_some() {
-            self.faults.push(format!("{} is declared twice", variable.name));
-        }
         self.variables.push(variable);
         reference
     }
@@ -369,6 +362,9 @@ impl Interface {
         put_in_order(&mut self.depends);
         put_in_order(&mut self.initially);
         let mut faults = std::mem::take(&mut self.faults);
+        let mut names = HashSet::with_capacity(self.variables.len());
+        let twice = self.variables.iter().filter(|it| !names.insert(it.name.as_str()));
+        faults.extend(twice.map(|it| format!("{} is declared twice", it.name)));
         rules::check_table(&self, &mut faults);
         if faults.is_empty() {
             return Ok(self);
@@ -378,17 +374,28 @@ impl Interface {
     }
 }
 
-/// Makes the lists ascending, with each variable once. Neighbours often depend on the same, so their lists are copied.
-fn put_in_order(dependencies: &mut Dependencies) {
-    let (mut declared, mut ordered) = (Vec::new(), Vec::new());
-    for knowns in dependencies.values_mut() {
-        if *knowns != declared {
-            declared.clone_from(knowns);
-            ordered.clone_from(knowns);
-            // not unstable: they are mostly runs in order already
-            ordered.sort();
-            ordered.dedup();
+/// Adds the same dependencies to several unknowns.
+fn add(dependencies: &mut Dependencies, unknowns: Vec<usize>, knowns: Vec<usize>) {
+    let knowns = Arc::new(knowns);
+    for unknown in unknowns {
+        match dependencies.entry(unknown) {
+            Entry::Vacant(entry) => drop(entry.insert(knowns.clone())),
+            Entry::Occupied(entry) => Arc::make_mut(entry.into_mut()).extend_from_slice(&knowns),
         }
-        knowns.clone_from(&ordered);
+    }
+}
+
+/// Makes the lists ascending, with each variable once. Neighbours often depend on the same, and share the list then.
+fn put_in_order(dependencies: &mut Dependencies) {
+    let (mut declared, mut ordered) = (Arc::default(), Arc::default());
+    for knowns in dependencies.values_mut() {
+        if !Arc::ptr_eq(knowns, &declared) && *knowns != declared {
+            let mut list = Vec::clone(knowns);
+            // not unstable: they are mostly runs in order already
+            list.sort();
+            list.dedup();
+            (declared, ordered) = (knowns.clone(), Arc::new(list));
+        }
+        *knowns = ordered.clone();
     }
 }

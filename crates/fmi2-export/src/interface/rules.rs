@@ -1,6 +1,7 @@
 //! Rules for declarations, of FMI 2.0 and of importers.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::description::{INPUT_DERIVATIVES, MOST_INPUT_DERIVATIVES};
 
@@ -172,7 +173,12 @@ fn check_dependencies(
     is_known: impl Fn(&DeclaredVariable) -> bool,
 ) {
     let known: Vec<bool> = interface.variables.iter().map(is_known).collect();
+    let mut sound = None;
     for (&unknown, knowns) in dependencies {
+        if sound.is_some_and(|last| Arc::ptr_eq(last, knowns)) {
+            continue;
+        }
+        sound = knowns.iter().all(|&index| known[index]).then_some(knowns);
         for &wrong in knowns.iter().filter(|&&index| !known[index]) {
             let [name, wrong] = [unknown, wrong].map(|index| &interface.variables[index].name);
             faults.push(format!("{name} cannot depend on {wrong}"));
