@@ -9,7 +9,7 @@ use fmi2_export::{
 use linear_motor::MotorDescription;
 use multibody::{
     AppliedCourse, AppliedForces, Contact, Equilibrium, FurtherCourse, Holding, LoadCourse, Loads,
-    MagnetIndex, ObservedIndex, Rails, Travel, VehicleDescription, VehicleModel, Workspace,
+    MagnetIndex, ObservedIndex, Rails, Travel, VehicleModel, Workspace,
 };
 use track_line::Line;
 
@@ -223,9 +223,8 @@ impl Model for VehicleFmu {
     fn declare(resources: &Resources, interface: &mut Interface) -> Result<Self, Error> {
         let text = resources.read_to_string("vehicle.json")?;
         let failed = |e: multibody::Error| Error::caused(&e).context("resource vehicle.json");
-        let layout = VehicleDescription::from_json(&text).map_err(failed)?;
+        let (layout, model) = VehicleModel::described(&text).map_err(failed)?;
         let line = line::read(resources)?;
-        let model = VehicleModel::new(&layout).map_err(failed)?;
         let motor_file = motors::read(resources)?;
         let model = ready(model, line.as_ref(), motor_file.as_ref())?;
         interface.describe(table::info(&model));
@@ -295,11 +294,6 @@ impl Model for VehicleFmu {
         line::check_start(&self.model, travel, landed)?;
         let equilibrium = self.equilibrium(values, travel, time)?;
         start::check_place(&self.model, &equilibrium.state)?;
-        let fastest = match self.resting.fastest {
-            Some(fastest) => fastest,
-            None => start::fastest(&self.model, &equilibrium, &mut self.probe)?,
-        };
-        self.resting.fastest = Some(fastest);
         let mut vehicle = if landed {
             self.landed(values, &contact, &equilibrium)?
         } else {
@@ -309,7 +303,18 @@ impl Model for VehicleFmu {
         vehicle.travel = travel;
         let mut rates = LoadRates::zero(equilibrium.loads.len(), self.loads.now.len());
         rates.motors = vec![0.0; self.motors.as_ref().map_or(0, MotorHandles::rate_count)];
+        // found when the simulation begins
+        let fastest = 0.0;
         Ok(State { vehicle, journey, key, fastest, rates, loads: equilibrium.loads })
+    }
+
+    fn begins(&mut self, state: &mut State) -> Result<(), Error> {
+        // known at the start's equilibrium, which is that of motors without current
+        self.probe.supply(None).map_err(|e| Error::caused(&e))?;
+        if let Some(found) = self.resting.found() {
+            state.fastest = start::fastest(&self.model, found, &mut self.probe)?;
+        }
+        Ok(())
     }
 
     fn outputs(&mut self, state: &State, values: &mut Values, time: f64) -> Result<(), Error> {

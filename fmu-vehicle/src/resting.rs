@@ -11,8 +11,6 @@ pub(crate) struct Resting {
     /// Bits of everything else that the equilibrium was found for.
     asked: Vec<u64>,
     found: Option<Equilibrium>,
-    /// |λ| of the fastest motion about it, 1/s, once it is known.
-    pub fastest: Option<f64>,
 }
 
 fn bits<'a>(asked: &'a [&'a [f64]]) -> impl Iterator<Item = u64> + 'a {
@@ -26,10 +24,15 @@ impl Resting {
         self.found.clone().filter(|_| known)
     }
 
+    /// The last equilibrium.
+    pub fn found(&self) -> Option<&Equilibrium> {
+        self.found.as_ref()
+    }
+
     pub fn remember(&mut self, key: u64, asked: &[&[f64]], found: &Equilibrium) {
         self.key = key;
         self.asked.clear();
         self.asked.extend(bits(asked));
-        (self.found, self.fastest) = (Some(found.clone()), None);
+        self.found = Some(found.clone());
     }
 }

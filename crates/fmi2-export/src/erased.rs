@@ -16,6 +16,8 @@ pub(crate) type SavedModelState = Option<Box<dyn Any + Send>>;
 /// A [`Model`] with its state.
 pub(crate) trait ErasedModel: Send {
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
+    /// Called at the end of initialization mode.
+    fn begins(&mut self) -> Result<(), Error>;
     fn outputs(&mut self, values: &mut Values, time: f64) -> Result<(), Error>;
     fn step(&mut self, values: &mut Values, step: Step) -> Result<(), Error>;
     fn parameters_changed(&mut self, values: &mut Values) -> Result<(), Error>;
@@ -64,6 +66,10 @@ impl<M: Model> ErasedModel for ModelWithState<M> {
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<(), Error> {
         self.state = Some(self.model.initialise(values, time)?);
         Ok(())
+    }
+
+    fn begins(&mut self) -> Result<(), Error> {
+        self.model.begins(self.state.as_mut().ok_or_else(no_state)?)
     }
 
     fn outputs(&mut self, values: &mut Values, time: f64) -> Result<(), Error> {

@@ -115,6 +115,7 @@ impl ExportedInstance {
 
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Error> {
         self.refresh()?;
+        self.model.begins()?;
         self.progress.mode = InstanceMode::Step;
         self.event(|this| format!("initialized at t = {} s", this.progress.time));
         Ok(())

@@ -63,6 +63,15 @@ pub trait Model: Sized + Send + 'static {
     /// There is no initial state for these values.
     fn initialise(&mut self, values: &mut Values, time: f64) -> Result<Self::State, Error>;
 
+    /// Called once at the end of initialization mode, with the state that the simulation begins with: for what
+    /// only steps need, and costs too much for each call of [`Model::initialise`].
+    ///
+    /// # Errors
+    /// The simulation cannot begin.
+    fn begins(&mut self, _state: &mut Self::State) -> Result<(), Error> {
+        Ok(())
+    }
+
     /// Computes all outputs from the state and the inputs at `time`.
     ///
     /// # Errors

@@ -103,6 +103,60 @@ fn issue_messages_of_the_model_reach_the_log_with_events() {
     assert_eq!(one.real("stop").unwrap(), -1.0);
 }
 
+/// Counts how often it was initialised, and how often it began.
+struct Counted {
+    initialised: RealVar,
+    begun: RealVar,
+    calls: [f64; 2],
+}
+
+impl Model for Counted {
+    type State = ();
+
+    fn declare(_: &Resources, interface: &mut Interface) -> Result<Self, Error> {
+        interface.describe(Info::new("counted", "Counted"));
+        interface.real("p").parameter(0.0).done();
+        let [initialised, begun] =
+            ["initialised", "begun"].map(|name| interface.real(name).output().done());
+        Ok(Self { initialised, begun, calls: [0.0; 2] })
+    }
+
+    fn initialise(&mut self, _: &mut Values, _: f64) -> Result<(), Error> {
+        self.calls[0] += 1.0;
+        Ok(())
+    }
+
+    fn begins(&mut self, (): &mut ()) -> Result<(), Error> {
+        self.calls[1] += 1.0;
+        Ok(())
+    }
+
+    fn outputs(&mut self, (): &(), values: &mut Values, _: f64) -> Result<(), Error> {
+        values.set_real(self.initialised, self.calls[0]);
+        values.set_real(self.begun, self.calls[1]);
+        Ok(())
+    }
+
+    fn step(&mut self, (): &mut (), _: &mut Values, _: Step) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+#[test]
+fn invariant_a_model_begins_once_however_often_it_is_initialised() {
+    let mut one = TestInstance::new::<Counted>("").unwrap();
+    one.enter_initialization(0.0).unwrap();
+    for k in 1..=3 {
+        one.set_real("p", f64::from(k)).unwrap();
+        assert_eq!(one.real("initialised").unwrap(), f64::from(k));
+        assert_eq!(one.real("begun").unwrap(), 0.0);
+    }
+    one.exit_initialization().unwrap();
+    one.step(0.0, 1.0).unwrap();
+    assert_eq!(one.real("begun").unwrap(), 1.0);
+    assert_eq!(one.real("initialised").unwrap(), 3.0);
+}
+
 /// A unit that can do nothing beyond the plain step.
 struct Limited;
 
