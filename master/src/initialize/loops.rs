@@ -1,11 +1,11 @@
 //! Loops between units while initializing: x = G(x), where x are the outputs that feed back and G is
 //! one sweep over the loop's levels.
 //!
-//! Plain sweeps, as long as each leaves less than a fifth of the change; they cost least when the
-//! loop is weak. Else Newton: x ← x + (1 − G')⁻¹ (G(x) − x) with G' by the chain rule through the
-//! sweep, from `fmi2GetDirectionalDerivative` where a unit provides it in initialization mode, else by
-//! differences of its outputs. G' is kept as long as it converges fast. Where Newton does not converge,
-//! Anderson acceleration of the sweeps.
+//! Plain sweeps, as long as each leaves less than a fifth of the change, or fewer are left than there are
+//! unknowns; they cost least when the loop is weak. Else Newton: x ← x + (1 − G')⁻¹ (G(x) − x) with G'
+//! by the chain rule through the sweep, from `fmi2GetDirectionalDerivative` where a unit provides it in
+//! initialization mode, else by differences of its outputs. G' is kept as long as it converges fast.
+//! Where Newton does not converge, Anderson acceleration of the sweeps.
 
 use std::collections::{HashMap, HashSet};
 
@@ -24,6 +24,8 @@ use scenario::{Acceleration, Initialization};
 
 /// A sweep that leaves more than this fraction of the change is slow.
 const SLOW: f64 = 0.2;
+/// Changes of up to this many tolerances that become no smaller are rounding.
+const ROUNDING: f64 = 10.0;
 /// Relative change of an input for differences.
 const NUDGE: f64 = 1e-6;
 /// Residuals named in an error.
@@ -97,7 +99,7 @@ impl Solver<'_> {
     ) -> Result<SolvedLoop, InitializeError> {
         let real = it.feedback.iter().all(|port| self.system.variable(*port).kind == Type::Real);
         let mut method = Method::Sweeps;
-        let mut last = f64::INFINITY;
+        let [mut earlier, mut last, mut least] = [f64::INFINITY; 3];
         let mut newton = 0;
         for sweep in 1..=settings.iterations {
             let x = self.unknowns(it);
@@ -105,11 +107,15 @@ impl Solver<'_> {
             for level in it.levels {
                 largest = f64::max(largest, self.transport(level, settings.tolerance)?);
             }
-            if largest <= 1.0 {
+            if largest <= 1.0 || (least <= largest && largest <= ROUNDING) {
                 return Ok(SolvedLoop { signals: it.names.clone(), sweeps: sweep, newton });
             }
-            let slow = largest > SLOW * last;
-            last = largest;
+            // a Jacobian costs as many derivatives as there are unknowns, often more than the sweeps left
+            let left = largest.ln() / (0.5 * (earlier / largest).ln());
+            let most = f64::min(it.feedback.len() as f64, f64::from(settings.iterations - sweep));
+            let few = earlier < f64::INFINITY && (0.0..most).contains(&left);
+            let slow = largest > SLOW * last && !few;
+            (earlier, last, least) = (last, largest, least.min(largest));
             // x is unknown before the first sweep
             let Some(x) = x.filter(|_| real) else { continue };
             let image = self.unknowns(it).unwrap_or_default();
