@@ -173,7 +173,10 @@ impl ParameterHandles {
 
 fn declare_coil(interface: &mut Interface, paper: &MagnetParameters) -> [RealVar; 5] {
     let mut coil = |name: &'static str, start: f64, unit: UnitOfMeasure, text: &'static str| {
-        interface.real(name).parameter(start).unit(unit).min(0.0).description(text).done()
+        let variable = interface.real(name).parameter(start).unit(unit).min(0.0);
+        // a larger one is in millimetres
+        let variable = if name == "nominal_gap" { variable.max(0.1) } else { variable };
+        variable.description(text).done()
     };
     [
         coil("turns", paper.turns, UnitOfMeasure::ONE, "Number of turns N of the coil"),

@@ -118,6 +118,9 @@ fn check_inertia(inertia: &Mat3, path: &dyn Display) -> Result<(), Error> {
     Ok(())
 }
 
+/// Largest nominal gap, m: a larger one is in millimetres.
+const LARGEST_GAP: f64 = 0.1;
+
 impl VehicleDescription {
     /// Checks everything that does not need the assembled constraints.
     ///
@@ -136,6 +139,11 @@ impl VehicleDescription {
             return Err(invalid("gravity", message));
         }
         not_negative(&[self.nominal_gap], &"nominal_gap")?;
+        if self.nominal_gap > LARGEST_GAP {
+            let message =
+                format!("{} m is more than {LARGEST_GAP} m; give it in metres", self.nominal_gap);
+            return Err(invalid("nominal_gap", message));
+        }
         check_size(self.bodies.len(), "bodies", "bodies", MAX_BODIES)?;
         check_size(self.magnets.len(), "magnets", "magnets", MAX_MAGNETS)?;
         if self.bodies.is_empty() {

@@ -147,6 +147,7 @@ fn invariant_each_complaint_names_place_and_cure() {
             &["joint_forces[0].stiffness", "negative", "-1"],
         ),
         ("/nominal_gap", json!(-0.008), &["nominal_gap", "negative"]),
+        ("/nominal_gap", json!(8), &["nominal_gap", "metres"]),
         ("/magnets/3/body", json!("magnet"), &["magnets[3].body", "`magnet`"]),
         // shapes
         ("/bodies", json!([]), &["bodies", "at least one body"]),

@@ -56,8 +56,7 @@ impl Participant {
         if !self.capabilities.restore || !self.capabilities.variable_step {
             return Ok(false);
         }
-        let saved = self.instance.save_state(None);
-        let (state, answer) = match saved {
+        let (state, answer) = match self.instance.save_state(None) {
             Ok(state) => (Some(state), Ok(())),
             Err(error) => (None, Err(error)),
         };

@@ -61,21 +61,13 @@ impl System {
             }
             (a, b) if a == b => Transfer::Same,
             (from_type, to_type) => {
-                return Err(SystemError::Type {
-                    place: place.to_owned(),
-                    from: self.port_name(from),
-                    from_type,
-                    to: self.port_name(to),
-                    to_type,
-                });
+                let (place, from, to) = (place.into(), self.port_name(from), self.port_name(to));
+                return Err(SystemError::Type { place, from, from_type, to, to_type });
             }
         };
         if linear != Conversion::IDENTITY {
-            return Err(SystemError::NotLinear {
-                place: place.to_owned(),
-                to: self.port_name(to),
-                kind: kinds.1,
-            });
+            let (place, to) = (place.to_owned(), self.port_name(to));
+            return Err(SystemError::NotLinear { place, to, kind: kinds.1 });
         }
         Ok(transfer)
     }
@@ -97,9 +89,7 @@ impl System {
         let (from, to) = (self.port_name(from), self.port_name(to));
         let (pairs, unknown) = match found {
             Ok(found) => found,
-            Err(source) => {
-                return Err(SystemError::Map { place: place.to_owned(), from, to, source });
-            }
+            Err(source) => return Err(SystemError::Map { place: place.into(), from, to, source }),
         };
         if !unknown.is_empty() {
             self.notes.push(format!(
