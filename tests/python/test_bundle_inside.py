@@ -142,8 +142,11 @@ def test_issue_21_the_step_inside_is_chosen_when_a_bundle_is_packed(tmp_path):
     options = ["--step", step, "--stop", 0.32, "--set", "guideway.chirp_end_frequency=20"]
     maglev("run", plain, "--no-report", "--out", tmp_path / "run", *options)
     run = results(tmp_path / "run")
-    found = fmpy.simulate_fmu(str(units[0]), stop_time=0.32, step_size=0.032, output_interval=0.032, output=[in_bundle(it) for it in run if it != "time"])
-    for signal in (it for it in run if it != "time"):
+    signals = [it for it in run if it != "time"]
+    found = fmpy.simulate_fmu(
+        str(units[0]), stop_time=0.32, step_size=0.032, output_interval=0.032, output=[in_bundle(it) for it in signals]
+    )
+    for signal in signals:
         assert np.array_equal(found[in_bundle(signal)], run[signal]), signal
 
 
