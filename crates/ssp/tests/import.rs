@@ -251,7 +251,11 @@ fn refusal_errors_name_the_element() {
             "version=\"3.0\" name",
             ["SystemStructureDescription", "version \"3.0\""],
         ),
-        ("<ssd:Connection ", "<ssd:Conection ", ["line ", "no element Conection; did you mean Connection?"]),
+        (
+            "<ssd:Connection ",
+            "<ssd:Conection ",
+            ["line ", "no element Conection; did you mean Connection?"],
+        ),
         (
             "startConnector=",
             "factr=\"2\" startConnector=",
