@@ -70,6 +70,18 @@ pub enum SourceError {
         /// A similar name.
         suggestion: Option<String>,
     },
+    /// A row has more fields than the header.
+    #[error("{path}, {row}: {fields} fields under a header of {columns}")]
+    Fields {
+        /// Path of the file.
+        path: PathBuf,
+        /// Where in the file.
+        row: Row,
+        /// Number of its fields.
+        fields: usize,
+        /// Number of columns in the header.
+        columns: usize,
+    },
     /// A field is not a finite number.
     #[error("{path}, {row}, column \"{column}\": \"{text}\" is not a finite number")]
     Number {
@@ -143,6 +155,10 @@ impl SourceError {
             }
             Self::Order { .. } => "sort the rows by time, and remove duplicate times",
             Self::TooMany => "use a larger interval, or linear interpolation",
+            Self::Fields { .. } => {
+                "separate fields by commas, and write decimal points; or put quotation marks around a field with a \
+                 comma"
+            }
             Self::Number { .. } | Self::Empty { .. } => return None,
         })
     }

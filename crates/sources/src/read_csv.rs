@@ -30,11 +30,16 @@ pub(crate) fn points(signal: &FileSignal) -> Result<Points, SourceError> {
     let mut rows = Rows::new(signal);
     let mut record = StringRecord::new();
     while reader.read_record(&mut record).map_err(failed)? {
+        let line = Row::Line(record.position().map_or(0, csv::Position::line));
+        // a decimal comma makes two fields of a number
+        if record.iter().skip(header.len()).any(|text| !text.is_empty()) {
+            let (path, [fields, columns]) = (path.clone(), [record.len(), header.len()]);
+            return Err(SourceError::Fields { path, row: line, fields, columns });
+        }
         let texts = columns.map(|column| record.get(column).unwrap_or(""));
         if texts[1].is_empty() {
             continue;
         }
-        let line = Row::Line(record.position().map_or(0, csv::Position::line));
         rows.take(line, texts.map(|it| it.parse().ok()), || texts.map(str::to_owned))?;
     }
     rows.points()

@@ -118,6 +118,7 @@ fn refusal_files_say_where_they_are_wrong() {
         ("time,height\n0,1\n", "heigth", ["no column \"heigth\"", "did you mean \"height\"?"]),
         ("time,y\n0,1\n0,2\n", "y", ["line 3", "not after the one before"]),
         ("time,y\n0,1\n1,NaN\n", "y", ["line 3", "\"NaN\" is not a finite number"]),
+        ("time,y\n0,1,5\n", "y", ["line 2", "3 fields under a header of 2"]),
         ("time,y\nx,1\n", "y", ["line 2, column \"time\"", "\"x\""]),
         ("time,y\n0,\n", "y", ["no values", "\"y\""]),
     ] {
