@@ -209,7 +209,8 @@ impl<'a> Course<'a> {
     fn ended(&mut self, error: master::Error) -> Result<Next, Error> {
         match error {
             master::Error::Step { time, source } if source.asks_to_end() => {
-                self.observer.notice(&source.to_string());
+                // a warning, since the run is shorter than asked for: also where notes are not shown
+                self.observer.warning(&source.to_string());
                 self.progress.ended_by = Some(source.to_string());
                 let noted = self.journal.note(time, EventKind::Terminated, source.to_string());
                 noted.map(|()| Next::End(Status::Terminated)).map_err(|e| self.failed(e))
