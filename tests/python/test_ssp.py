@@ -102,6 +102,7 @@ def test_inspect_validate_and_errors(tmp_path):
     assert "ems_01" in said and "connections" in said and "step 0.001 s" in said
     assert "0 errors" in maglev("validate", archive).stdout
     maglev("export", archive, "--scenario", tmp_path / "folder")
+    assert "may have been edited" in maglev("export", archive, "--scenario", tmp_path / "folder", status=2).stderr
     maglev("run", tmp_path / "folder" / "scenario.json", "--stop", 0.01, "--no-report", "--out", tmp_path / "out")
     assert "is not a system" in maglev("export", ROOT / "scenarios" / "one-magnet.json", "--scenario", tmp_path, status=2).stderr
     assert "cannot be opened" in maglev("run", tmp_path / "none.ssp", status=2).stderr

@@ -92,6 +92,12 @@ fn to_scenario(system: &Path, folder: &Path) -> Result<ExitCode, Error> {
     if !ssp::is_system(system) {
         return Err(Error::NoSystem { path: system.to_owned() });
     }
+    let kept = folder.join("scenario.json");
+    if kept.exists() {
+        let cause = format!("{} exists, and may have been edited", kept.display());
+        super::tell_chain(&[cause], Some("give another folder, or remove this file first"));
+        return Ok(ExitCode::from(2));
+    }
     let imported = ssp::import(system, folder)?;
     let mut text = format!("{}\n", imported.scenario.display());
     for note in &imported.notes {
