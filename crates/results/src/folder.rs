@@ -142,6 +142,11 @@ impl Folder {
 /// # Errors
 /// A file cannot be read, or the list cannot be written.
 pub fn add_files<'a>(folder: &Path, names: impl IntoIterator<Item = &'a str>) -> io::Result<()> {
+    let mut names = names.into_iter().peekable();
+    if names.peek().is_none() {
+        // the folder may be read-only
+        return Ok(());
+    }
     let mut list = FileList::read(folder).unwrap_or_else(|| FileList::guess(folder));
     for name in names {
         list.files.insert(name.to_owned(), stamp(folder, name)?);
