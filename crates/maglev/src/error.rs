@@ -360,7 +360,8 @@ impl Error {
             }
             Self::Checkpoint(error) => return error.help(),
             Self::Output { source, .. } if source.kind() == ErrorKind::NotFound => {
-                "the folder no longer exists; do not move or remove it while a run writes to it"
+                "the folder no longer exists or cannot be made; choose another with --out, and do not move or remove it \
+                 while a run writes to it"
             }
             Self::Reference(error) => return error.help(),
             Self::Output { .. } => "choose another folder with --out, or free space on the disk",

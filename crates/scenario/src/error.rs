@@ -87,6 +87,12 @@ pub enum ScenarioError {
         /// Attribute of `DefaultExperiment`.
         attribute: &'static str,
     },
+    /// More steps than can be counted.
+    #[error("experiment: stop - start is {count:e} steps, more than 9e15")]
+    TooManySteps {
+        /// Number of steps.
+        count: f64,
+    },
     /// Start, stop and step do not describe a run.
     #[error("experiment: start {start} s, stop {stop} s and step {step} s do not describe a run")]
     Experiment {
@@ -181,6 +187,7 @@ impl ScenarioError {
             Self::Suggestions { source, .. } => return source.help(),
             Self::NotSuggested { .. } => "give it under \"experiment\", or with --stop or --step",
             Self::Interval { .. } => "choose an interval that is a whole number of steps",
+            Self::TooManySteps { .. } => "choose a shorter run or a larger step",
             Self::Experiment { .. } => "stop must be greater than start, and step must be positive",
             Self::NothingIsolated => {
                 "limits work for instances in separate processes only: add --isolate, or \"isolate\": true to \

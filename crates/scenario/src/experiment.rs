@@ -47,7 +47,7 @@ impl Experiment {
         let count = (span / step).round();
         // 2^53: beyond it, not every integer is a float
         if count > 9.007_199_254_740_992e15 {
-            return Err(ScenarioError::Experiment { start, stop, step });
+            return Err(ScenarioError::TooManySteps { count });
         }
         if count < 1.0 || (count * step - span).abs() > 1e-9 * span {
             return Err(ScenarioError::StepDoesNotDivide { start, stop, step });

@@ -92,6 +92,9 @@ impl ArchiveError {
                 "give the path of the .fmu file, not of a folder"
             }
             Self::Open(_) => "check the path, or build the unit first",
+            Self::Entry { source, .. } if source.kind() == io::ErrorKind::StorageFull => {
+                "free space in the folder for temporary files (TMPDIR)"
+            }
             Self::Zip(_) | Self::Entry { .. } => {
                 "the file is damaged or not an FMU; build or download it again"
             }
