@@ -19,8 +19,9 @@ impl MotorDescription {
         if self.offset.iter().any(|x| !x.is_finite() || x.abs() > LENGTHS[1]) {
             return Err(invalid("offset", "three lengths of up to 10 m are needed"));
         }
-        length("nominal_gap", self.nominal_gap)?;
         length("pole_pitch", self.pole_pitch)?;
+        // the field decays with exp(-π·gap/pitch): more is millimetres in place of metres
+        within("nominal_gap", self.nominal_gap, [LENGTHS[0], self.pole_pitch], "m")?;
         within("slip_frequency", self.slip_frequency, [1e-3, 1e4], "Hz")?;
         within("max_current", self.max_current, [1e-3, 1e6], "A")?;
         within("phase_resistance", self.phase_resistance, [0.0, 1e6], "Ω")?;
@@ -44,7 +45,7 @@ impl FieldDescription {
         within("field.turns", self.turns, [0.1, 1e6], "turns")?;
         within("field.winding_factor", self.winding_factor, [1e-3, 1.0], "")?;
         within("field.carter_factor", self.carter_factor, [1.0, 10.0], "")?;
-        length("field.sheet_thickness", self.sheet_thickness)?;
+        within("field.sheet_thickness", self.sheet_thickness, [LENGTHS[0], 0.1], "m")?;
         within("field.sheet_resistivity", self.sheet_resistivity, [1e-10, 1e-3], "Ω·m")
     }
 }

@@ -166,6 +166,7 @@ fn refusal_files_with_their_place() {
         })
     };
     for (text, parts) in [
+        (own("nominal_gap", json!(10)), ["`nominal_gap`", "10 m is not between 0.00001 and 0.2 m"]),
         (own("nominal_gap", json!(-0.01)), ["`nominal_gap`", "-0.01 m is not between"]),
         (own("pole_pitch", json!(0.0)), ["`pole_pitch`", "0 m is not between"]),
         (own("slip_frequency", json!(0.0)), ["`slip_frequency`", "0 Hz is not between"]),
