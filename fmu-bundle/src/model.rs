@@ -219,9 +219,7 @@ impl Model for Bundle {
             StateSpace::REQUEST => running
                 .with_dependent_mut(|owner, it| linear_report::states(owner, it, table, handles))
                 .map(Some),
-            Motions::REQUEST => {
-                running.with_dependent_mut(linear_report::motions).map(Some)
-            }
+            Motions::REQUEST => running.with_dependent_mut(linear_report::motions).map(Some),
             _ => Ok(None),
         }
     }
