@@ -5,17 +5,16 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use maglev::run::Checkpoint;
+use maglev::run::{CHECKPOINT_VERSION, Checkpoint};
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Checkpoint::decode(bytes);
     let mut framed = b"maglev checkpoint\n".to_vec();
-    framed.extend_from_slice(&1_u32.to_le_bytes());
+    framed.extend_from_slice(&CHECKPOINT_VERSION.to_le_bytes());
     framed.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
     framed.extend_from_slice(&crc32fast::hash(bytes).to_le_bytes());
     framed.extend_from_slice(bytes);
     if let Ok(checkpoint) = Checkpoint::decode(&framed) {
         let _ = checkpoint.scenario(Path::new("results"));
-        let _ = checkpoint.overrides();
     }
 });

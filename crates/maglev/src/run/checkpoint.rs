@@ -27,7 +27,7 @@ use scenario::{Override, Scenario, ScenarioError, UnitSource};
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"maglev checkpoint\n";
 /// Version of the format. Other versions are refused.
-const VERSION: u32 = 4;
+pub const VERSION: u32 = 4;
 const HEADER: usize = MAGIC.len() + 4 + 8 + 4;
 
 /// Why a run cannot continue from a checkpoint.

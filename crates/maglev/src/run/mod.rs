@@ -35,7 +35,7 @@ use in_memory::as_run;
 use indexmap::IndexSet;
 
 use checkpoint::CheckpointOrigin;
-pub use checkpoint::{Checkpoint, CheckpointError};
+pub use checkpoint::{Checkpoint, CheckpointError, VERSION as CHECKPOINT_VERSION};
 use course::{Course, Progress};
 use fmi2_import::witness;
 use journal::Journal;
