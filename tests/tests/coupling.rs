@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use system_tests::{FinishedRun, scenario};
+use system_tests::{FinishedRun, scenario, start};
 
 /// Gaps of one magnet under the shaken girder at common times, for one communication step.
 fn gap(file: &Path, step: f64, algorithm: &str, extrapolation: u32) -> Vec<f64> {
@@ -110,6 +110,21 @@ fn order_of_iterated_steps_with_second_derivatives() {
     assert!(order > 5.0, "{coarse} -> {fine}, order {order}");
     let cubic = error(4, 0.008);
     assert!(fine < 5e-3 * cubic, "{fine} of {cubic}");
+}
+
+/// A run in steps of 10 s ended in order, with a gap that looked right and means nothing.
+#[test]
+fn issue_steps_far_above_those_that_units_suggest_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (scenario("one-magnet.json"), folder.path().join("results"));
+    let (file, out) = (file.display().to_string(), out.display().to_string());
+    let asked =
+        ["run", &file, "--step", "10", "--record-interval", "10", "--no-report", "--out", &out];
+    let output = start(&asked).unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("steps of 10 s are 10000 times those that"), "{said}");
+    let events = fs::read_to_string(Path::new(&out).join("events.csv")).unwrap();
+    assert!(events.contains("10000 times"), "{events}");
 }
 
 /// Every shipped scenario starts and steps with its own settings.

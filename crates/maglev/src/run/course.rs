@@ -21,6 +21,8 @@ use results::summary::{AccuracyReport, Status, Summary};
 
 /// Time between two reports of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
+/// Steps of more than this many times those that a unit suggests are noted.
+const COARSE: f64 = 100.0;
 
 /// Everything that one run works with, from its start to its end.
 pub(super) struct Course<'a> {
@@ -141,7 +143,8 @@ impl<'a> Course<'a> {
     fn started(&mut self, simulation: &Simulation<'_>, resumed: bool) -> Result<(), Error> {
         self.progress.loops = simulation.loops().to_vec();
         let time = simulation.time();
-        let notes = simulation.notes().iter().filter(|_| !resumed);
+        let coarse = coarse(self.setup);
+        let notes = simulation.notes().iter().chain(&coarse).filter(|_| !resumed);
         for text in simulation.limits().iter().chain(notes) {
             self.observer.notice(text);
             self.journal.note(time, EventKind::Note, text).map_err(|e| self.failed(e))?;
@@ -327,4 +330,19 @@ impl<'a> Course<'a> {
     pub(super) fn failed(&self, source: io::Error) -> Error {
         Error::Output { path: self.job.folder.to_owned(), running: true, source }
     }
+}
+
+/// A sentence about steps far above those that a unit suggests: the run may end in order, and mean nothing.
+fn coarse(setup: &Setup) -> Option<String> {
+    let step = setup.scenario().experiment.step;
+    let suggested = setup.system().instances.iter().filter_map(|it| {
+        let size = it.description().default_experiment.step_size?;
+        (size > 0.0 && step > COARSE * size).then_some((size, &it.name))
+    });
+    let (size, name) = suggested.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "steps of {step} s are {:.0} times those that {name} suggests ({size} s, DefaultExperiment), and nothing \
+         measures their error: compare with a smaller step, or ask for an \"accuracy\"",
+        step / size
+    ))
 }
