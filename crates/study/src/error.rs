@@ -129,7 +129,15 @@ impl StudyError {
     /// Whether a second try can succeed without a change of the study.
     #[must_use]
     pub fn can_try_again(&self) -> bool {
-        matches!(self, Self::Output { .. } | Self::Busy { .. } | Self::Spawn(_))
+        use std::io::ErrorKind::{NotADirectory, PermissionDenied, ReadOnlyFilesystem};
+        match self {
+            // a full disk may have room later, a read-only one stays so
+            Self::Output { source, .. } => {
+                !matches!(source.kind(), NotADirectory | PermissionDenied | ReadOnlyFilesystem)
+            }
+            Self::Busy { .. } | Self::Spawn(_) => true,
+            _ => false,
+        }
     }
 
     /// How to fix it, where that is known.
@@ -161,5 +169,26 @@ impl StudyError {
     #[must_use]
     pub fn chain(&self) -> Vec<String> {
         results::causes(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Error, ErrorKind};
+
+    use super::StudyError;
+
+    /// A script that tries again would do so for ever on a read-only disk.
+    #[test]
+    fn issue_only_a_full_disk_is_worth_a_second_try() {
+        for (kind, again) in [
+            (ErrorKind::StorageFull, true),
+            (ErrorKind::ReadOnlyFilesystem, false),
+            (ErrorKind::PermissionDenied, false),
+        ] {
+            let source = Error::from(kind);
+            let error = StudyError::Output { folder: "results".into(), source };
+            assert_eq!(error.can_try_again(), again, "{kind}");
+        }
     }
 }
