@@ -7,13 +7,15 @@
 //! instance. Messages of unknown instances are kept as [`Stray`]s.
 
 use std::cell::Cell;
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
 
 use super::{Message, Sink};
 
 /// Largest number of strays that are kept until they are taken.
 const STRAYS: usize = 1000;
+/// Freed instances whose names are remembered, for messages that come late.
+const FREED: usize = 1000;
 
 /// Identifies an instance: an address that is never reused and never dereferenced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -68,6 +70,8 @@ struct Registry {
     entries: HashMap<Badge, Entry>,
     /// of existing instances
     by_name: HashMap<String, Vec<Badge>>,
+    /// freed instances whose names are known, the earliest first
+    freed: VecDeque<Badge>,
     strays: Vec<Stray>,
     /// strays beyond those kept
     dropped: u64,
@@ -93,6 +97,16 @@ pub(super) fn leave(badge: Badge, name: &str) {
         if badges.is_empty() {
             registry.by_name.remove(name);
         }
+    }
+    if let Some(entry) = registry.entries.get_mut(&badge) {
+        // a reference would keep the sink's memory
+        entry.sink = Weak::new();
+        registry.freed.push_back(badge);
+    }
+    if registry.freed.len() > FREED
+        && let Some(earliest) = registry.freed.pop_front()
+    {
+        registry.entries.remove(&earliest);
     }
 }
 
