@@ -61,7 +61,7 @@ pub struct VehicleFmu {
     jerks: Jerks,
 }
 
-/// Internal steps above this keep factors over stages, s: those of 1 ms, the default, do not.
+/// Internal steps above this keep factors over stages, s. Those of the shipped scenarios, 1 ms, do not.
 const FACTORS_KEPT_ABOVE: f64 = 1.5e-3;
 
 /// The vehicle on its line and with its motors, as this unit steps it.

@@ -112,7 +112,7 @@ impl VehicleModel {
             // the outputs at the end of the last step often are those of the first stage
             if !(s == 0 && offset == 0.0 && ws.begins(&stage, course)) {
                 self.follow_course(course, t, ws);
-                outcome = if keeps && s > 0 && Self::is_beside(&stage, ws) {
+                outcome = if keeps && s > 0 && ws.is_beside(&stage) {
                     self.evaluate_beside(&stage, begin + t, ws)
                 } else {
                     self.evaluate(&stage, begin + t, ws)
@@ -122,7 +122,7 @@ impl VehicleModel {
                 }
             }
             if keeps && ws.evaluated {
-                self.keep(ws);
+                ws.keep();
             }
             let ahead = stages.get(s + 1).map_or(0.0, |(next, _)| next * h);
             for (k, body) in stage.iter_mut().enumerate() {

@@ -15,7 +15,7 @@
 //! with a, λ, ȧ, λ̇ of the moment, by the central difference of fourth order.
 
 use crate::contact::TrackContact;
-use crate::dynamics::check_line;
+use crate::dynamics::{are_finite, check_line};
 use crate::error::Error;
 use crate::index::{BodyIndex, MagnetIndex};
 use crate::loads::{AppliedForces, copy_external};
@@ -173,7 +173,7 @@ impl VehicleModel {
         probe.frame_bend = bends.acceleration;
         probe.sum_of_bends = std::mem::replace(&mut probe.solution, known);
         probe.bend = sum;
-        if probe.bend.iter().sum::<f64>().is_finite() {
+        if are_finite(&probe.bend) {
             return Ok(());
         }
         let what = "the second derivative of an acceleration".to_owned();

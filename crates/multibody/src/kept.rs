@@ -22,6 +22,24 @@ use crate::workspace::Workspace;
 /// Largest change of a component of a body's place (m) or quaternion (half an angle in rad) since the factors.
 const BESIDE: f64 = 5e-5;
 
+impl Workspace {
+    /// Remembers a solution for stages beside it.
+    pub(crate) fn keep(&mut self) {
+        self.kept.clear();
+        self.kept.extend_from_slice(&self.solution);
+    }
+
+    /// Whether the poses are close to those whose factors it holds.
+    pub(crate) fn is_beside(&self, bodies: &[BodyState]) -> bool {
+        // a NaN is not beside anything
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= BESIDE;
+        bodies.iter().zip(&self.factored_pose).all(|(body, (place, attitude))| {
+            body.position.iter().zip(place.iter()).all(near)
+                && body.attitude.iter().zip(attitude).all(near)
+        })
+    }
+}
+
 impl VehicleModel {
     /// Lets the stages of internal steps above this size (s) keep the factors of an earlier stage while no body moves
     /// by more than 0.05 mm or turns by more than 0.1 mrad: cheaper, and less exact by 1e-4 of the change of the
@@ -30,22 +48,6 @@ impl VehicleModel {
     pub fn with_factors_kept_above(mut self, step: f64) -> Self {
         self.keeps_above = step;
         self
-    }
-
-    /// Remembers a solution for stages beside it.
-    pub(crate) fn keep(&self, ws: &mut Workspace) {
-        ws.kept.clear();
-        ws.kept.extend_from_slice(&ws.solution);
-    }
-
-    /// Whether the poses are close to those whose factors the workspace holds.
-    pub(crate) fn is_beside(bodies: &[BodyState], ws: &Workspace) -> bool {
-        bodies.iter().zip(&ws.factored_pose).all(|(body, (place, attitude))| {
-            let moved = (body.position - place).amax();
-            let turned = body.attitude.iter().zip(attitude).map(|(a, b)| (a - b).abs());
-            // a NaN is not beside anything
-            moved <= BESIDE && turned.fold(0.0, f64::max) <= BESIDE
-        })
     }
 
     /// As `evaluate`, with the kept solution and its factors.
